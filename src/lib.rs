@@ -1,0 +1,12 @@
+//! Sound worst-case scan times of PLC programs.
+//!
+//! The road, a module a stage: a [`dialect`] reads source text into a [`program::Program`]; [`price`] gives
+//! every instruction its times from a [`table`]; [`scan`] executes one scan symbolically and yields a
+//! [`model::ScanModel`]; [`groups`] slices it; [`solve`] finds each group's maximum; [`replay`] checks each
+//! witness; [`report`] shows the result.
+
+pub mod diagnostic;
+pub mod model;
+pub mod program;
+pub mod solve;
+pub mod time;

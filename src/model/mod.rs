@@ -1,0 +1,106 @@
+//! The narrow waist: the charges of one scan, their guards, the free variables and the constraints among these.
+
+mod circuit;
+
+pub use circuit::{Atom, Circuit, Lit, Node, VarId};
+
+use crate::program::{Cell, ChoiceId, ChoiceKey, Frame};
+use crate::time::Picos;
+
+/// What a free variable holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum VarKind {
+    /// A bit: read through `Atom::Bit`.
+    Bit,
+    /// Sixteen bits: read through `Atom::AtLeast` (unsigned) and `Atom::WordBit`.
+    Word,
+}
+
+/// What a free variable stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// The cell's value when the scan starts.
+    Start(Cell),
+    /// A choice of the program.
+    Choice(ChoiceKey),
+    /// The cell's value after it was forgotten by the last of these to have happened. Each is the literal that
+    /// says that it happened, the frames, and the choice under which.
+    Forgotten(Cell, Vec<(Lit, Vec<Frame>, ChoiceId)>),
+}
+
+/// A free variable.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Variable {
+    /// Bit or word.
+    pub kind: VarKind,
+    /// What it stands for.
+    pub origin: Origin,
+    /// Its name for people (`X1F`, `D100`, `T0 contact`, `M5 behind line 40`).
+    pub name: String,
+}
+
+/// One execution of one instruction and what it costs: `on` if `fires`, else `off` if `reached`, else nothing.
+/// `fires` implies `reached`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Charge {
+    /// The instruction, an index into `Program::instructions`.
+    pub instruction: usize,
+    /// Calls and loop turns on the way there.
+    pub frames: Vec<Frame>,
+    /// Whether control gets there.
+    pub reached: Lit,
+    /// Whether it costs the on-time.
+    pub fires: Lit,
+    /// Time when it fires, all units and repetitions counted.
+    pub on: Picos,
+    /// Time when it is reached and does not fire.
+    pub off: Picos,
+}
+
+impl Charge {
+    /// The dearer of the two times.
+    #[must_use]
+    pub fn dearer(&self) -> Picos {
+        self.on.max(self.off)
+    }
+
+    /// Whether no assignment changes what it costs.
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
+        self.reached.is_constant() && (self.fires.is_constant() || self.on == self.off)
+    }
+}
+
+/// All that one scan may cost.
+#[derive(Debug, Clone, Default)]
+pub struct ScanModel {
+    /// The guards' circuit.
+    pub circuit: Circuit,
+    /// The free variables; `VarId` is an index.
+    pub variables: Vec<Variable>,
+    /// The charges, in order of execution.
+    pub charges: Vec<Charge>,
+    /// What holds in every scan.
+    pub constraints: Vec<Lit>,
+}
+
+/// A value for every free variable, by `VarId`: bits 0 or 1.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Assignment(pub Vec<u16>);
+
+impl ScanModel {
+    /// What the given charges cost together under an assignment.
+    #[must_use]
+    pub fn cost(&self, charges: &[usize], assignment: &Assignment) -> Picos {
+        let values = self.circuit.evaluate(assignment);
+        charges
+            .iter()
+            .map(|&c| &self.charges[c])
+            .map(|c| match (values.get(c.fires), values.get(c.reached)) {
+                (true, _) => c.on,
+                (false, true) => c.off,
+                (false, false) => Picos::ZERO,
+            })
+            .sum()
+    }
+}

@@ -1,0 +1,587 @@
+//! A PLC program as the analysis sees it: instructions over named cells, with exact meaning and no dialect.
+//!
+//! Dialects end here. A dialect turns its mnemonics into the few steps below; the symbolic execution
+//! (`scan`) and the concrete interpreter (`replay`) both follow this page to the letter and share no code.
+//!
+//! # Meaning of one scan
+//!
+//! State: the cells (bits, 16-bit words), a stack of results, numbered save slots, a stack of zones.
+//! Every cell starts the scan with an arbitrary value. `mains` run in order, each from its first to its
+//! last instruction; then every interrupt routine runs as often as it states. For each instruction that
+//! is reached:
+//!
+//! 1. The *condition* is worked out: the top of the stack (true if the stack is empty), and, for the
+//!    steps that act (all but `Logic`, the stack steps and `ForBegin`/`ForEnd`), every zone's condition.
+//! 2. The step's expressions (`value`, `fires`) are evaluated in the state before the instruction.
+//!    `Logic::Condition` is the condition of 1.
+//! 3. The instruction's effects are carried out in order, each seeing the effects before it;
+//!    `When::Fired` effects only if `fires` was true (for `Logic` steps: only if `value` was true).
+//! 4. The step itself is carried out: the stack changes, or control goes elsewhere.
+//!
+//! An instruction that is reached costs its on-time if it fires, else its off-time. An instruction that is
+//! not reached costs nothing. What a program cannot tell is a *choice*: a `Free` source has, at one
+//! moment (frames of calls and loop turns), any one value; two sources with the same id at the same
+//! moment have the same value.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Which area of memory, an index into `Program::areas`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct AreaId(pub u16);
+
+/// What an area holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum AreaKind {
+    /// One bit a cell.
+    Bit,
+    /// Sixteen bits a cell.
+    Word,
+}
+
+/// How an area's indices are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Radix {
+    /// Base 10.
+    Decimal,
+    /// Base 16, upper case.
+    Hexadecimal,
+    /// Base 8.
+    Octal,
+}
+
+/// A named area of memory, such as all `D` registers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Area {
+    /// The letters in front of the index, as users write them.
+    pub name: String,
+    /// Bits or words.
+    pub kind: AreaKind,
+    /// How indices are written.
+    pub radix: Radix,
+}
+
+/// One cell of memory: a bit or a 16-bit word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Cell {
+    /// Its area.
+    pub area: AreaId,
+    /// Its place there.
+    pub index: u32,
+}
+
+impl Cell {
+    /// The cell `n` places further on.
+    #[must_use]
+    pub fn plus(self, n: u32) -> Cell {
+        Cell { area: self.area, index: self.index + n }
+    }
+}
+
+/// A place in the program where the value is not known. See the page's head.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ChoiceId(pub u32);
+
+/// Where a bit is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum BitSource {
+    /// A constant.
+    Const(bool),
+    /// A bit cell.
+    Cell(Cell),
+    /// Bit 0 (least) to 15 of a word cell.
+    WordBit(Cell, u8),
+    /// Any value: bit 0 of the choice.
+    Free(ChoiceId),
+}
+
+/// Where sixteen bits are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum WordSource {
+    /// A constant.
+    Const(u16),
+    /// A word cell.
+    Cell(Cell),
+    /// `count` (1 to 16) bit cells from `first` on, `first` the least; the bits above are 0.
+    Bits {
+        /// The least bit.
+        first: Cell,
+        /// How many.
+        count: u8,
+    },
+    /// Any value.
+    Free(ChoiceId),
+}
+
+/// Where a bit is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum BitTarget {
+    /// A bit cell.
+    Cell(Cell),
+    /// A bit of a word cell; the other bits stay.
+    WordBit(Cell, u8),
+}
+
+/// Where sixteen bits are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum WordTarget {
+    /// A word cell.
+    Cell(Cell),
+    /// The low `count` bits go to `count` (1 to 16) bit cells from `first` on.
+    Bits {
+        /// Where the least bit goes.
+        first: Cell,
+        /// How many.
+        count: u8,
+    },
+    /// Nowhere that matters.
+    Discard,
+}
+
+/// A number of one or more words, least word first. Both sides of an operation have equally many words,
+/// results wrap around.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Number {
+    /// The words themselves.
+    Words(Vec<WordSource>),
+    /// Sum.
+    Add(Box<Number>, Box<Number>),
+    /// Difference, left minus right.
+    Sub(Box<Number>, Box<Number>),
+    /// Bitwise and.
+    And(Box<Number>, Box<Number>),
+    /// Bitwise or.
+    Or(Box<Number>, Box<Number>),
+    /// Bitwise exclusive or.
+    Xor(Box<Number>, Box<Number>),
+}
+
+/// How two numbers compare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Relation {
+    /// `=`
+    Equal,
+    /// `<>`
+    NotEqual,
+    /// `<`
+    Less,
+    /// `<=`
+    LessOrEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterOrEqual,
+}
+
+/// As what numbers are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Reading {
+    /// Two's complement of all words together.
+    Signed,
+    /// Unsigned of all words together.
+    Unsigned,
+    /// IEEE 754 single (two words). If either side is not a normal number or plain +0 (that is: -0, a
+    /// denormal, an infinity, not a number), the comparison's result is bit 0 of the choice.
+    Real(ChoiceId),
+}
+
+/// A comparison of two numbers of equally many words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Compare {
+    /// The relation asked for.
+    pub relation: Relation,
+    /// Signed, unsigned or real.
+    pub reading: Reading,
+    /// Left side.
+    pub left: Number,
+    /// Right side.
+    pub right: Number,
+}
+
+/// A truth value worked out from the state.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Logic {
+    /// The condition of this instruction.
+    Condition,
+    /// A constant.
+    Const(bool),
+    /// A bit.
+    Bit(BitSource),
+    /// Negation.
+    Not(Box<Logic>),
+    /// True if all are (true if none is given).
+    All(Vec<Logic>),
+    /// True if one is (false if none is given).
+    Any(Vec<Logic>),
+    /// A comparison.
+    Compare(Box<Compare>),
+}
+
+impl Logic {
+    /// The negation.
+    #[must_use]
+    #[allow(clippy::should_implement_trait)]
+    pub fn not(self) -> Logic {
+        Logic::Not(Box::new(self))
+    }
+
+    /// A bit cell.
+    #[must_use]
+    pub fn cell(cell: Cell) -> Logic {
+        Logic::Bit(BitSource::Cell(cell))
+    }
+}
+
+/// Some cells, for writes whose target or value is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Region {
+    /// `count` cells from `first` on.
+    Range {
+        /// The first.
+        first: Cell,
+        /// How many.
+        count: u32,
+    },
+    /// A whole area.
+    Area(AreaId),
+    /// Every cell of every area.
+    Everything,
+}
+
+impl Region {
+    /// Whether the region holds the cell.
+    #[must_use]
+    pub fn holds(self, cell: Cell) -> bool {
+        match self {
+            Region::Range { first, count } => {
+                cell.area == first.area
+                    && cell.index >= first.index
+                    && cell.index - first.index < count
+            }
+            Region::Area(area) => cell.area == area,
+            Region::Everything => true,
+        }
+    }
+}
+
+/// A change of the state.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Write {
+    /// A bit takes a value.
+    Bit(BitTarget, Logic),
+    /// Words take a number's words; all are read before any is written. As many targets as words.
+    Words(Vec<WordTarget>, Number),
+    /// Every cell of the region takes any value: the choice, for each cell on its own (a bit cell takes
+    /// bit 0).
+    Forget(Region, ChoiceId),
+}
+
+/// When an effect happens, once its instruction is reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum When {
+    /// Whenever the instruction is reached.
+    Always,
+    /// Only if it fires.
+    Fired,
+}
+
+/// A write and when it happens.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Effect {
+    /// When.
+    pub when: When,
+    /// What.
+    pub write: Write,
+}
+
+/// How a result joins the stack.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Join {
+    /// Empties the stack and pushes: the first contact of a rung.
+    Start,
+    /// Pushes: a contact that begins a further branch.
+    Load,
+    /// Top of the stack becomes top and value.
+    And,
+    /// Top of the stack becomes top or value.
+    Or,
+    /// Top of the stack becomes the value (pushes if the stack is empty).
+    Replace,
+}
+
+/// What an instruction does besides its effects.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Step {
+    /// A contact, or a change of the result.
+    Logic {
+        /// How it joins the stack.
+        join: Join,
+        /// Its value.
+        value: Logic,
+    },
+    /// Pops two, pushes their conjunction.
+    AndBlock,
+    /// Pops two, pushes their disjunction.
+    OrBlock,
+    /// Saves the top of the stack (true if it is empty) in a slot.
+    Save(u32),
+    /// The top of the stack becomes the slot's value (pushes if the stack is empty).
+    Fetch(u32),
+    /// A coil or an application instruction: all it does stands in the effects.
+    Act {
+        /// When it counts as on.
+        fires: Logic,
+    },
+    /// Goes to a later instruction of the same routine if it fires. Never into or out of a zone, never
+    /// into a loop; out of a loop ends that loop.
+    Jump {
+        /// When.
+        fires: Logic,
+        /// The instruction gone to.
+        target: usize,
+    },
+    /// Runs from `target` to a `Return` if it fires, then goes on. The called routine has its own stack,
+    /// slots and zones, empty at first.
+    Call {
+        /// When.
+        fires: Logic,
+        /// First instruction of the routine.
+        target: usize,
+    },
+    /// Ends the routine that was called, or the interrupt routine.
+    Return,
+    /// Ends the main routine of this file.
+    End,
+    /// If it fires, the scan ends here; nothing further is reached, in no file (but interrupt routines).
+    Stop {
+        /// When.
+        fires: Logic,
+    },
+    /// Runs the instructions up to its `ForEnd` so many times: the count as a signed number, but at
+    /// least `least` and at most `most`. Read once. `ForBegin` itself is reached once, its `ForEnd` once a turn.
+    ForBegin {
+        /// The count.
+        count: WordSource,
+        /// Fewer turns are not made.
+        least: u32,
+        /// More turns are not made.
+        most: u32,
+        /// The matching `ForEnd`.
+        end: usize,
+    },
+    /// Ends a turn.
+    ForEnd,
+    /// A loop of which no sensible number of turns is known, taken in bulk: every instruction listed is
+    /// charged so often at its dearer time, then the regions are forgotten (under `choice`), then each exit whose
+    /// choice's bit 0 is true is taken (the first such), else control goes behind `end`.
+    Bulk {
+        /// The matching `ForEnd`; what stands between is not run.
+        end: usize,
+        /// Instruction and how often it is charged.
+        charges: Vec<(usize, u64)>,
+        /// What the loop may have written.
+        forgets: Vec<Region>,
+        /// The choice of the values.
+        choice: ChoiceId,
+        /// Ways out of the loop other than its end: choice and target.
+        exits: Vec<(ChoiceId, usize)>,
+    },
+    /// Opens a zone: until the zone ends, the zone's condition (whether this fired) holds off what stands in it.
+    ZoneBegin {
+        /// The zone's nesting level.
+        level: u32,
+        /// Its condition.
+        fires: Logic,
+    },
+    /// Closes every open zone of this level or a higher one.
+    ZoneEnd {
+        /// The level.
+        level: u32,
+    },
+    /// Nothing: a label, a page break, no operation.
+    Nothing,
+}
+
+/// How many units (words, digits, characters ...) an instruction handles, for times per unit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Units {
+    /// The instruction has no count.
+    None,
+    /// So many, known.
+    Exactly(u64),
+    /// Not known: at most so many.
+    AtMost(u64),
+}
+
+/// By what an instruction's time is looked up in a timing table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TimingKey {
+    /// Row names to try, the most specific first (`OUT:T`, `OUT`).
+    pub names: Vec<String>,
+    /// The `@class` row to fall back on, without the `@`.
+    pub class: String,
+    /// The count for times per unit.
+    pub units: Units,
+    /// Both times are the dearer of the row's two: a contact, whose condition tables define differently.
+    pub dearer: bool,
+    /// Costs nothing where the table does not know it (labels).
+    pub optional: bool,
+}
+
+/// Where an instruction stands in the source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Place {
+    /// Index into `Program::files`.
+    pub file: u32,
+    /// Line in the file, from 1.
+    pub line: u32,
+    /// The PLC's step number, where the source gives it.
+    pub step: Option<u32>,
+}
+
+/// One instruction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Instruction {
+    /// Where it stands.
+    pub place: Place,
+    /// Its rung, from 1 through all files.
+    pub block: u32,
+    /// As the source has it, operands apart by one blank.
+    pub text: String,
+    /// How it is priced; `None` for a part of an instruction that is priced elsewhere.
+    pub timing: Option<TimingKey>,
+    /// What it changes.
+    pub effects: Vec<Effect>,
+    /// What it does.
+    pub step: Step,
+}
+
+/// A routine that may interrupt the scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Interrupt {
+    /// Its label.
+    pub name: String,
+    /// Its first instruction.
+    pub entry: usize,
+    /// How often it is counted in a scan.
+    pub times: u32,
+    /// Whether the user stated that number.
+    pub stated: bool,
+}
+
+/// Something that is taken wider than the PLC does it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Approximation {
+    /// The instruction, an index into `Program::instructions`.
+    pub instruction: usize,
+    /// What was done, one sentence.
+    pub what: String,
+}
+
+/// One source file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SourceFile {
+    /// Its name as the user gave it.
+    pub name: String,
+    /// Its instructions, a range of `Program::instructions`.
+    pub instructions: std::ops::Range<usize>,
+    /// How many instructions the source has (an instruction may take more than one of ours).
+    pub count: usize,
+}
+
+/// A stated range of a word, or of two words read as one number, at the start of the scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StartRange {
+    /// The cells, least word first; one or two.
+    pub cells: Vec<Cell>,
+    /// Least value, signed.
+    pub low: i64,
+    /// Largest value, signed.
+    pub high: i64,
+}
+
+/// A whole project: its files' programs run one after another in each scan.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Program {
+    /// The dialect's name, for the report.
+    pub dialect: String,
+    /// The CPU that the source names, if it does.
+    pub cpu: Option<String>,
+    /// The files.
+    pub files: Vec<SourceFile>,
+    /// The memory areas.
+    pub areas: Vec<Area>,
+    /// All instructions of all files.
+    pub instructions: Vec<Instruction>,
+    /// The main routines, ranges of instructions, in the order in which they run.
+    pub mains: Vec<std::ops::Range<usize>>,
+    /// The interrupt routines.
+    pub interrupts: Vec<Interrupt>,
+    /// How many rungs there are.
+    pub blocks: u32,
+    /// How many choices there are: ids are below this.
+    pub choices: u32,
+    /// What was taken wider than it is.
+    pub approximations: Vec<Approximation>,
+    /// Device comments by the device's written name.
+    pub comments: BTreeMap<String, String>,
+    /// Ranges the user stated.
+    pub ranges: Vec<StartRange>,
+    /// The user's statements that were used, in words.
+    pub facts: Vec<String>,
+}
+
+impl Program {
+    /// The cell's name as users write it (`X1F`, `D100`).
+    #[must_use]
+    pub fn cell_name(&self, cell: Cell) -> String {
+        let area = &self.areas[usize::from(cell.area.0)];
+        match area.radix {
+            Radix::Decimal => format!("{}{}", area.name, cell.index),
+            Radix::Hexadecimal => format!("{}{:X}", area.name, cell.index),
+            Radix::Octal => format!("{}{:o}", area.name, cell.index),
+        }
+    }
+}
+
+/// One turn of a loop, or one call, on the way to an instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Frame {
+    /// The `Call` or `ForBegin`, or the entry of an interrupt routine.
+    pub at: usize,
+    /// The loop's turn or the interrupt's occurrence, from 0; 0 for a call.
+    pub turn: u32,
+}
+
+/// What a choice was made for: the frames, the choice, and the cell where a region was forgotten.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ChoiceKey {
+    /// Outermost first; empty in the main routine outside loops.
+    pub frames: Vec<Frame>,
+    /// Which.
+    pub choice: ChoiceId,
+    /// The cell, for `Write::Forget` and `Step::Bulk`'s forgotten regions.
+    pub cell: Option<Cell>,
+}
+
+/// One scan, told by everything in it that is free. What is missing is 0.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Witness {
+    /// Values at the start of the scan; bits are 0 or 1.
+    pub start: BTreeMap<Cell, u16>,
+    /// The choices.
+    pub choices: BTreeMap<ChoiceKey, u16>,
+}
+
+impl fmt::Display for Relation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Relation::Equal => "=",
+            Relation::NotEqual => "<>",
+            Relation::Less => "<",
+            Relation::LessOrEqual => "<=",
+            Relation::Greater => ">",
+            Relation::GreaterOrEqual => ">=",
+        })
+    }
+}

@@ -1,0 +1,182 @@
+//! Exact times: integer picoseconds, read from and written as decimal text.
+
+use std::fmt;
+use std::iter::Sum;
+use std::str::FromStr;
+
+/// A span of time in whole picoseconds (ps). Sums are checked: an overflow (over 213 days) panics
+/// rather than wraps, since a wrapped bound would be too low.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Picos(pub u64);
+
+/// Why a text is not a time.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum TimeError {
+    /// The text is empty.
+    #[error("the time is missing")]
+    Empty,
+    /// A minus sign stands in front.
+    #[error("a time cannot be negative")]
+    Negative,
+    /// Not decimal digits with at most one point.
+    #[error("not a decimal number")]
+    NotDecimal,
+    /// More digits behind the point than picoseconds can hold.
+    #[error("finer than a picosecond")]
+    TooFine,
+    /// Larger than `u64` picoseconds.
+    #[error("too large")]
+    TooLarge,
+    /// A duration without a unit that is known.
+    #[error("give a unit: ps, ns, us, ms or s")]
+    NoUnit,
+}
+
+impl Picos {
+    /// No time at all.
+    pub const ZERO: Picos = Picos(0);
+
+    /// Reads decimal microseconds (`1.52`), exactly.
+    pub fn from_us_text(text: &str) -> Result<Picos, TimeError> {
+        decimal(text.trim(), 6)
+    }
+
+    /// Reads a duration with its unit (`10ms`, `1.5 us`, `200µs`), exactly.
+    pub fn from_duration_text(text: &str) -> Result<Picos, TimeError> {
+        let text = text.trim();
+        let units = [("ps", 0), ("ns", 3), ("us", 6), ("µs", 6), ("μs", 6), ("ms", 9), ("s", 12)];
+        for (unit, digits) in units {
+            if let Some(number) = text.strip_suffix(unit) {
+                return decimal(number.trim(), digits);
+            }
+        }
+        Err(if text.is_empty() { TimeError::Empty } else { TimeError::NoUnit })
+    }
+
+    /// This time `n` times over.
+    #[must_use]
+    pub fn times(self, n: u64) -> Picos {
+        Picos(self.0.checked_mul(n).expect("time overflow"))
+    }
+
+    /// The difference, or `None` where `other` is larger.
+    #[must_use]
+    pub fn checked_sub(self, other: Picos) -> Option<Picos> {
+        self.0.checked_sub(other.0).map(Picos)
+    }
+
+    /// The time in decimal microseconds, without trailing zeros (`1.52`).
+    #[must_use]
+    pub fn us_text(self) -> String {
+        decimal_text(self.0, 6)
+    }
+
+    /// The time in the unit in which it reads best, exact (`8.448 ms`, `20 ns`).
+    #[must_use]
+    pub fn best_text(self) -> String {
+        let (digits, unit) = match self.0 {
+            0 => (6, "us"),
+            n if n >= 1_000_000_000_000 => (12, "s"),
+            n if n >= 1_000_000_000 => (9, "ms"),
+            n if n >= 1_000_000 => (6, "us"),
+            _ => (3, "ns"),
+        };
+        format!("{} {unit}", decimal_text(self.0, digits))
+    }
+}
+
+fn decimal(text: &str, digits: usize) -> Result<Picos, TimeError> {
+    if text.is_empty() {
+        return Err(TimeError::Empty);
+    }
+    if let Some(rest) = text.strip_prefix('-') {
+        return Err(if rest.is_empty() { TimeError::NotDecimal } else { TimeError::Negative });
+    }
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
+    let all_digits = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
+    if !all_digits(whole) || !all_digits(fraction) || (whole.is_empty() && fraction.is_empty()) {
+        return Err(TimeError::NotDecimal);
+    }
+    let fraction = fraction.trim_end_matches('0');
+    if fraction.len() > digits {
+        return Err(TimeError::TooFine);
+    }
+    let padded = format!("{whole}{fraction:0<digits$}");
+    padded.parse().map(Picos).map_err(|_| TimeError::TooLarge)
+}
+
+fn decimal_text(value: u64, digits: usize) -> String {
+    let unit = 10u64.pow(digits as u32);
+    let (whole, fraction) = (value / unit, value % unit);
+    if fraction == 0 {
+        return whole.to_string();
+    }
+    format!("{whole}.{fraction:0digits$}").trim_end_matches('0').to_owned()
+}
+
+impl std::ops::Add for Picos {
+    type Output = Picos;
+    fn add(self, other: Picos) -> Picos {
+        Picos(self.0.checked_add(other.0).expect("time overflow"))
+    }
+}
+
+impl std::ops::AddAssign for Picos {
+    fn add_assign(&mut self, other: Picos) {
+        *self = *self + other;
+    }
+}
+
+impl Sum for Picos {
+    fn sum<I: Iterator<Item = Picos>>(times: I) -> Picos {
+        times.fold(Picos::ZERO, |a, b| a + b)
+    }
+}
+
+impl fmt::Display for Picos {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.best_text())
+    }
+}
+
+impl FromStr for Picos {
+    type Err = TimeError;
+    fn from_str(text: &str) -> Result<Picos, TimeError> {
+        Picos::from_duration_text(text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn microseconds_are_read_exactly() {
+        assert_eq!(Picos::from_us_text("1.52"), Ok(Picos(1_520_000)));
+        assert_eq!(Picos::from_us_text("0.0019"), Ok(Picos(1_900)));
+        assert_eq!(Picos::from_us_text(" 50.000 "), Ok(Picos(50_000_000)));
+        assert_eq!(Picos::from_us_text(".5"), Ok(Picos(500_000)));
+    }
+
+    #[test]
+    fn what_is_no_time_is_refused_with_its_reason() {
+        assert_eq!(Picos::from_us_text(""), Err(TimeError::Empty));
+        assert_eq!(Picos::from_us_text("-1"), Err(TimeError::Negative));
+        assert_eq!(Picos::from_us_text("1e3"), Err(TimeError::NotDecimal));
+        assert_eq!(Picos::from_us_text("0.0000001"), Err(TimeError::TooFine));
+        assert_eq!(Picos::from_us_text("99999999999999999"), Err(TimeError::TooLarge));
+        assert_eq!(Picos::from_duration_text("10"), Err(TimeError::NoUnit));
+    }
+
+    #[test]
+    fn durations_have_units_and_texts_round_trip() {
+        for (text, ps) in
+            [("10ms", 10_000_000_000), ("200µs", 200_000_000), ("1 s", 1_000_000_000_000)]
+        {
+            assert_eq!(text.parse::<Picos>(), Ok(Picos(ps)));
+        }
+        for ps in [0, 1, 999, 1_000, 1_520_000, 8_448_000_000, 1_000_000_000_001] {
+            assert_eq!(Picos(ps).best_text().parse::<Picos>(), Ok(Picos(ps)));
+        }
+    }
+}
