@@ -6,6 +6,7 @@
 //! witness; [`report`] shows the result.
 
 pub mod diagnostic;
+pub mod dialect;
 pub mod model;
 pub mod program;
 pub mod solve;

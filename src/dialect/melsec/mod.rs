@@ -1,0 +1,3 @@
+//! The MELSEC dialects: GX Works2 and GX Works3 CSV exports, and list text.
+
+pub mod source;
