@@ -18,6 +18,11 @@
 //!    `When::Fired` effects only if `fires` was true (for `Logic` steps: only if `value` was true).
 //! 4. The step itself is carried out: the stack changes, or control goes elsewhere.
 //!
+//! A `Logic` step fires if its `value` is true; a step with neither `fires` nor `value` fires whenever it is
+//! reached. Stack, slots and zones are empty at the start of each main routine and of each run of an
+//! interrupt routine; what is asked of an empty stack or slot is true. `End` in a called routine ends the main
+//! routine all the same; in an interrupt's run, `End` and `Stop` end that run.
+//!
 //! An instruction that is reached costs its on-time if it fires, else its off-time. An instruction that is
 //! not reached costs nothing. What a program cannot tell is a *choice*: a `Free` source has, at one
 //! moment (frames of calls and loop turns), any one value; two sources with the same id at the same
