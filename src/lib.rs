@@ -9,5 +9,6 @@ pub mod diagnostic;
 pub mod dialect;
 pub mod model;
 pub mod program;
+pub mod replay;
 pub mod solve;
 pub mod time;
