@@ -7,8 +7,10 @@
 
 pub mod diagnostic;
 pub mod dialect;
+pub mod groups;
 pub mod model;
 pub mod program;
 pub mod replay;
+pub mod scan;
 pub mod solve;
 pub mod time;

@@ -159,15 +159,14 @@ impl Circuit {
     fn order_and(&mut self, a: Lit, b: Lit) -> Lit {
         if let (Node::Atom(Atom::AtLeast(v, s)), Node::Atom(Atom::AtLeast(w, t))) =
             (self.node(a), self.node(b))
+            && v == w
         {
-            if v == w {
-                let (weak, strong) = if s < t { (a, b) } else { (b, a) };
-                match (weak.is_negated(), strong.is_negated()) {
-                    (false, false) => return strong,
-                    (true, true) => return weak,
-                    (true, false) => return Lit::FALSE,
-                    (false, true) => {}
-                }
+            let (weak, strong) = if s < t { (a, b) } else { (b, a) };
+            match (weak.is_negated(), strong.is_negated()) {
+                (false, false) => return strong,
+                (true, true) => return weak,
+                (true, false) => return Lit::FALSE,
+                (false, true) => {}
             }
         }
         self.intern(Node::And(a.min(b), a.max(b)))

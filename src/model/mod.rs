@@ -23,9 +23,20 @@ pub enum Origin {
     Start(Cell),
     /// A choice of the program.
     Choice(ChoiceKey),
-    /// The cell's value after it was forgotten by the last of these to have happened. Each is the literal that
-    /// says that it happened, the frames, and the choice under which.
-    Forgotten(Cell, Vec<(Lit, Vec<Frame>, ChoiceId)>),
+    /// The cell's value after it was forgotten by the last of these to have happened: indices into
+    /// `ScanModel::forgotten`, in order of execution.
+    Forgotten(Cell, Vec<u32>),
+}
+
+/// A write of any value to a region: a moment from which on cells hold what no one can tell.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Forgotten {
+    /// Whether it happened.
+    pub happened: Lit,
+    /// Calls and loop turns on the way there.
+    pub frames: Vec<Frame>,
+    /// Under which choice.
+    pub choice: ChoiceId,
 }
 
 /// A free variable.
@@ -82,6 +93,8 @@ pub struct ScanModel {
     pub charges: Vec<Charge>,
     /// What holds in every scan.
     pub constraints: Vec<Lit>,
+    /// The writes of any value, in order of execution.
+    pub forgotten: Vec<Forgotten>,
 }
 
 /// A value for every free variable, by `VarId`: bits 0 or 1.

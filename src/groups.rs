@@ -1,0 +1,121 @@
+//! Slices a scan's charges into groups that share no free variable, and reads witnesses off assignments.
+
+use crate::model::Assignment;
+use crate::model::{Atom, Lit, Node, Origin, ScanModel, VarId};
+use crate::program::{ChoiceKey, Witness};
+use crate::solve::Group;
+use petgraph::unionfind::UnionFind;
+use std::collections::BTreeMap;
+
+/// The groups, in the order of their first charges. Constant charges are in none.
+///
+/// Two charges are in one group if their guards share a variable, directly or through other guards or
+/// through a constraint. That is the slicing of the paper: the groups' maxima add up.
+#[must_use]
+pub fn groups(model: &ScanModel) -> Vec<Group> {
+    let mut sets = Sets::of(model);
+    let mut found: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut groups: Vec<Group> = Vec::new();
+    for (index, charge) in
+        model.charges.iter().enumerate().filter(|(_, charge)| !charge.is_constant())
+    {
+        let set =
+            sets.find(if charge.reached.is_constant() { charge.fires } else { charge.reached });
+        let group = *found.entry(set).or_insert_with(|| {
+            groups.push(Group::default());
+            groups.len() - 1
+        });
+        groups[group].charges.push(index);
+    }
+    for (index, &constraint) in model.constraints.iter().enumerate() {
+        if let Some(&group) = found.get(&sets.find(constraint)) {
+            groups[group].constraints.push(index);
+        }
+    }
+    for (variable, node) in sets.variables.clone() {
+        if let Some(&group) = found.get(&sets.find(Lit(node << 1))) {
+            groups[group].variables.push(variable);
+        }
+    }
+    groups
+}
+
+/// The nodes that guards and constraints depend on, joined where they depend on each other.
+struct Sets {
+    joined: UnionFind<usize>,
+    variables: BTreeMap<VarId, u32>,
+}
+
+impl Sets {
+    fn of(model: &ScanModel) -> Sets {
+        let nodes = model.circuit.nodes();
+        let mut joined = UnionFind::new(nodes.len());
+        let mut needed = vec![false; nodes.len()];
+        for charge in model.charges.iter().filter(|charge| !charge.is_constant()) {
+            needed[charge.reached.node()] = true;
+            if charge.on != charge.off {
+                needed[charge.fires.node()] = true;
+                if !charge.reached.is_constant() && !charge.fires.is_constant() {
+                    joined.union(charge.reached.node(), charge.fires.node());
+                }
+            }
+        }
+        for constraint in &model.constraints {
+            needed[constraint.node()] = true;
+        }
+        let mut variables: BTreeMap<VarId, u32> = BTreeMap::new();
+        for index in (0..nodes.len()).rev().filter(|&index| index > 0) {
+            if !needed[index] {
+                continue;
+            }
+            match nodes[index] {
+                Node::True => {}
+                Node::And(a, b) => {
+                    for input in [a.node(), b.node()] {
+                        needed[input] = true;
+                        joined.union(index, input);
+                    }
+                }
+                Node::Atom(atom @ (Atom::Bit(_) | Atom::AtLeast(..) | Atom::WordBit(..))) => {
+                    let node = u32::try_from(index).expect("circuit indices fit 32 bits");
+                    let first = *variables.entry(atom.variable()).or_insert(node);
+                    joined.union(index, first as usize);
+                }
+            }
+        }
+        Sets { joined, variables }
+    }
+
+    fn find(&mut self, lit: Lit) -> usize {
+        self.joined.find_mut(lit.node())
+    }
+}
+
+/// The scan that an assignment tells, for the given variables.
+#[must_use]
+pub fn witness(model: &ScanModel, assignment: &Assignment) -> Witness {
+    let values = model.circuit.evaluate(assignment);
+    let mut witness = Witness::default();
+    for (variable, &value) in model.variables.iter().zip(&assignment.0) {
+        match &variable.origin {
+            Origin::Start(cell) => {
+                witness.start.insert(*cell, value);
+            }
+            Origin::Choice(key) => {
+                witness.choices.insert(key.clone(), value);
+            }
+            Origin::Forgotten(cell, moments) => {
+                let moments = moments.iter().map(|&moment| &model.forgotten[moment as usize]);
+                if let Some(last) = moments.rev().find(|moment| values.get(moment.happened)) {
+                    let key = ChoiceKey {
+                        frames: last.frames.clone(),
+                        choice: last.choice,
+                        cell: Some(*cell),
+                    };
+                    witness.choices.insert(key, value);
+                }
+            }
+        }
+    }
+    witness
+}

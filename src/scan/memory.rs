@@ -1,0 +1,230 @@
+//! The symbolic memory: the newest version of every cell, guarded writes, and regions that were forgotten.
+
+use super::word::{Word, Words};
+use crate::model::{Atom, Circuit, Forgotten, Lit, Origin, ScanModel, VarId, VarKind, Variable};
+use crate::program::{BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Program, Region, WordTarget};
+use rustc_hash::FxHashMap;
+
+/// A cell's newest version, and how many of its area's forgotten regions it already takes into account.
+#[derive(Debug, Clone, Copy)]
+struct Version<T> {
+    value: T,
+    seen: usize,
+}
+
+/// A region that was forgotten: which, and its index in `ScanModel::forgotten`.
+#[derive(Debug, Clone, Copy)]
+struct Hole {
+    region: Region,
+    index: u32,
+}
+
+/// The memory during symbolic execution, together with the model that grows along.
+pub struct Memory<'p> {
+    program: &'p Program,
+    /// The model under construction.
+    pub model: ScanModel,
+    /// The words.
+    pub words: Words,
+    bits: FxHashMap<Cell, Version<Lit>>,
+    cells: FxHashMap<Cell, Version<Word>>,
+    holes: Vec<Vec<Hole>>,
+    choices: FxHashMap<ChoiceKey, VarId>,
+    word_choices: Vec<bool>,
+}
+
+impl<'p> Memory<'p> {
+    /// A memory in which every cell has its free start value. `word_choices` says of each choice whether it
+    /// is ever read as a word.
+    pub fn new(program: &'p Program, word_choices: Vec<bool>) -> Self {
+        Memory {
+            program,
+            model: ScanModel::default(),
+            words: Words::default(),
+            bits: FxHashMap::default(),
+            cells: FxHashMap::default(),
+            holes: vec![Vec::new(); program.areas.len()],
+            choices: FxHashMap::default(),
+            word_choices,
+        }
+    }
+
+    /// The circuit.
+    pub fn circuit(&mut self) -> &mut Circuit {
+        &mut self.model.circuit
+    }
+
+    fn variable(&mut self, kind: VarKind, origin: Origin, name: String) -> VarId {
+        let id = VarId(u32::try_from(self.model.variables.len()).expect("too many variables"));
+        self.model.variables.push(Variable { kind, origin, name });
+        id
+    }
+
+    fn free_bit(&mut self, origin: Origin, name: String) -> Lit {
+        let variable = self.variable(VarKind::Bit, origin, name);
+        self.model.circuit.atom(Atom::Bit(variable))
+    }
+
+    fn free_word(&mut self, origin: Origin, name: String) -> Word {
+        let variable = self.variable(VarKind::Word, origin, name);
+        self.words.free(variable)
+    }
+
+    fn choice(
+        &mut self,
+        frames: &[Frame],
+        choice: ChoiceId,
+        place: &dyn Fn() -> String,
+    ) -> (VarId, VarKind) {
+        let kind = if self.word_choices[choice.0 as usize] { VarKind::Word } else { VarKind::Bit };
+        let key = ChoiceKey { frames: frames.to_vec(), choice, cell: None };
+        if let Some(&variable) = self.choices.get(&key) {
+            return (variable, kind);
+        }
+        let variable = self.variable(kind, Origin::Choice(key.clone()), place());
+        self.choices.insert(key, variable);
+        (variable, kind)
+    }
+
+    /// A choice read as a bit.
+    pub fn bit_choice(
+        &mut self,
+        frames: &[Frame],
+        choice: ChoiceId,
+        place: &dyn Fn() -> String,
+    ) -> Lit {
+        let (variable, kind) = self.choice(frames, choice, place);
+        self.model.circuit.atom(match kind {
+            VarKind::Bit => Atom::Bit(variable),
+            VarKind::Word => Atom::WordBit(variable, 0),
+        })
+    }
+
+    /// A choice read as a word.
+    pub fn word_choice(
+        &mut self,
+        frames: &[Frame],
+        choice: ChoiceId,
+        place: &dyn Fn() -> String,
+    ) -> Word {
+        let (variable, _) = self.choice(frames, choice, place);
+        self.words.free(variable)
+    }
+
+    /// The newest version of a bit cell.
+    pub fn read_bit(&mut self, cell: Cell) -> Lit {
+        let old = match self.bits.get(&cell) {
+            Some(&version) => version,
+            None => {
+                let name = self.program.cell_name(cell);
+                Version { value: self.free_bit(Origin::Start(cell), name), seen: 0 }
+            }
+        };
+        let value = match self.holes_since(cell, old.seen) {
+            None => old.value,
+            Some((happened, origin)) => {
+                let name = format!("{}, written unseen", self.program.cell_name(cell));
+                let fresh = self.free_bit(origin, name);
+                self.model.circuit.ite(happened, fresh, old.value)
+            }
+        };
+        self.bits.insert(cell, Version { value, seen: self.holes[usize::from(cell.area.0)].len() });
+        value
+    }
+
+    /// The newest version of a word cell.
+    pub fn read_word(&mut self, cell: Cell) -> Word {
+        let old = match self.cells.get(&cell) {
+            Some(&version) => version,
+            None => {
+                let name = self.program.cell_name(cell);
+                Version { value: self.free_word(Origin::Start(cell), name), seen: 0 }
+            }
+        };
+        let value = match self.holes_since(cell, old.seen) {
+            None => old.value,
+            Some((happened, origin)) => {
+                let name = format!("{}, written unseen", self.program.cell_name(cell));
+                let fresh = self.free_word(origin, name);
+                self.words.either(happened, fresh, old.value)
+            }
+        };
+        self.cells
+            .insert(cell, Version { value, seen: self.holes[usize::from(cell.area.0)].len() });
+        value
+    }
+
+    /// Whether a region that holds the cell was forgotten since its version, and what the new value stands for.
+    fn holes_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
+        let holes = &self.holes[usize::from(cell.area.0)][seen..];
+        let mut indices = Vec::new();
+        for hole in holes.iter().rev().filter(|hole| hole.region.holds(cell)) {
+            indices.push(hole.index);
+            if self.model.forgotten[hole.index as usize].happened == Lit::TRUE {
+                break;
+            }
+        }
+        indices.reverse();
+        let happened: Vec<Lit> =
+            indices.iter().map(|&i| self.model.forgotten[i as usize].happened).collect();
+        let happened = self.model.circuit.any(happened);
+        (happened != Lit::FALSE).then_some((happened, Origin::Forgotten(cell, indices)))
+    }
+
+    /// Writes a bit where `guard` holds.
+    pub fn write_bit(&mut self, target: BitTarget, guard: Lit, value: Lit) {
+        match target {
+            BitTarget::Cell(cell) => {
+                let old = if guard == Lit::TRUE { value } else { self.read_bit(cell) };
+                let value = self.model.circuit.ite(guard, value, old);
+                self.bits.insert(
+                    cell,
+                    Version { value, seen: self.holes[usize::from(cell.area.0)].len() },
+                );
+            }
+            BitTarget::WordBit(cell, bit) => {
+                let word = self.read_word(cell);
+                let mut bits = self.words.bits(&mut self.model.circuit, word);
+                bits[usize::from(bit)] = value;
+                let new = self.words.of_bits(&self.model.circuit, bits);
+                self.write_word(WordTarget::Cell(cell), guard, new);
+            }
+        }
+    }
+
+    /// Writes a word where `guard` holds.
+    pub fn write_word(&mut self, target: WordTarget, guard: Lit, value: Word) {
+        match target {
+            WordTarget::Cell(cell) => {
+                let old = if guard == Lit::TRUE { value } else { self.read_word(cell) };
+                let value = self.words.either(guard, value, old);
+                self.cells.insert(
+                    cell,
+                    Version { value, seen: self.holes[usize::from(cell.area.0)].len() },
+                );
+            }
+            WordTarget::Bits { first, count } => {
+                let bits = self.words.bits(&mut self.model.circuit, value);
+                for (i, &bit) in bits.iter().enumerate().take(usize::from(count)) {
+                    self.write_bit(BitTarget::Cell(first.plus(i as u32)), guard, bit);
+                }
+            }
+            WordTarget::Discard => {}
+        }
+    }
+
+    /// Forgets a region where `guard` holds. Cells find out when they are next read.
+    pub fn forget(&mut self, region: Region, guard: Lit, frames: &[Frame], choice: ChoiceId) {
+        if guard == Lit::FALSE {
+            return;
+        }
+        let index = u32::try_from(self.model.forgotten.len()).expect("too many forgotten regions");
+        self.model.forgotten.push(Forgotten { happened: guard, frames: frames.to_vec(), choice });
+        let hole = Hole { region, index };
+        match region {
+            Region::Range { first, .. } => self.holes[usize::from(first.area.0)].push(hole),
+            Region::Area(area) => self.holes[usize::from(area.0)].push(hole),
+            Region::Everything => self.holes.iter_mut().for_each(|holes| holes.push(hole)),
+        }
+    }
+}

@@ -1,0 +1,644 @@
+//! Executes one scan symbolically: every instruction once for all scans, with a guard for each of its charges.
+//!
+//! Follows the page of `program` to the letter. Control is a literal: what is not reached writes and costs
+//! nothing, so one memory serves all paths.
+
+mod memory;
+mod number;
+mod word;
+
+use crate::model::{Charge, Lit, ScanModel};
+use crate::program::{
+    BitSource, ChoiceId, Compare, Effect, Frame, Join, Logic, Number, Program, Reading, Region,
+    Step, When, WordSource, Write,
+};
+use crate::time::Picos;
+use memory::Memory;
+use std::collections::BTreeMap;
+use word::Word;
+
+/// Why a program has no scan model.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ScanError {
+    /// Calls and loops multiply to more executions than can be followed.
+    #[error("calls and loops make more than {most} executed instructions in one scan")]
+    TooLong {
+        /// The limit.
+        most: usize,
+        /// The instruction at which it was passed.
+        instruction: usize,
+    },
+    /// A result is used that differs in depth by the path taken: the front end let through what is no rung.
+    #[error("the rung's result depends on the way control came here")]
+    NoResult {
+        /// The instruction.
+        instruction: usize,
+    },
+}
+
+/// The on-time and off-time of every instruction, parallel to `Program::instructions`.
+pub type Times<'a> = &'a [(Picos, Picos)];
+
+/// More executed instructions in one scan than this are refused (calls and loops unrolled).
+const MOST_EXECUTED: usize = 10_000_000;
+
+/// Executes one scan of the program symbolically.
+///
+/// # Errors
+/// If calls and loops multiply beyond what can be followed, or the program is not well formed.
+pub fn scan_model(program: &Program, times: Times<'_>) -> Result<ScanModel, ScanError> {
+    let mut run = Run {
+        program,
+        times,
+        memory: Memory::new(program, word_choices(program)),
+        frames: Vec::new(),
+        stopped: Lit::FALSE,
+        executed: 0,
+    };
+    for range in &program.ranges {
+        run.constrain(&range.cells, range.low, range.high);
+    }
+    for main in &program.mains {
+        let alive = !run.stopped;
+        run.routine(main.start, main.end, alive)?;
+    }
+    for interrupt in &program.interrupts {
+        for turn in 0..interrupt.times {
+            run.frames.push(Frame { at: interrupt.entry, turn });
+            run.routine(interrupt.entry, program.instructions.len(), Lit::TRUE)?;
+            run.frames.pop();
+        }
+    }
+    Ok(run.memory.model)
+}
+
+/// Which choices are read as a word somewhere; the others are single bits.
+fn word_choices(program: &Program) -> Vec<bool> {
+    let mut words = vec![false; program.choices as usize];
+    let mut see_word = |source: &WordSource| {
+        if let WordSource::Free(choice) = source {
+            words[choice.0 as usize] = true;
+        }
+    };
+    for instruction in &program.instructions {
+        let fires = match &instruction.step {
+            Step::Logic { value, .. } => Some(value),
+            Step::Act { fires }
+            | Step::Jump { fires, .. }
+            | Step::Call { fires, .. }
+            | Step::Stop { fires }
+            | Step::ZoneBegin { fires, .. } => Some(fires),
+            Step::ForBegin { count, .. } => {
+                see_word(count);
+                None
+            }
+            _ => None,
+        };
+        if let Some(logic) = fires {
+            logic_words(logic, &mut see_word);
+        }
+        for effect in &instruction.effects {
+            match &effect.write {
+                Write::Bit(_, value) => logic_words(value, &mut see_word),
+                Write::Words(_, number) => number_words(number, &mut see_word),
+                Write::Forget(..) => {}
+            }
+        }
+    }
+    words
+}
+
+fn logic_words(logic: &Logic, see: &mut dyn FnMut(&WordSource)) {
+    match logic {
+        Logic::Condition | Logic::Const(_) | Logic::Bit(_) => {}
+        Logic::Not(inner) => logic_words(inner, see),
+        Logic::All(parts) | Logic::Any(parts) => {
+            parts.iter().for_each(|part| logic_words(part, see))
+        }
+        Logic::Compare(compare) => {
+            number_words(&compare.left, see);
+            number_words(&compare.right, see);
+        }
+    }
+}
+
+fn number_words(number: &Number, see: &mut dyn FnMut(&WordSource)) {
+    match number {
+        Number::Words(sources) => sources.iter().for_each(see),
+        Number::Add(a, b)
+        | Number::Sub(a, b)
+        | Number::And(a, b)
+        | Number::Or(a, b)
+        | Number::Xor(a, b) => {
+            number_words(a, see);
+            number_words(b, see);
+        }
+    }
+}
+
+/// The results of a routine's rungs: stack, save slots, zones.
+#[derive(Debug, Clone, Default)]
+struct Results {
+    /// `None` where paths of different depth met: nothing may be read until a rung starts.
+    stack: Option<Vec<Lit>>,
+    slots: BTreeMap<u32, Lit>,
+}
+
+/// A jump on its way to its target: whether it was taken, and the results it carries.
+#[derive(Debug, Clone)]
+struct Landing {
+    taken: Lit,
+    results: Results,
+}
+
+/// One activation of a routine.
+struct Activation {
+    active: Lit,
+    results: Results,
+    zones: Vec<(u32, Lit)>,
+    landings: BTreeMap<usize, Landing>,
+    returned: Lit,
+}
+
+struct Run<'p> {
+    program: &'p Program,
+    times: Times<'p>,
+    memory: Memory<'p>,
+    frames: Vec<Frame>,
+    stopped: Lit,
+    executed: usize,
+}
+
+impl Run<'_> {
+    /// Runs a routine from `from`, to `to` at most; whether control comes back from it.
+    fn routine(&mut self, from: usize, to: usize, active: Lit) -> Result<Lit, ScanError> {
+        let mut act = Activation {
+            active,
+            results: Results { stack: Some(Vec::new()), ..Results::default() },
+            zones: Vec::new(),
+            landings: BTreeMap::new(),
+            returned: Lit::FALSE,
+        };
+        self.span(&mut act, from, to)?;
+        Ok(self.memory.circuit().or(act.returned, act.active))
+    }
+
+    /// Runs the instructions from `from` up to, not including, `to`.
+    fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), ScanError> {
+        let mut at = from;
+        while at < to {
+            if let Some(landing) = act.landings.remove(&at) {
+                self.land(act, landing);
+            }
+            if act.active == Lit::FALSE {
+                // Nothing is reached before the next landing.
+                match act.landings.range(at..to).next() {
+                    Some((&next, _)) => at = next,
+                    None => return Ok(()),
+                }
+                continue;
+            }
+            at = self.instruction(act, at)?;
+        }
+        Ok(())
+    }
+
+    fn land(&mut self, act: &mut Activation, landing: Landing) {
+        if act.active == Lit::FALSE {
+            (act.active, act.results) = (landing.taken, landing.results);
+            return;
+        }
+        let circuit = self.memory.circuit();
+        let Landing { taken, results } = landing;
+        act.results.stack = match (act.results.stack.take(), results.stack) {
+            (Some(here), Some(there)) if here.len() == there.len() => {
+                Some(here.iter().zip(&there).map(|(&h, &t)| circuit.ite(taken, t, h)).collect())
+            }
+            _ => None,
+        };
+        for (slot, there) in results.slots {
+            let here = act.results.slots.get(&slot).copied().unwrap_or(there);
+            act.results.slots.insert(slot, circuit.ite(taken, there, here));
+        }
+        act.active = circuit.or(act.active, taken);
+    }
+
+    /// Runs one instruction; where to go on.
+    fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, ScanError> {
+        self.executed += 1;
+        if self.executed > MOST_EXECUTED {
+            return Err(ScanError::TooLong { most: MOST_EXECUTED, instruction: at });
+        }
+        let program = self.program;
+        let instruction = &program.instructions[at];
+        let top = match &act.results.stack {
+            Some(stack) => stack.last().copied().unwrap_or(Lit::TRUE),
+            // Unknown, and not needed by what stands between rungs.
+            None if needs_no_result(&instruction.step) => Lit::TRUE,
+            None => return Err(ScanError::NoResult { instruction: at }),
+        };
+        let condition = if acts(&instruction.step) {
+            let zones: Vec<Lit> = act.zones.iter().map(|&(_, zone)| zone).collect();
+            let circuit = self.memory.circuit();
+            let zones = circuit.all(zones);
+            circuit.and(top, zones)
+        } else {
+            top
+        };
+        let fires = match &instruction.step {
+            Step::Logic { value, .. } => self.logic(value, condition, at),
+            Step::Act { fires }
+            | Step::Jump { fires, .. }
+            | Step::Call { fires, .. }
+            | Step::Stop { fires }
+            | Step::ZoneBegin { fires, .. } => self.logic(fires, condition, at),
+            _ => Lit::TRUE,
+        };
+        let fired = self.memory.circuit().and(act.active, fires);
+        self.charge(at, act.active, fired);
+        for effect in &instruction.effects {
+            self.effect(effect, act.active, fired, condition, at);
+        }
+        self.step(act, at, &instruction.step, fires, fired)
+    }
+
+    fn charge(&mut self, at: usize, reached: Lit, fires: Lit) {
+        let (on, off) = self.times[at];
+        if on == Picos::ZERO && off == Picos::ZERO {
+            return;
+        }
+        let frames = self.frames.clone();
+        self.memory.model.charges.push(Charge { instruction: at, frames, reached, fires, on, off });
+    }
+
+    fn effect(&mut self, effect: &Effect, active: Lit, fired: Lit, condition: Lit, at: usize) {
+        let guard = match effect.when {
+            When::Always => active,
+            When::Fired => fired,
+        };
+        match &effect.write {
+            Write::Bit(target, value) => {
+                let value = self.logic(value, condition, at);
+                self.memory.write_bit(*target, guard, value);
+            }
+            Write::Words(targets, number) => {
+                let words = self.number(number, at);
+                for (&target, &word) in targets.iter().zip(&words) {
+                    self.memory.write_word(target, guard, word);
+                }
+            }
+            Write::Forget(region, choice) => {
+                self.memory.forget(*region, guard, &self.frames, *choice)
+            }
+        }
+    }
+
+    /// Carries out the step itself; where to go on.
+    fn step(
+        &mut self,
+        act: &mut Activation,
+        at: usize,
+        step: &Step,
+        fires: Lit,
+        fired: Lit,
+    ) -> Result<usize, ScanError> {
+        let next = at + 1;
+        match step {
+            Step::Act { .. } | Step::Nothing => {}
+            Step::Logic { join, .. } => self.join(&mut act.results, *join, fires, at)?,
+            Step::AndBlock | Step::OrBlock => {
+                let stack = act.results.stack.as_mut().filter(|stack| stack.len() >= 2);
+                let stack = stack.ok_or(ScanError::NoResult { instruction: at })?;
+                let (b, a) = (stack.pop().unwrap_or(Lit::TRUE), stack.pop().unwrap_or(Lit::TRUE));
+                let circuit = self.memory.circuit();
+                stack.push(if *step == Step::AndBlock {
+                    circuit.and(a, b)
+                } else {
+                    circuit.or(a, b)
+                });
+            }
+            Step::Save(slot) => {
+                let top = act
+                    .results
+                    .stack
+                    .as_ref()
+                    .and_then(|stack| stack.last().copied())
+                    .unwrap_or(Lit::TRUE);
+                act.results.slots.insert(*slot, top);
+            }
+            Step::Fetch(slot) => {
+                let saved =
+                    *act.results.slots.get(slot).ok_or(ScanError::NoResult { instruction: at })?;
+                self.join(&mut act.results, Join::Replace, saved, at)?;
+            }
+            Step::Jump { target, .. } => self.jump(act, *target, fires, fired),
+            Step::Call { target, .. } => {
+                self.frames.push(Frame { at, turn: 0 });
+                let back = self.routine(*target, self.program.instructions.len(), fired)?;
+                self.frames.pop();
+                let circuit = self.memory.circuit();
+                let passed = circuit.and(act.active, !fires);
+                act.active = circuit.or(passed, back);
+            }
+            Step::Return => {
+                act.returned = self.memory.circuit().or(act.returned, act.active);
+                act.active = Lit::FALSE;
+            }
+            Step::End => act.active = Lit::FALSE,
+            Step::Stop { .. } => {
+                let circuit = self.memory.circuit();
+                act.active = circuit.and(act.active, !fires);
+                self.stopped = circuit.or(self.stopped, fired);
+            }
+            Step::ForBegin { count, least, most, end } => {
+                self.turns(act, at, *count, *least, *most, *end)?;
+                return Ok(end + 1);
+            }
+            Step::ForEnd => {}
+            Step::Bulk { end, charges, forgets, choice, exits } => {
+                self.bulk(act, charges, forgets, *choice);
+                for &(choice, target) in exits {
+                    let taken = self.logic(&Logic::Bit(BitSource::Free(choice)), Lit::TRUE, at);
+                    let fired = self.memory.circuit().and(act.active, taken);
+                    self.jump(act, target, taken, fired);
+                }
+                return Ok(end + 1);
+            }
+            Step::ZoneBegin { level, .. } => act.zones.push((*level, fires)),
+            Step::ZoneEnd { level } => act.zones.retain(|&(open, _)| open < *level),
+        }
+        Ok(next)
+    }
+
+    fn join(
+        &mut self,
+        results: &mut Results,
+        join: Join,
+        value: Lit,
+        at: usize,
+    ) -> Result<(), ScanError> {
+        if join == Join::Start {
+            results.stack = Some(vec![value]);
+            return Ok(());
+        }
+        let stack = results.stack.as_mut().ok_or(ScanError::NoResult { instruction: at })?;
+        let circuit = self.memory.circuit();
+        let value = match join {
+            Join::Start | Join::Load => value,
+            Join::Replace => {
+                stack.pop();
+                value
+            }
+            Join::And | Join::Or => {
+                let top = stack.pop().unwrap_or(Lit::TRUE);
+                if join == Join::And { circuit.and(top, value) } else { circuit.or(top, value) }
+            }
+        };
+        stack.push(value);
+        Ok(())
+    }
+
+    fn jump(&mut self, act: &mut Activation, target: usize, fires: Lit, fired: Lit) {
+        let circuit = self.memory.circuit();
+        act.active = circuit.and(act.active, !fires);
+        if fired == Lit::FALSE {
+            return;
+        }
+        let arriving = Activation {
+            active: Lit::FALSE,
+            results: Results::default(),
+            zones: Vec::new(),
+            landings: BTreeMap::new(),
+            returned: Lit::FALSE,
+        };
+        let mut merged = arriving;
+        if let Some(earlier) = act.landings.remove(&target) {
+            self.land(&mut merged, earlier);
+        }
+        self.land(&mut merged, Landing { taken: fired, results: act.results.clone() });
+        act.landings.insert(target, Landing { taken: merged.active, results: merged.results });
+    }
+
+    /// Runs a loop turn by turn, each where the count reaches it.
+    fn turns(
+        &mut self,
+        act: &mut Activation,
+        at: usize,
+        count: WordSource,
+        least: u32,
+        most: u32,
+        end: usize,
+    ) -> Result<(), ScanError> {
+        let count = self.word(count, at);
+        let mut done = Lit::FALSE;
+        for turn in 0..most {
+            if act.active == Lit::FALSE {
+                break;
+            }
+            if turn >= least {
+                // One turn more: the count, signed, is above the turns made.
+                let first = u16::try_from(turn + 1).unwrap_or(u16::MAX);
+                let more = match first {
+                    0x8000.. => Lit::FALSE,
+                    _ => self.memory.words.in_range(
+                        &mut self.memory.model.circuit,
+                        count,
+                        first,
+                        0x7FFF,
+                    ),
+                };
+                let circuit = self.memory.circuit();
+                let finished = circuit.and(act.active, !more);
+                done = circuit.or(done, finished);
+                act.active = circuit.and(act.active, more);
+            }
+            self.frames.push(Frame { at, turn });
+            let result = self.span(act, at + 1, end + 1);
+            self.frames.pop();
+            result?;
+        }
+        act.active = self.memory.circuit().or(act.active, done);
+        Ok(())
+    }
+
+    fn bulk(
+        &mut self,
+        act: &Activation,
+        charges: &[(usize, u64)],
+        forgets: &[Region],
+        choice: ChoiceId,
+    ) {
+        for &(instruction, times) in charges {
+            let (on, off) = self.times[instruction];
+            let cost = on.max(off).times(times);
+            if cost > Picos::ZERO {
+                let frames = self.frames.clone();
+                let (reached, fires) = (act.active, act.active);
+                let charge = Charge { instruction, frames, reached, fires, on: cost, off: cost };
+                self.memory.model.charges.push(charge);
+            }
+        }
+        for &region in forgets {
+            self.memory.forget(region, act.active, &self.frames, choice);
+        }
+    }
+
+    fn logic(&mut self, logic: &Logic, condition: Lit, at: usize) -> Lit {
+        match logic {
+            Logic::Condition => condition,
+            Logic::Const(value) => Lit::constant(*value),
+            Logic::Bit(BitSource::Const(value)) => Lit::constant(*value),
+            Logic::Bit(BitSource::Cell(cell)) => self.memory.read_bit(*cell),
+            Logic::Bit(BitSource::WordBit(cell, bit)) => {
+                let word = self.memory.read_word(*cell);
+                self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)]
+            }
+            Logic::Bit(BitSource::Free(choice)) => {
+                let program = self.program;
+                self.memory.bit_choice(&self.frames, *choice, &|| describe(program, at))
+            }
+            Logic::Not(inner) => !self.logic(inner, condition, at),
+            Logic::All(parts) => {
+                let lits: Vec<Lit> =
+                    parts.iter().map(|part| self.logic(part, condition, at)).collect();
+                self.memory.circuit().all(lits)
+            }
+            Logic::Any(parts) => {
+                let lits: Vec<Lit> =
+                    parts.iter().map(|part| self.logic(part, condition, at)).collect();
+                self.memory.circuit().any(lits)
+            }
+            Logic::Compare(compare) => self.compare(compare, at),
+        }
+    }
+
+    fn compare(&mut self, compare: &Compare, at: usize) -> Lit {
+        let left = self.number(&compare.left, at);
+        let right = self.number(&compare.right, at);
+        let special = match compare.reading {
+            Reading::Real(choice) => {
+                Some(self.logic(&Logic::Bit(BitSource::Free(choice)), Lit::TRUE, at))
+            }
+            Reading::Signed | Reading::Unsigned => None,
+        };
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        match special {
+            Some(special) => {
+                number::compare_real(words, circuit, compare.relation, &left, &right, special)
+            }
+            None => {
+                let signed = compare.reading == Reading::Signed;
+                number::compare(words, circuit, compare.relation, signed, &left, &right)
+            }
+        }
+    }
+
+    fn number(&mut self, number: &Number, at: usize) -> Vec<Word> {
+        let (a, b) = match number {
+            Number::Words(sources) => {
+                return sources.iter().map(|&source| self.word(source, at)).collect();
+            }
+            Number::Add(a, b)
+            | Number::Sub(a, b)
+            | Number::And(a, b)
+            | Number::Or(a, b)
+            | Number::Xor(a, b) => (self.number(a, at), self.number(b, at)),
+        };
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        match number {
+            Number::Add(..) => number::add(words, circuit, &a, &b, false),
+            Number::Sub(..) => number::add(words, circuit, &a, &b, true),
+            Number::And(..) => number::bitwise(words, circuit, &a, &b, |c, x, y| c.and(x, y)),
+            Number::Or(..) => number::bitwise(words, circuit, &a, &b, |c, x, y| c.or(x, y)),
+            Number::Xor(..) => number::bitwise(words, circuit, &a, &b, |c, x, y| c.xor(x, y)),
+            Number::Words(_) => a,
+        }
+    }
+
+    fn word(&mut self, source: WordSource, at: usize) -> Word {
+        match source {
+            WordSource::Const(value) => self.memory.words.constant(value),
+            WordSource::Cell(cell) => self.memory.read_word(cell),
+            WordSource::Bits { first, count } => {
+                let bits = std::array::from_fn(|i| {
+                    if i < usize::from(count) {
+                        self.memory.read_bit(first.plus(i as u32))
+                    } else {
+                        Lit::FALSE
+                    }
+                });
+                self.memory.words.of_bits(&self.memory.model.circuit, bits)
+            }
+            WordSource::Free(choice) => {
+                let program = self.program;
+                self.memory.word_choice(&self.frames, choice, &|| describe(program, at))
+            }
+        }
+    }
+
+    /// Holds the start value of one or two words within a signed range.
+    fn constrain(&mut self, cells: &[crate::program::Cell], low: i64, high: i64) {
+        let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
+        let bits = 16 * cells.len() as u32;
+        let (least, largest) = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
+        for (limit, relation) in [
+            (low.max(least), crate::program::Relation::GreaterOrEqual),
+            (high.min(largest), crate::program::Relation::LessOrEqual),
+        ] {
+            let limit: Vec<Word> = (0..cells.len())
+                .map(|i| self.memory.words.constant((limit >> (16 * i)) as u16))
+                .collect();
+            let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+            let holds = number::compare(words, circuit, relation, true, &value, &limit);
+            if holds != Lit::TRUE {
+                self.memory.model.constraints.push(holds);
+            }
+        }
+    }
+}
+
+/// Whether zones hold the step off.
+fn acts(step: &Step) -> bool {
+    !matches!(
+        step,
+        Step::Logic { .. }
+            | Step::AndBlock
+            | Step::OrBlock
+            | Step::Save(_)
+            | Step::Fetch(_)
+            | Step::ForBegin { .. }
+            | Step::ForEnd
+    )
+}
+
+/// Whether the step can stand between rungs, where there is no result.
+fn needs_no_result(step: &Step) -> bool {
+    match step {
+        Step::Logic { join, .. } => *join == Join::Start,
+        Step::Act { fires }
+        | Step::Jump { fires, .. }
+        | Step::Call { fires, .. }
+        | Step::Stop { fires } => !mentions_condition(fires),
+        Step::AndBlock
+        | Step::OrBlock
+        | Step::Save(_)
+        | Step::Fetch(_)
+        | Step::ZoneBegin { .. } => false,
+        _ => true,
+    }
+}
+
+fn mentions_condition(logic: &Logic) -> bool {
+    match logic {
+        Logic::Condition => true,
+        Logic::Const(_) | Logic::Bit(_) | Logic::Compare(_) => false,
+        Logic::Not(inner) => mentions_condition(inner),
+        Logic::All(parts) | Logic::Any(parts) => parts.iter().any(mentions_condition),
+    }
+}
+
+/// A choice's name: the instruction that makes it.
+fn describe(program: &Program, at: usize) -> String {
+    let instruction = &program.instructions[at];
+    format!("`{}` in line {}", instruction.text, instruction.place.line)
+}

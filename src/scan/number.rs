@@ -1,0 +1,415 @@
+//! Numbers of one or more symbolic words: sums, bitwise operations, comparisons.
+
+use super::word::{Word, Words, add_bits};
+use crate::model::{Circuit, Lit};
+use crate::program::Relation;
+
+/// Sum (or, with `subtract`, difference) of two numbers, least word first, wrapping.
+pub fn add(
+    words: &mut Words,
+    circuit: &mut Circuit,
+    a: &[Word],
+    b: &[Word],
+    subtract: bool,
+) -> Vec<Word> {
+    let constant = |words: &Words, n: &[Word]| {
+        n.iter().map(|&w| words.as_constant(w)).collect::<Option<Vec<u16>>>()
+    };
+    match (constant(words, a), constant(words, b)) {
+        (_, Some(addend)) => {
+            let addend = if subtract { negate(&addend) } else { addend };
+            add_constant(words, circuit, a, &addend)
+        }
+        (Some(addend), None) if !subtract => add_constant(words, circuit, b, &addend),
+        _ => {
+            let mut carry = Lit::constant(subtract);
+            let mut sum = Vec::with_capacity(a.len());
+            for (&x, &y) in a.iter().zip(b) {
+                let x = words.bits(circuit, x);
+                let y = words.bits(circuit, y).map(|bit| if subtract { !bit } else { bit });
+                let (bits, out) = add_bits(circuit, &x, &y, carry);
+                carry = out;
+                sum.push(words.of_bits(circuit, bits));
+            }
+            sum
+        }
+    }
+}
+
+fn negate(number: &[u16]) -> Vec<u16> {
+    let mut carry = true;
+    number
+        .iter()
+        .map(|&word| {
+            let (word, overflow) = (!word).overflowing_add(u16::from(carry));
+            carry = overflow;
+            word
+        })
+        .collect()
+}
+
+/// Adds a constant word by word; a word's carry into the next is a range of its old value.
+fn add_constant(words: &mut Words, circuit: &mut Circuit, a: &[Word], addend: &[u16]) -> Vec<Word> {
+    let mut carry = Lit::FALSE;
+    let mut sum = Vec::with_capacity(a.len());
+    for (&word, &addend) in a.iter().zip(addend) {
+        let without = words.plus(word, addend);
+        let with = words.plus(word, addend.wrapping_add(1));
+        sum.push(words.either(carry, with, without));
+        // It overflows if the word is at least 65536 - addend, or one less where a carry comes in.
+        let overflow_without = if addend == 0 {
+            Lit::FALSE
+        } else {
+            words.in_range(circuit, word, 0u16.wrapping_sub(addend), u16::MAX)
+        };
+        let overflow_with = words.in_range(circuit, word, u16::MAX - addend, u16::MAX);
+        carry = circuit.ite(carry, overflow_with, overflow_without);
+    }
+    sum
+}
+
+/// A bitwise operation, bit by bit.
+pub fn bitwise(
+    words: &mut Words,
+    circuit: &mut Circuit,
+    a: &[Word],
+    b: &[Word],
+    operation: fn(&mut Circuit, Lit, Lit) -> Lit,
+) -> Vec<Word> {
+    a.iter()
+        .zip(b)
+        .map(|(&x, &y)| {
+            let (x, y) = (words.bits(circuit, x), words.bits(circuit, y));
+            let bits = std::array::from_fn(|i| operation(circuit, x[i], y[i]));
+            words.of_bits(circuit, bits)
+        })
+        .collect()
+}
+
+/// Compares two numbers as integers.
+pub fn compare(
+    words: &mut Words,
+    circuit: &mut Circuit,
+    relation: Relation,
+    signed: bool,
+    a: &[Word],
+    b: &[Word],
+) -> Lit {
+    match relation {
+        Relation::Equal => equal(words, circuit, a, b),
+        Relation::NotEqual => !equal(words, circuit, a, b),
+        Relation::Less => less(words, circuit, signed, a, b),
+        Relation::GreaterOrEqual => !less(words, circuit, signed, a, b),
+        Relation::Greater => less(words, circuit, signed, b, a),
+        Relation::LessOrEqual => !less(words, circuit, signed, b, a),
+    }
+}
+
+fn equal(words: &mut Words, circuit: &mut Circuit, a: &[Word], b: &[Word]) -> Lit {
+    let mut result = Lit::TRUE;
+    for (&x, &y) in a.iter().zip(b) {
+        let same = equal_word(words, circuit, x, y);
+        result = circuit.and(result, same);
+    }
+    result
+}
+
+fn equal_word(words: &mut Words, circuit: &mut Circuit, a: Word, b: Word) -> Lit {
+    if a == b {
+        return Lit::TRUE;
+    }
+    match (words.as_constant(a), words.as_constant(b)) {
+        (_, Some(c)) => words.in_range(circuit, a, c, c),
+        (Some(c), _) => words.in_range(circuit, b, c, c),
+        _ => {
+            let (x, y) = (words.bits(circuit, a), words.bits(circuit, b));
+            let differences: Vec<Lit> = (0..16).map(|i| circuit.xor(x[i], y[i])).collect();
+            !circuit.any(differences)
+        }
+    }
+}
+
+/// Whether `a < b`: the least word first, so each further word outweighs the answer so far.
+fn less(words: &mut Words, circuit: &mut Circuit, signed: bool, a: &[Word], b: &[Word]) -> Lit {
+    let mut result = Lit::FALSE;
+    for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
+        let sign = signed && i + 1 == a.len();
+        let smaller = less_word(words, circuit, sign, x, y);
+        let same = equal_word(words, circuit, x, y);
+        let lower_words = circuit.and(same, result);
+        result = circuit.or(smaller, lower_words);
+    }
+    result
+}
+
+fn less_word(words: &mut Words, circuit: &mut Circuit, signed: bool, a: Word, b: Word) -> Lit {
+    if a == b {
+        return Lit::FALSE;
+    }
+    match (words.as_constant(a), words.as_constant(b)) {
+        (_, Some(c)) => below(words, circuit, signed, a, c),
+        // c < b unless b <= c, that is b < c or b = c.
+        (Some(c), _) => {
+            let below = below(words, circuit, signed, b, c);
+            let same = words.in_range(circuit, b, c, c);
+            circuit.and(!below, !same)
+        }
+        _ => {
+            let (mut x, mut y) = (words.bits(circuit, a), words.bits(circuit, b));
+            if signed {
+                // Two's complement order is unsigned order with the sign bits flipped.
+                (x[15], y[15]) = (!x[15], !y[15]);
+            }
+            bits_less(circuit, &x, &y)
+        }
+    }
+}
+
+/// Whether a word lies below a constant.
+fn below(words: &mut Words, circuit: &mut Circuit, signed: bool, word: Word, constant: u16) -> Lit {
+    const LEAST: u16 = 0x8000;
+    match constant {
+        0 if !signed => Lit::FALSE,
+        LEAST if signed => Lit::FALSE,
+        c if !signed => words.in_range(circuit, word, 0, c - 1),
+        // Signed and not positive: from the least number to just below.
+        c if c == 0 || c > LEAST => words.in_range(circuit, word, LEAST, c.wrapping_sub(1)),
+        c => {
+            let not_between = words.in_range(circuit, word, c, LEAST - 1);
+            !not_between
+        }
+    }
+}
+
+/// Whether `a < b` as unsigned numbers of equally many bits, the least first.
+fn bits_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
+    let mut result = Lit::FALSE;
+    for (&x, &y) in a.iter().zip(b) {
+        let smaller = circuit.and(!x, y);
+        let differ = circuit.xor(x, y);
+        result = circuit.ite(differ, smaller, result);
+    }
+    result
+}
+
+/// Compares two IEEE 754 singles; where either is not a normal number or +0 the result is `special`.
+pub fn compare_real(
+    words: &mut Words,
+    circuit: &mut Circuit,
+    relation: Relation,
+    a: &[Word],
+    b: &[Word],
+    special: Lit,
+) -> Lit {
+    let a = real_bits(words, circuit, a);
+    let b = real_bits(words, circuit, b);
+    let plain_a = is_plain(circuit, &a);
+    let plain_b = is_plain(circuit, &b);
+    let plain = circuit.and(plain_a, plain_b);
+    let same = {
+        let differences: Vec<Lit> = a.iter().zip(&b).map(|(&x, &y)| circuit.xor(x, y)).collect();
+        !circuit.any(differences)
+    };
+    let less = real_less(circuit, &a, &b);
+    let greater = real_less(circuit, &b, &a);
+    let ordered = match relation {
+        Relation::Equal => same,
+        Relation::NotEqual => !same,
+        Relation::Less => less,
+        Relation::GreaterOrEqual => !less,
+        Relation::Greater => greater,
+        Relation::LessOrEqual => !greater,
+    };
+    circuit.ite(plain, ordered, special)
+}
+
+fn real_bits(words: &mut Words, circuit: &mut Circuit, number: &[Word]) -> Vec<Lit> {
+    number.iter().flat_map(|&word| words.bits(circuit, word)).collect()
+}
+
+/// A normal number (exponent neither all zeros nor all ones) or +0.
+fn is_plain(circuit: &mut Circuit, bits: &[Lit]) -> Lit {
+    let exponent = &bits[23..31];
+    let some_one = circuit.any(exponent.iter().copied());
+    let all_ones = circuit.all(exponent.iter().copied());
+    let normal = circuit.and(some_one, !all_ones);
+    let nothing = circuit.any(bits.iter().copied());
+    circuit.or(normal, !nothing)
+}
+
+/// Order of plain numbers: by sign, then by magnitude, turned round below zero.
+fn real_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
+    let (sign_a, sign_b) = (a[31], b[31]);
+    let smaller = bits_less(circuit, &a[..31], &b[..31]);
+    let larger = bits_less(circuit, &b[..31], &a[..31]);
+    let same_sign = circuit.ite(sign_a, larger, smaller);
+    let differ = circuit.xor(sign_a, sign_b);
+    circuit.ite(differ, sign_a, same_sign)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Assignment, VarId};
+
+    const VALUES: [u16; 11] =
+        [0, 1, 2, 0x3F80, 0x7F7F, 0x7F80, 0x7FFF, 0x8000, 0x8001, 0xBF80, 0xFFFF];
+    const RELATIONS: [Relation; 6] = [
+        Relation::Equal,
+        Relation::NotEqual,
+        Relation::Less,
+        Relation::LessOrEqual,
+        Relation::Greater,
+        Relation::GreaterOrEqual,
+    ];
+
+    fn holds<T: PartialOrd>(relation: Relation, a: T, b: T) -> bool {
+        match relation {
+            Relation::Equal => a == b,
+            Relation::NotEqual => a != b,
+            Relation::Less => a < b,
+            Relation::LessOrEqual => a <= b,
+            Relation::Greater => a > b,
+            Relation::GreaterOrEqual => a >= b,
+        }
+    }
+
+    fn double(low: u16, high: u16) -> u32 {
+        u32::from(high) << 16 | u32::from(low)
+    }
+
+    #[test]
+    fn free_numbers_compare_as_integers_do() {
+        for relation in RELATIONS {
+            for signed in [false, true] {
+                let (mut words, mut circuit) = (Words::default(), Circuit::default());
+                let free: Vec<Word> = (0..4).map(|v| words.free(VarId(v))).collect();
+                let single =
+                    compare(&mut words, &mut circuit, relation, signed, &free[..1], &free[1..2]);
+                let pair =
+                    compare(&mut words, &mut circuit, relation, signed, &free[..2], &free[2..]);
+                for a in VALUES {
+                    for b in VALUES {
+                        let values = circuit.evaluate(&Assignment(vec![a, b, b, a]));
+                        let want = if signed {
+                            holds(relation, a as i16, b as i16)
+                        } else {
+                            holds(relation, a, b)
+                        };
+                        assert_eq!(values.get(single), want, "{a:x} {relation} {b:x} {signed}");
+                        let (x, y) = (double(a, b), double(b, a));
+                        let want = if signed {
+                            holds(relation, x as i32, y as i32)
+                        } else {
+                            holds(relation, x, y)
+                        };
+                        assert_eq!(values.get(pair), want, "{x:x} {relation} {y:x} {signed}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn constants_compare_as_integers_do_on_either_side() {
+        for relation in RELATIONS {
+            for signed in [false, true] {
+                for (low, high) in
+                    VALUES.into_iter().zip(VALUES.into_iter().rev()).chain(VALUES.map(|v| (v, v)))
+                {
+                    let (mut words, mut circuit) = (Words::default(), Circuit::default());
+                    let free: Vec<Word> = (0..2).map(|v| words.free(VarId(v))).collect();
+                    let constant: Vec<Word> = [low, high].map(|v| words.constant(v)).to_vec();
+                    let right =
+                        compare(&mut words, &mut circuit, relation, signed, &free, &constant);
+                    let left =
+                        compare(&mut words, &mut circuit, relation, signed, &constant, &free);
+                    let c = double(low, high);
+                    for a in VALUES {
+                        for b in VALUES {
+                            let x = double(a, b);
+                            let values = circuit.evaluate(&Assignment(vec![a, b]));
+                            let test = |x: u32, y: u32| {
+                                if signed {
+                                    holds(relation, x as i32, y as i32)
+                                } else {
+                                    holds(relation, x, y)
+                                }
+                            };
+                            assert_eq!(
+                                values.get(right),
+                                test(x, c),
+                                "{x:x} {relation} {c:x} {signed}"
+                            );
+                            assert_eq!(
+                                values.get(left),
+                                test(c, x),
+                                "{c:x} {relation} {x:x} {signed}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn plain_reals_compare_as_singles_and_others_freely() {
+        for relation in RELATIONS {
+            let (mut words, mut circuit) = (Words::default(), Circuit::default());
+            let free: Vec<Word> = (0..4).map(|v| words.free(VarId(v))).collect();
+            let special = circuit.atom(crate::model::Atom::Bit(VarId(4)));
+            let lit =
+                compare_real(&mut words, &mut circuit, relation, &free[..2], &free[2..], special);
+            for a in VALUES {
+                for b in VALUES {
+                    for choice in [0, 1] {
+                        let values = circuit.evaluate(&Assignment(vec![0, a, 1, b, choice]));
+                        let (x, y) = (f32::from_bits(double(0, a)), f32::from_bits(double(1, b)));
+                        let plain = |f: f32| f.is_normal() || f.to_bits() == 0;
+                        let want =
+                            if plain(x) && plain(y) { holds(relation, x, y) } else { choice == 1 };
+                        assert_eq!(values.get(lit), want, "{x} {relation} {y}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sums_and_differences_wrap_over_words() {
+        for subtract in [false, true] {
+            for constant in [
+                None,
+                Some((1, 0)),
+                Some((0xFFFF, 0)),
+                Some((0, 1)),
+                Some((0xFFFF, 0xFFFF)),
+                Some((5, 0x7FFF)),
+            ] {
+                let (mut words, mut circuit) = (Words::default(), Circuit::default());
+                let free: Vec<Word> = (0..4).map(|v| words.free(VarId(v))).collect();
+                let right = match constant {
+                    Some((low, high)) => vec![words.constant(low), words.constant(high)],
+                    None => free[2..].to_vec(),
+                };
+                let sum = add(&mut words, &mut circuit, &free[..2], &right, subtract);
+                let bits: Vec<_> = sum.iter().map(|&w| words.bits(&mut circuit, w)).collect();
+                for a in VALUES {
+                    for b in VALUES {
+                        let values = circuit.evaluate(&Assignment(vec![a, b, b, a]));
+                        let (x, y) = (
+                            double(a, b),
+                            constant.map_or(double(b, a), |(low, high)| double(low, high)),
+                        );
+                        let want = if subtract { x.wrapping_sub(y) } else { x.wrapping_add(y) };
+                        let got = (0..32).fold(0u32, |n, i| {
+                            n | u32::from(values.get(bits[i / 16][i % 16])) << i
+                        });
+                        assert_eq!(got, want, "{x:x} {y:x} {subtract}");
+                    }
+                }
+            }
+        }
+    }
+}
