@@ -1,0 +1,186 @@
+//! A problem's circuit as clauses, and the way back from a solver's model to an assignment.
+
+use super::problem::Problem;
+use crate::model::{Assignment, Atom, Lit, Node, VarId};
+use std::collections::BTreeMap;
+
+/// Clauses over variables 1, 2, ...; a literal is a variable or, negated, its negative, as in DIMACS files.
+#[derive(Debug, Clone, Default)]
+pub struct Clauses {
+    /// How many variables there are.
+    pub variables: usize,
+    /// What holds in every model.
+    pub clauses: Vec<Vec<i32>>,
+    /// The literal of each of the problem's items.
+    pub items: Vec<i32>,
+    /// The literal of each node of the circuit; 0 where a node has none of its own.
+    nodes: Vec<i32>,
+    /// Which variable stands for which atom, by variable.
+    pub atoms: Vec<(i32, Atom)>,
+    /// The sixteen bits, least first, of words of which bits are asked.
+    bits: BTreeMap<VarId, Vec<i32>>,
+}
+
+impl Clauses {
+    /// The clauses of a problem. A word is a chain of thresholds, each implied by the next; where single bits
+    /// of it are asked too, the thresholds are tied to the bits by comparison.
+    #[must_use]
+    pub fn new(problem: &Problem) -> Clauses {
+        let nodes = problem.circuit.nodes();
+        let uses = uses(problem);
+        let mut clauses = Clauses { nodes: vec![0; nodes.len()], ..Clauses::default() };
+        for (index, node) in nodes.iter().enumerate() {
+            match *node {
+                Node::Atom(atom) if uses[index] != Use::None => {
+                    let variable = clauses.variable();
+                    clauses.nodes[index] = variable;
+                    clauses.atoms.push((variable, atom));
+                }
+                Node::And(a, b) if uses[index] == Use::Gate => {
+                    let inputs = inputs(nodes, &uses, a, b);
+                    let inputs: Vec<i32> = inputs.into_iter().map(|l| clauses.literal(l)).collect();
+                    clauses.nodes[index] = clauses.and(&inputs);
+                }
+                _ => {}
+            }
+        }
+        clauses.words();
+        for &lit in &problem.hard {
+            let unit = if lit == Lit::FALSE { vec![] } else { vec![clauses.literal(lit)] };
+            clauses.clauses.push(unit);
+        }
+        clauses.items = problem.items.iter().map(|item| clauses.literal(item.guard)).collect();
+        clauses
+    }
+
+    fn literal(&self, lit: Lit) -> i32 {
+        let variable = self.nodes[lit.node()];
+        if lit.is_negated() { -variable } else { variable }
+    }
+
+    /// The assignment that a model stands for, over the problem's variables.
+    pub fn assignment(&self, problem: &Problem, holds: impl Fn(i32) -> bool) -> Assignment {
+        let mut assignment = problem.zeros();
+        for &(variable, atom) in &self.atoms {
+            let value = &mut assignment.0[atom.variable().0 as usize];
+            if holds(variable) {
+                match atom {
+                    Atom::Bit(_) => *value = 1,
+                    Atom::AtLeast(_, threshold) => *value = threshold.max(*value),
+                    Atom::WordBit(..) => {}
+                }
+            }
+        }
+        for (word, bits) in &self.bits {
+            let ones = bits.iter().enumerate().filter(|&(_, &bit)| holds(bit));
+            assignment.0[word.0 as usize] = ones.map(|(place, _)| 1 << place).sum();
+        }
+        assignment
+    }
+
+    fn variable(&mut self) -> i32 {
+        self.variables += 1;
+        i32::try_from(self.variables).expect("a problem's variables are counted in 31 bits")
+    }
+
+    fn and(&mut self, inputs: &[i32]) -> i32 {
+        let gate = self.variable();
+        self.clauses.extend(inputs.iter().map(|&input| vec![-gate, input]));
+        self.clauses.push(inputs.iter().map(|input| -input).chain([gate]).collect());
+        gate
+    }
+
+    fn words(&mut self) {
+        let mut thresholds: BTreeMap<VarId, Vec<(u16, i32)>> = BTreeMap::new();
+        let mut asked: BTreeMap<VarId, Vec<(u8, i32)>> = BTreeMap::new();
+        for &(variable, atom) in &self.atoms {
+            match atom {
+                Atom::Bit(_) => {}
+                Atom::AtLeast(word, threshold) => {
+                    thresholds.entry(word).or_default().push((threshold, variable));
+                }
+                Atom::WordBit(word, bit) => asked.entry(word).or_default().push((bit, variable)),
+            }
+        }
+        for chain in thresholds.values_mut() {
+            chain.sort_unstable();
+            for pair in chain.windows(2) {
+                self.clauses.push(vec![-pair[1].1, pair[0].1]);
+            }
+        }
+        for (word, places) in asked {
+            let mut bits: Vec<i32> = vec![0; 16];
+            for (place, variable) in places {
+                bits[usize::from(place)] = variable;
+            }
+            for bit in &mut bits {
+                if *bit == 0 {
+                    *bit = self.variable();
+                }
+            }
+            for &(threshold, variable) in thresholds.get(&word).into_iter().flatten() {
+                self.compare(&bits, threshold, variable);
+            }
+            self.bits.insert(word, bits);
+        }
+    }
+
+    /// Ties `reached` to: the number of these bits is at least `threshold`, which is not 0.
+    fn compare(&mut self, bits: &[i32], threshold: u16, reached: i32) {
+        // From the least bit up: whether the bits so far are at least the threshold's bits so far. Below the
+        // threshold's lowest one they always are.
+        let lowest = threshold.trailing_zeros() as usize;
+        let mut below = bits[lowest];
+        for (place, &bit) in bits.iter().enumerate().skip(lowest + 1) {
+            below = if threshold >> place & 1 == 1 {
+                self.and(&[bit, below])
+            } else {
+                -self.and(&[-bit, -below])
+            };
+        }
+        self.clauses.extend([vec![-reached, below], vec![reached, -below]]);
+    }
+}
+
+/// What becomes of a node.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Use {
+    /// No item and no constraint depends on it.
+    None,
+    /// It is an input of one gate only, not negated, and is taken into that gate.
+    Inside,
+    /// It has a variable of its own.
+    Gate,
+}
+
+fn uses(problem: &Problem) -> Vec<Use> {
+    let nodes = problem.circuit.nodes();
+    let mut uses = vec![Use::None; nodes.len()];
+    let roots = problem.items.iter().map(|item| item.guard).chain(problem.hard.iter().copied());
+    for root in roots {
+        uses[root.node()] = Use::Gate;
+    }
+    for index in (0..nodes.len()).rev() {
+        if let (Node::And(a, b), true) = (nodes[index], uses[index] != Use::None) {
+            for input in [a, b] {
+                let inside = uses[input.node()] == Use::None && !input.is_negated();
+                uses[input.node()] = if inside { Use::Inside } else { Use::Gate };
+            }
+        }
+    }
+    uses
+}
+
+/// The inputs of a gate and of the gates that are taken into it.
+fn inputs(nodes: &[Node], uses: &[Use], a: Lit, b: Lit) -> Vec<Lit> {
+    let mut inputs = Vec::new();
+    let mut stack = vec![b, a];
+    while let Some(lit) = stack.pop() {
+        match nodes[lit.node()] {
+            Node::And(a, b) if uses[lit.node()] == Use::Inside => stack.extend([b, a]),
+            _ if inputs.contains(&lit) => {}
+            _ => inputs.push(lit),
+        }
+    }
+    inputs
+}

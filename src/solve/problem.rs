@@ -1,0 +1,174 @@
+//! A group's question in normal form: a constant and a sum of weighted guards over a circuit of its own.
+
+use super::Group;
+use crate::model::{Assignment, Circuit, Lit, Node, ScanModel};
+use crate::time::Picos;
+use rustc_hash::FxHashMap;
+
+/// A guard and what it adds to the sum when it is true.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Item {
+    /// The guard, in the problem's circuit; never constant.
+    pub guard: Lit,
+    /// What it adds, in picoseconds; never zero.
+    pub weight: u64,
+    /// The charges it stands for, indices into `ScanModel::charges`, ascending.
+    pub charges: Vec<usize>,
+}
+
+/// Find an assignment that makes every `hard` literal true and the sum of the weights of the true guards
+/// largest. The group's maximum is that sum and the constant.
+#[derive(Debug, Clone, Default)]
+pub struct Problem {
+    /// What the group's guards and constraints depend on, and nothing else.
+    pub circuit: Circuit,
+    /// What every assignment costs, in picoseconds.
+    pub constant: u64,
+    /// Distinct guards, none the negation of another, in order of their first charge.
+    pub items: Vec<Item>,
+    /// What must hold; never constant true.
+    pub hard: Vec<Lit>,
+    /// How many variables the model has.
+    variables: usize,
+}
+
+impl Problem {
+    /// The normal form of a group.
+    ///
+    /// A charge with times `on` and `off` costs `off` where it is reached and `on - off` more where it fires;
+    /// with `on < off`, it costs `on` where it is reached and `off - on` more where it is reached and does not
+    /// fire. Equal guards are one item. Of a guard and its negation one is always true, so the lesser weight
+    /// goes to the constant.
+    #[must_use]
+    pub fn new(model: &ScanModel, group: &Group) -> Problem {
+        let mut problem = Problem { variables: model.variables.len(), ..Problem::default() };
+        let mut cone = Cone { source: &model.circuit, known: FxHashMap::default() };
+        let mut terms = Vec::new();
+        for &index in &group.charges {
+            let charge = &model.charges[index];
+            let reached = cone.copy(&mut problem.circuit, charge.reached);
+            let fires = cone.copy(&mut problem.circuit, charge.fires);
+            let (Picos(on), Picos(off)) = (charge.on, charge.off);
+            terms.push((reached, on.min(off), index));
+            if on > off {
+                terms.push((fires, on - off, index));
+            } else if off > on {
+                let idle = problem.circuit.and(reached, !fires);
+                terms.push((idle, off - on, index));
+            }
+        }
+        for &index in &group.constraints {
+            let lit = cone.copy(&mut problem.circuit, model.constraints[index]);
+            if lit != Lit::TRUE && !problem.hard.contains(&lit) {
+                problem.hard.push(lit);
+            }
+        }
+        problem.collect(terms);
+        problem
+    }
+
+    fn collect(&mut self, terms: Vec<(Lit, u64, usize)>) {
+        // Per node: the weights of the node and of its negation, and the charges of each.
+        let mut place: FxHashMap<usize, usize> = FxHashMap::default();
+        let mut sums: Vec<(usize, [u64; 2], [Vec<usize>; 2])> = Vec::new();
+        for (guard, weight, charge) in terms {
+            if guard == Lit::FALSE || weight == 0 {
+                continue;
+            }
+            if guard == Lit::TRUE {
+                self.constant = sum(self.constant, weight);
+                continue;
+            }
+            let at = *place.entry(guard.node()).or_insert_with(|| {
+                sums.push((guard.node(), [0; 2], [Vec::new(), Vec::new()]));
+                sums.len() - 1
+            });
+            let side = usize::from(guard.is_negated());
+            sums[at].1[side] = sum(sums[at].1[side], weight);
+            if sums[at].2[side].last() != Some(&charge) {
+                sums[at].2[side].push(charge);
+            }
+        }
+        for (node, weights, charges) in sums {
+            let least = weights[0].min(weights[1]);
+            self.constant = sum(self.constant, least);
+            for (side, charges) in charges.into_iter().enumerate() {
+                let weight = weights[side] - least;
+                if weight > 0 {
+                    let node =
+                        u32::try_from(node).expect("a circuit's nodes are counted in 32 bits");
+                    let guard = Lit(2 * node + u32::from(side == 1));
+                    self.items.push(Item { guard, weight, charges });
+                }
+            }
+        }
+    }
+
+    /// The constant and all weights: the bound before any search.
+    #[must_use]
+    pub fn naive(&self) -> u64 {
+        self.items.iter().fold(self.constant, |total, item| sum(total, item.weight))
+    }
+
+    /// What an assignment costs, or `None` if it breaks a constraint.
+    #[must_use]
+    pub fn cost(&self, assignment: &Assignment) -> Option<u64> {
+        let values = self.circuit.evaluate(assignment);
+        let holds = self.hard.iter().all(|&lit| values.get(lit));
+        holds.then(|| {
+            self.items
+                .iter()
+                .filter(|item| values.get(item.guard))
+                .fold(self.constant, |total, item| sum(total, item.weight))
+        })
+    }
+
+    /// The assignment that is 0 everywhere.
+    #[must_use]
+    pub fn zeros(&self) -> Assignment {
+        Assignment(vec![0; self.variables])
+    }
+}
+
+/// A checked sum of picoseconds: a bound that wraps around would be too low.
+fn sum(a: u64, b: u64) -> u64 {
+    (Picos(a) + Picos(b)).0
+}
+
+/// Copies parts of a circuit into another.
+struct Cone<'a> {
+    source: &'a Circuit,
+    known: FxHashMap<usize, Lit>,
+}
+
+impl Cone<'_> {
+    fn copy(&mut self, into: &mut Circuit, lit: Lit) -> Lit {
+        let mut stack = vec![lit.node()];
+        while let Some(&node) = stack.last() {
+            if self.known.contains_key(&node) {
+                stack.pop();
+                continue;
+            }
+            let copied = match self.source.nodes()[node] {
+                Node::True => Lit::TRUE,
+                Node::Atom(atom) => into.atom(atom),
+                Node::And(a, b) => match (self.get(a), self.get(b)) {
+                    (Some(a), Some(b)) => into.and(a, b),
+                    (left, right) => {
+                        // The left input first: the copy's numbering then follows the order of execution.
+                        stack.extend(right.is_none().then_some(b.node()));
+                        stack.extend(left.is_none().then_some(a.node()));
+                        continue;
+                    }
+                },
+            };
+            self.known.insert(node, copied);
+            stack.pop();
+        }
+        self.get(lit).expect("the literal's node was just copied")
+    }
+
+    fn get(&self, lit: Lit) -> Option<Lit> {
+        self.known.get(&lit.node()).map(|&copied| if lit.is_negated() { !copied } else { copied })
+    }
+}
