@@ -5,12 +5,17 @@
 //! [`model::ScanModel`]; [`groups`] slices it; [`solve`] finds each group's maximum; [`replay`] checks each
 //! witness; [`report`] shows the result.
 
+pub mod audit;
 pub mod diagnostic;
 pub mod dialect;
+pub mod facts;
 pub mod groups;
 pub mod model;
 pub mod program;
+pub mod render;
 pub mod replay;
+pub mod report;
 pub mod scan;
 pub mod solve;
 pub mod time;
+pub mod verdict;

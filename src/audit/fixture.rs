@@ -1,0 +1,151 @@
+//! A small audit made by hand, which every renderer is tested on.
+
+use super::*;
+
+fn us(time: u64) -> Picos {
+    Picos(time * 1_000_000)
+}
+
+fn charge(line: u32, block: u32, instruction: &str, on: u64, off: u64, runs: bool) -> ChargeUse {
+    ChargeUse {
+        at: Where { file: usize::from(line > 99), line, step: Some(line * 2) },
+        block,
+        instruction: instruction.to_owned(),
+        via: Vec::new(),
+        on: us(on),
+        off: us(off),
+        runs,
+        reached: true,
+        cost: us(if runs { on } else { off }),
+        row: instruction.split(' ').next().unwrap_or_default().to_owned(),
+        evidence: if instruction.starts_with("BMOV") { "assumed" } else { "published" }.to_owned(),
+    }
+}
+
+fn rung(charge: &ChargeUse, fate: Fate, comments: &[&str]) -> RungUse {
+    RungUse {
+        block: charge.block,
+        at: charge.at,
+        instruction: charge.instruction.clone(),
+        comments: comments.iter().map(|&comment| comment.to_owned()).collect(),
+        others: 0,
+        fate,
+        cost: charge.cost,
+        naive: charge.on.max(charge.off),
+        exclusion: None,
+    }
+}
+
+fn tie(device: &str, comment: &str, uses: usize) -> Tie {
+    Tie { device: device.to_owned(), comment: comment.to_owned(), uses }
+}
+
+fn free(name: &str, comment: &str, value: Value) -> FreeValue {
+    FreeValue {
+        name: name.to_owned(),
+        comment: comment.to_owned(),
+        value,
+        at_start: true,
+        matters: true,
+    }
+}
+
+/// A project of two files with Japanese comments, one exact group and one that is not.
+pub fn fixture() -> Audit {
+    let first = [
+        charge(4, 2, "BMOV D200 D300 K10", 120, 2, true),
+        charge(9, 3, "DMOV K0 D300", 30, 2, false),
+    ];
+    let mut looped = charge(120, 8, "FB1 D5", 70, 0, true);
+    looped.via = vec!["FOR K2 (turn 1)".to_owned()];
+    let second = [charge(104, 7, "FB0 D5", 50, 40, false), looped];
+    let mut excluded = rung(&first[1], Fate::Excluded, &[]);
+    excluded.cost = Picos::ZERO;
+    excluded.exclusion =
+        Some(Exclusion { blocks: vec![2], devices: vec!["X0".to_owned(), "D100".to_owned()] });
+    let mut more = rung(&second[1], Fate::Runs, &[]);
+    more.others = 2;
+    Audit {
+        files: vec!["搬送.csv".to_owned(), "sub.csv".to_owned()],
+        dialect: "melsec-csv".to_owned(),
+        cpu: Some("Q26UDV".to_owned()),
+        instructions: 42,
+        blocks: 9,
+        table: TableUse {
+            name: "qnudv".to_owned(),
+            assumed: vec![AssumedUse {
+                name: "BMOV".to_owned(),
+                row: "@block".to_owned(),
+                by_class: true,
+                count: 1,
+                time: us(120),
+            }],
+            assumed_time: us(120),
+            assumed_share: Share::of(us(120), us(442)),
+        },
+        bound: Bound {
+            upper: Picos(452_500_000),
+            lower: us(442),
+            naive: Picos(492_500_000),
+            always: us(12),
+            overhead: us(200),
+            groups: Picos(240_500_000),
+        },
+        overhead: vec![OverheadUse {
+            name: "@end".to_owned(),
+            time: us(200),
+            evidence: "published".to_owned(),
+            why: "END processing".to_owned(),
+        }],
+        always: vec![charge(1, 1, "LD SM400", 12, 12, true)],
+        groups: vec![
+            GroupUse {
+                id: 1,
+                blocks: vec![2, 3],
+                devices: vec!["X0".to_owned(), "D100".to_owned()],
+                ties: vec![tie("D100", "工程番号", 4), tie("X0", "起動", 2)],
+                upper: us(122),
+                lower: us(122),
+                naive: us(150),
+                solver_calls: 5,
+                rungs: vec![rung(&first[0], Fate::Runs, &["D200 レシピ", "D300 設定値"]), excluded],
+                charges: first.into(),
+            },
+            GroupUse {
+                id: 2,
+                blocks: vec![7, 8],
+                devices: vec!["X1F".to_owned()],
+                ties: vec![tie("X1F", "", 2)],
+                upper: Picos(118_500_000),
+                lower: us(108),
+                naive: us(120),
+                solver_calls: 9,
+                rungs: vec![more, rung(&second[0], Fate::Partly, &[])],
+                charges: second.into(),
+            },
+        ],
+        witness: vec![
+            free("D100", "工程番号", Value::Word(-10)),
+            free("X0", "起動", Value::Bit(true)),
+            FreeValue { matters: false, ..free("X1F", "", Value::Bit(false)) },
+            FreeValue { at_start: false, ..free("T0 contact", "遅延", Value::Bit(true)) },
+        ],
+        facts: vec!["D100 is -10 to 10 when the scan starts".to_owned()],
+        doubts: vec![
+            "how often I0 interrupts a scan is not stated: taken once (--interrupts I0=N)"
+                .to_owned(),
+        ],
+        approximations: [(7, "D300Z0"), (8, "D301Z0")]
+            .map(|(line, operand)| ApproximationUse {
+                at: Where { file: 0, line, step: None },
+                instruction: format!("MOV K1 {operand}"),
+                what: "an indexed device is written: any D may have changed".to_owned(),
+            })
+            .into(),
+        warnings: vec![
+            Diagnostic::file("no-comments", "搬送.csv", "no comments", "export COMMENT.csv")
+                .warning(),
+        ],
+        elapsed: Duration::from_millis(1_250),
+    }
+}

@@ -1,0 +1,308 @@
+//! The result of an audit, with everything that a report shows already worked out.
+
+#[cfg(test)]
+pub mod fixture;
+
+use crate::diagnostic::Diagnostic;
+use crate::time::Picos;
+use std::fmt;
+use std::time::Duration;
+
+/// What is known about one project's longest scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Audit {
+    /// The files, as the user gave them, in the order in which they run.
+    pub files: Vec<String>,
+    /// The dialect's name.
+    pub dialect: String,
+    /// The CPU that the source or the user names.
+    pub cpu: Option<String>,
+    /// How many instructions the source has.
+    pub instructions: usize,
+    /// How many rungs it has.
+    pub blocks: u32,
+    /// The timing table and what it leaves to trust.
+    pub table: TableUse,
+    /// The answer.
+    pub bound: Bound,
+    /// What each scan costs besides its instructions.
+    pub overhead: Vec<OverheadUse>,
+    /// Charges that no assignment changes.
+    pub always: Vec<ChargeUse>,
+    /// The groups, numbered from 1.
+    pub groups: Vec<GroupUse>,
+    /// The scan that costs `Bound::lower`, by what is free in it.
+    pub witness: Vec<FreeValue>,
+    /// What the user stated and the bound rests on.
+    pub facts: Vec<String>,
+    /// Why the bound may be too low all the same, where something needed was not stated.
+    pub doubts: Vec<String>,
+    /// What was taken wider than the PLC does it.
+    pub approximations: Vec<ApproximationUse>,
+    /// Findings that did not stop the audit.
+    pub warnings: Vec<Diagnostic>,
+    /// How long the audit took.
+    pub elapsed: Duration,
+}
+
+/// The bound and its parts: `upper` = `always` + `overhead` + the groups' `upper`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bound {
+    /// No scan takes longer.
+    pub upper: Picos,
+    /// A scan that was replayed takes this long.
+    pub lower: Picos,
+    /// Every charge at the dearer of its two times, and the overhead.
+    pub naive: Picos,
+    /// The charges that no assignment changes.
+    pub always: Picos,
+    /// What each scan costs besides its instructions.
+    pub overhead: Picos,
+    /// The groups' upper bounds together.
+    pub groups: Picos,
+}
+
+impl Bound {
+    /// Whether the longest scan is known to the picosecond.
+    #[must_use]
+    pub fn exact(&self) -> bool {
+        self.upper == self.lower
+    }
+
+    /// What mutual exclusion takes off the naive sum.
+    #[must_use]
+    pub fn saved(&self) -> Picos {
+        self.naive.checked_sub(self.upper).unwrap_or(Picos::ZERO)
+    }
+}
+
+/// A part of a whole, in thousandths, rounded to the nearest; shown in percent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Share(pub u64);
+
+impl Share {
+    /// The part's share; none of nothing.
+    #[must_use]
+    pub fn of(part: Picos, whole: Picos) -> Share {
+        let (part, whole) = (u128::from(part.0), u128::from(whole.0));
+        let thousandths = (part * 2000 + whole).checked_div(whole * 2).unwrap_or(0);
+        Share(u64::try_from(thousandths).unwrap_or(u64::MAX))
+    }
+}
+
+impl fmt::Display for Share {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&format!("{}.{} %", self.0 / 10, self.0 % 10))
+    }
+}
+
+/// The timing table and what it leaves to trust.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TableUse {
+    /// Its name or file.
+    pub name: String,
+    /// The assumed times that the program uses, those that weigh most in the worst scan first.
+    pub assumed: Vec<AssumedUse>,
+    /// How much of the worst scan found rests on assumed times, overhead included.
+    pub assumed_time: Picos,
+    /// The same as a share of that scan.
+    pub assumed_share: Share,
+}
+
+/// An assumed time and what it weighs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AssumedUse {
+    /// The instruction or the table's term.
+    pub name: String,
+    /// The table's row.
+    pub row: String,
+    /// Whether the row is that of a whole class of instructions.
+    pub by_class: bool,
+    /// How many instructions of the program it prices; 0 for a term of the scan.
+    pub count: usize,
+    /// Its part in the worst scan found.
+    pub time: Picos,
+}
+
+/// A cost of each scan besides its instructions.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OverheadUse {
+    /// The table's term.
+    pub name: String,
+    /// Its time.
+    pub time: Picos,
+    /// How the time is known: `published`, `measured`, `assumed`.
+    pub evidence: String,
+    /// What it is for and how it was worked out.
+    pub why: String,
+}
+
+/// Where an instruction stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Where {
+    /// Index into `Audit::files`.
+    pub file: usize,
+    /// Line in the file, from 1.
+    pub line: u32,
+    /// The PLC's step number.
+    pub step: Option<u32>,
+}
+
+/// One execution of one instruction, what it may cost, and what it costs in the worst scan found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChargeUse {
+    /// Where the instruction stands.
+    pub at: Where,
+    /// Its rung.
+    pub block: u32,
+    /// Its source text.
+    pub instruction: String,
+    /// The calls, loop turns and interrupts on the way to it, outermost first.
+    pub via: Vec<String>,
+    /// Time when it runs.
+    pub on: Picos,
+    /// Time when it is reached and does not run.
+    pub off: Picos,
+    /// Whether it runs in the worst scan found.
+    pub runs: bool,
+    /// Whether control reaches it there.
+    pub reached: bool,
+    /// What it costs there.
+    pub cost: Picos,
+    /// The table's row.
+    pub row: String,
+    /// How the time is known: `published`, `measured`, `assumed`.
+    pub evidence: String,
+}
+
+/// Charges that hang together, and their maximum.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GroupUse {
+    /// Its number, from 1.
+    pub id: usize,
+    /// Its rungs, ascending.
+    pub blocks: Vec<u32>,
+    /// The devices that tie it, by name.
+    pub devices: Vec<String>,
+    /// The same, the most used first.
+    pub ties: Vec<Tie>,
+    /// Its charges can't cost more together.
+    pub upper: Picos,
+    /// What they cost in the worst scan found.
+    pub lower: Picos,
+    /// Every charge at the dearer of its times.
+    pub naive: Picos,
+    /// Questions put to a solver.
+    pub solver_calls: u64,
+    /// Its charges, in the order of execution.
+    pub charges: Vec<ChargeUse>,
+    /// Its rungs, the dearest first.
+    pub rungs: Vec<RungUse>,
+}
+
+impl GroupUse {
+    /// Whether its maximum is known to the picosecond.
+    #[must_use]
+    pub fn exact(&self) -> bool {
+        self.upper == self.lower
+    }
+}
+
+/// A device that several charges depend on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tie {
+    /// Its name.
+    pub device: String,
+    /// Its comment, empty if there is none.
+    pub comment: String,
+    /// How many places ask for its value.
+    pub uses: usize,
+}
+
+/// A rung's part in its group.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RungUse {
+    /// Its number.
+    pub block: u32,
+    /// Its dearest instruction's place.
+    pub at: Where,
+    /// Its dearest instruction's text.
+    pub instruction: String,
+    /// The comments of the devices in that text, those that have one.
+    pub comments: Vec<String>,
+    /// How many other charges of the group it has.
+    pub others: usize,
+    /// What becomes of it in the worst scan found.
+    pub fate: Fate,
+    /// What it costs there.
+    pub cost: Picos,
+    /// What it would cost, every charge at the dearer of its times.
+    pub naive: Picos,
+    /// Why it can't cost more together with what runs, where that is known.
+    pub exclusion: Option<Exclusion>,
+}
+
+/// What becomes of a rung in the worst scan found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Fate {
+    /// It costs the most that it can.
+    Runs,
+    /// It costs something, and could cost more.
+    Partly,
+    /// It costs nothing.
+    Excluded,
+}
+
+/// A smallest set of rungs that run in the worst scan and keep a rung from costing more.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exclusion {
+    /// The rungs; empty if the rung can never cost more.
+    pub blocks: Vec<u32>,
+    /// The devices through which they do.
+    pub devices: Vec<String>,
+}
+
+/// A free value in the worst scan found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FreeValue {
+    /// What is free, by the name that people know.
+    pub name: String,
+    /// Its comment, empty if there is none.
+    pub comment: String,
+    /// Its value.
+    pub value: Value,
+    /// Whether it is the value at the start of the scan, rather than something that happens within.
+    pub at_start: bool,
+    /// Whether the scan would not be known to cost as much without it.
+    pub matters: bool,
+}
+
+/// A value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Value {
+    /// A bit.
+    Bit(bool),
+    /// Sixteen bits, as the signed number that a monitor shows.
+    Word(i16),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Bit(true) => f.pad("on"),
+            Value::Bit(false) => f.pad("off"),
+            Value::Word(number) => f.pad(&number.to_string()),
+        }
+    }
+}
+
+/// Something that was taken wider than the PLC does it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ApproximationUse {
+    /// Where.
+    pub at: Where,
+    /// The instruction's text.
+    pub instruction: String,
+    /// What was done.
+    pub what: String,
+}

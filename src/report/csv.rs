@@ -1,0 +1,88 @@
+//! An audit as CSV: a row a charge, for spreadsheets.
+
+use crate::audit::{Audit, ChargeUse};
+use csv::Writer;
+
+const HEADS: [&str; 15] = [
+    "group",
+    "file",
+    "line",
+    "step",
+    "block",
+    "instruction",
+    "via",
+    "on_us",
+    "off_us",
+    "reached",
+    "runs",
+    "cost_us",
+    "evidence",
+    "row",
+    "part",
+];
+
+/// All charges of the audit: those of the groups, then those that no assignment changes, then the overhead.
+#[must_use]
+pub fn render(audit: &Audit) -> String {
+    let mut writer = Writer::from_writer(Vec::new());
+    let mut put = |row: &[String]| writer.write_record(row).expect("memory takes every record");
+    put(&HEADS.map(str::to_owned));
+    for group in &audit.groups {
+        for charge in &group.charges {
+            put(&row(audit, charge, &group.id.to_string(), "group"));
+        }
+    }
+    for charge in &audit.always {
+        put(&row(audit, charge, "", "always"));
+    }
+    for term in &audit.overhead {
+        let time = term.time.us_text();
+        let mut fields = HEADS.map(|_| String::new());
+        for (head, value) in [
+            ("instruction", term.name.as_str()),
+            ("on_us", &time),
+            ("off_us", &time),
+            ("cost_us", &time),
+            ("evidence", &term.evidence),
+            ("row", &term.name),
+            ("part", "overhead"),
+        ] {
+            if let Some(at) = HEADS.iter().position(|&other| other == head) {
+                fields[at] = value.to_owned();
+            }
+        }
+        put(&fields);
+    }
+    let bytes = writer.into_inner().expect("memory takes every record");
+    String::from_utf8(bytes).expect("written from strings")
+}
+
+fn row(audit: &Audit, charge: &ChargeUse, group: &str, part: &str) -> [String; HEADS.len()] {
+    [
+        group.to_owned(),
+        audit.files[charge.at.file].clone(),
+        charge.at.line.to_string(),
+        charge.at.step.map_or(String::new(), |step| step.to_string()),
+        charge.block.to_string(),
+        charge.instruction.clone(),
+        charge.via.join(" > "),
+        charge.on.us_text(),
+        charge.off.us_text(),
+        charge.reached.to_string(),
+        charge.runs.to_string(),
+        charge.cost.us_text(),
+        charge.evidence.clone(),
+        charge.row.clone(),
+        part.to_owned(),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::audit::fixture::fixture;
+
+    #[test]
+    fn the_fixture_as_csv() {
+        insta::assert_snapshot!(super::render(&fixture()));
+    }
+}

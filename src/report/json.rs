@@ -1,0 +1,335 @@
+//! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
+
+use crate::audit::{self, Audit};
+use crate::verdict::{Check, Verdict};
+use serde::Serialize;
+use serde::ser::SerializeMap;
+
+#[derive(Serialize)]
+struct Report<'a> {
+    schema: &'static str,
+    program: Program<'a>,
+    table: Table<'a>,
+    scan: Scan,
+    groups: Vec<Group<'a>>,
+    witness: Values<'a>,
+    deciding: Vec<&'a str>,
+    facts: &'a [String],
+    doubts: &'a [String],
+    approximations: Vec<Approximation<'a>>,
+    warnings: Vec<Warning<'a>>,
+    overhead: Vec<Overhead<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    check: Option<CheckResult<'a>>,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct Program<'a> {
+    files: &'a [String],
+    dialect: &'a str,
+    cpu: Option<&'a str>,
+    instructions: usize,
+    blocks: u32,
+}
+
+#[derive(Serialize)]
+struct Table<'a> {
+    name: &'a str,
+    unverified: Vec<&'a str>,
+    unverified_ps: u64,
+    unverified_rows: Vec<Unverified<'a>>,
+}
+
+#[derive(Serialize)]
+struct Unverified<'a> {
+    name: &'a str,
+    row: &'a str,
+    by_class: bool,
+    count: usize,
+    worst_ps: u64,
+}
+
+#[derive(Serialize)]
+struct Scan {
+    upper_ps: u64,
+    lower_ps: u64,
+    exact: bool,
+    naive_ps: u64,
+    always_ps: u64,
+    overhead_ps: u64,
+}
+
+#[derive(Serialize)]
+struct Group<'a> {
+    id: usize,
+    blocks: &'a [u32],
+    devices: &'a [String],
+    upper_ps: u64,
+    lower_ps: u64,
+    exact: bool,
+    naive_ps: u64,
+    solver_calls: u64,
+    charges: Vec<Charge<'a>>,
+    excluded: Vec<Excluded<'a>>,
+}
+
+#[derive(Serialize)]
+struct Charge<'a> {
+    file: usize,
+    line: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    step: Option<u32>,
+    block: u32,
+    instruction: &'a str,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    via: &'a [String],
+    on_ps: u64,
+    off_ps: u64,
+    runs: bool,
+    reached: bool,
+    cost_ps: u64,
+    evidence: &'a str,
+    row: &'a str,
+}
+
+#[derive(Serialize)]
+struct Excluded<'a> {
+    block: u32,
+    by_blocks: &'a [u32],
+    through: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Approximation<'a> {
+    file: usize,
+    line: u32,
+    instruction: &'a str,
+    what: &'a str,
+}
+
+#[derive(Serialize)]
+struct Warning<'a> {
+    code: &'a str,
+    file: &'a str,
+    line: Option<u32>,
+    message: &'a str,
+}
+
+#[derive(Serialize)]
+struct Overhead<'a> {
+    name: &'a str,
+    ps: u64,
+    evidence: &'a str,
+    why: &'a str,
+}
+
+#[derive(Serialize)]
+struct CheckResult<'a> {
+    verdict: &'static str,
+    limit_ps: u64,
+    margin: String,
+    upper_with_margin_ps: u64,
+    lower_with_margin_ps: u64,
+    reasons: &'a [String],
+}
+
+/// The witness as one object, in the audit's order.
+struct Values<'a>(&'a [audit::FreeValue]);
+
+impl Serialize for Values<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for free in self.0 {
+            match free.value {
+                audit::Value::Bit(bit) => map.serialize_entry(&free.name, &bit)?,
+                audit::Value::Word(word) => map.serialize_entry(&free.name, &word)?,
+            }
+        }
+        map.end()
+    }
+}
+
+/// The audit, and the check's result if there is one, on indented lines.
+#[must_use]
+pub fn render(audit: &Audit, check: Option<&Check>) -> String {
+    let report = Report {
+        schema: "scanbound.audit/1",
+        program: Program {
+            files: &audit.files,
+            dialect: &audit.dialect,
+            cpu: audit.cpu.as_deref(),
+            instructions: audit.instructions,
+            blocks: audit.blocks,
+        },
+        table: table(&audit.table),
+        scan: Scan {
+            upper_ps: audit.bound.upper.0,
+            lower_ps: audit.bound.lower.0,
+            exact: audit.bound.exact(),
+            naive_ps: audit.bound.naive.0,
+            always_ps: audit.bound.always.0,
+            overhead_ps: audit.bound.overhead.0,
+        },
+        groups: audit.groups.iter().map(group).collect(),
+        witness: Values(&audit.witness),
+        deciding: audit.witness.iter().filter(|v| v.matters).map(|v| v.name.as_str()).collect(),
+        facts: &audit.facts,
+        doubts: &audit.doubts,
+        approximations: audit
+            .approximations
+            .iter()
+            .map(|one| Approximation {
+                file: one.at.file,
+                line: one.at.line,
+                instruction: &one.instruction,
+                what: &one.what,
+            })
+            .collect(),
+        warnings: audit
+            .warnings
+            .iter()
+            .map(|one| Warning {
+                code: one.code,
+                file: &one.file,
+                line: one.line,
+                message: &one.message,
+            })
+            .collect(),
+        overhead: audit
+            .overhead
+            .iter()
+            .map(|term| Overhead {
+                name: &term.name,
+                ps: term.time.0,
+                evidence: &term.evidence,
+                why: &term.why,
+            })
+            .collect(),
+        check: check.map(result),
+        seconds: audit.elapsed.as_secs_f64(),
+    };
+    let mut text = serde_json::to_string_pretty(&report).expect("plain data has a JSON form");
+    text.push('\n');
+    text
+}
+
+fn table(table: &audit::TableUse) -> Table<'_> {
+    Table {
+        name: &table.name,
+        unverified: table.assumed.iter().map(|one| one.name.as_str()).collect(),
+        unverified_ps: table.assumed_time.0,
+        unverified_rows: table
+            .assumed
+            .iter()
+            .map(|one| Unverified {
+                name: &one.name,
+                row: &one.row,
+                by_class: one.by_class,
+                count: one.count,
+                worst_ps: one.time.0,
+            })
+            .collect(),
+    }
+}
+
+fn group(group: &audit::GroupUse) -> Group<'_> {
+    Group {
+        id: group.id,
+        blocks: &group.blocks,
+        devices: &group.devices,
+        upper_ps: group.upper.0,
+        lower_ps: group.lower.0,
+        exact: group.exact(),
+        naive_ps: group.naive.0,
+        solver_calls: group.solver_calls,
+        charges: group.charges.iter().map(charge).collect(),
+        excluded: group
+            .rungs
+            .iter()
+            .filter_map(|rung| {
+                let reason = rung.exclusion.as_ref()?;
+                Some(Excluded {
+                    block: rung.block,
+                    by_blocks: &reason.blocks,
+                    through: &reason.devices,
+                })
+            })
+            .collect(),
+    }
+}
+
+fn charge(charge: &audit::ChargeUse) -> Charge<'_> {
+    Charge {
+        file: charge.at.file,
+        line: charge.at.line,
+        step: charge.at.step,
+        block: charge.block,
+        instruction: &charge.instruction,
+        via: &charge.via,
+        on_ps: charge.on.0,
+        off_ps: charge.off.0,
+        runs: charge.runs,
+        reached: charge.reached,
+        cost_ps: charge.cost.0,
+        evidence: &charge.evidence,
+        row: &charge.row,
+    }
+}
+
+fn result(check: &Check) -> CheckResult<'_> {
+    let (verdict, reasons): (_, &[String]) = match &check.verdict {
+        Verdict::Proved => ("proved", &[]),
+        Verdict::Refuted => ("refuted", &[]),
+        Verdict::Undecided(reasons) => ("undecided", reasons),
+    };
+    CheckResult {
+        verdict,
+        limit_ps: check.limit.0,
+        margin: check.margin.to_string(),
+        upper_with_margin_ps: check.upper.0,
+        lower_with_margin_ps: check.lower.0,
+        reasons,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audit::fixture::fixture;
+    use crate::time::Picos;
+    use crate::verdict::Margin;
+
+    #[test]
+    fn the_fixture_as_json() {
+        insta::assert_snapshot!(render(&fixture(), None));
+    }
+
+    #[test]
+    fn a_check_is_added_to_the_audit() {
+        let audit = fixture();
+        let check = Check::new(&audit, Picos::ZERO, Margin::default());
+        let json: serde_json::Value =
+            serde_json::from_str(&render(&audit, Some(&check))).expect("JSON");
+        assert_eq!(json["check"]["verdict"], "refuted");
+        assert_eq!(json["schema"], "scanbound.audit/1");
+    }
+
+    #[test]
+    fn the_parts_add_up_to_the_bound() {
+        let json: serde_json::Value =
+            serde_json::from_str(&render(&fixture(), None)).expect("JSON");
+        let ps = |value: &serde_json::Value| value.as_u64().expect("a time");
+        let scan = &json["scan"];
+        let groups: u64 = json["groups"]
+            .as_array()
+            .expect("groups")
+            .iter()
+            .map(|group| ps(&group["upper_ps"]))
+            .sum();
+        assert_eq!(
+            ps(&scan["upper_ps"]),
+            ps(&scan["always_ps"]) + ps(&scan["overhead_ps"]) + groups
+        );
+    }
+}

@@ -1,0 +1,6 @@
+//! An audit as text, JSON or CSV. Reports are pure functions of the audit and compute nothing.
+
+mod columns;
+pub mod csv;
+pub mod json;
+pub mod text;

@@ -1,0 +1,419 @@
+//! An audit as text for people: the bound, its parts, the groups, the scan that attains it, what it rests on.
+
+use super::columns::{Cell, columns, left, paint, right};
+use crate::audit::{Audit, Fate, FreeValue, GroupUse, RungUse, Share, Where};
+use crate::time::Picos;
+use crate::verdict::{Check, Verdict};
+use anstyle::{AnsiColor, Style};
+use std::collections::BTreeMap;
+
+const BOLD: Style = Style::new().bold();
+const GOOD: Style = AnsiColor::Green.on_default().bold();
+const CARE: Style = AnsiColor::Yellow.on_default().bold();
+const BAD: Style = AnsiColor::Red.on_default().bold();
+const FAINT: Style = Style::new().dimmed();
+
+/// How much is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Extent {
+    /// Groups, and rungs a group.
+    pub top: usize,
+    /// Values of the scan, assumed times, approximations.
+    pub values: usize,
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Extent { top: 10, values: 40 }
+    }
+}
+
+/// The audit, headed by the check's answer if there is one. Has colour codes.
+#[must_use]
+pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
+    let mut text = String::new();
+    if let Some(check) = check {
+        text += &answer(audit, check);
+    }
+    text += &head(audit);
+    text += &parts(audit);
+    for group in audit.groups.iter().take(extent.top) {
+        text += &self::group(audit, group, extent);
+    }
+    text += &more(audit.groups.len(), extent.top, "\n", "smaller group", "smaller groups");
+    text += &witness(audit, extent);
+    text += &assumed(audit, extent);
+    text += &list("What was stated and is believed", &audit.facts);
+    text += &list("Why the bound may be too low all the same", &audit.doubts);
+    text += &approximations(audit, extent);
+    text += &list("Warnings", &warnings(audit));
+    text
+}
+
+fn answer(audit: &Audit, check: &Check) -> String {
+    let (bound, limit) = (&audit.bound, check.limit);
+    let with_margin = |time: Picos| match check.margin.is_none() {
+        true => String::new(),
+        false => format!(" ({time} with the margin of {})", check.margin),
+    };
+    match &check.verdict {
+        Verdict::Proved => format!(
+            "{}: no scan takes longer than {}{}, the limit is {limit}\n\n",
+            paint(GOOD, "PROVED"),
+            bound.upper,
+            with_margin(check.upper)
+        ),
+        Verdict::Refuted => format!(
+            "{}: a scan takes {}{}, the limit is {limit}; it is shown below\n\n",
+            paint(BAD, "REFUTED"),
+            bound.lower,
+            with_margin(check.lower)
+        ),
+        Verdict::Undecided(reasons) => {
+            let reasons: String = reasons.iter().map(|reason| format!("  {reason}\n")).collect();
+            format!(
+                "{}: a scan takes {}{}, none is known to take more than {}{}, the limit is {limit}\n{reasons}\n",
+                paint(CARE, "UNDECIDED"),
+                bound.lower,
+                with_margin(check.lower),
+                bound.upper,
+                with_margin(check.upper)
+            )
+        }
+    }
+}
+
+fn head(audit: &Audit) -> String {
+    let bound = &audit.bound;
+    let mut rows = Vec::new();
+    if bound.exact() {
+        rows.push(vec![
+            left("longest scan").styled(BOLD),
+            right(bound.upper.best_text()).styled(BOLD),
+            left("exact: a scan that takes this long was found and replayed"),
+        ]);
+    } else {
+        rows.push(vec![
+            left("longest scan").styled(BOLD),
+            right(bound.upper.best_text()).styled(BOLD),
+            left("at most: no scan takes longer"),
+        ]);
+        rows.push(vec![
+            left(""),
+            right(bound.lower.best_text()).styled(BOLD),
+            left("at least: a scan that takes this long was found and replayed"),
+        ]);
+    }
+    rows.push(vec![
+        left("naive sum"),
+        right(bound.naive.best_text()),
+        left(format!(
+            "everything at its dearer time; exclusion takes off {} ({})",
+            bound.saved(),
+            Share::of(bound.saved(), bound.naive)
+        )),
+    ]);
+    let mut text = columns(0, &rows);
+    text.push('\n');
+    let cpu = audit.cpu.as_ref().map_or(String::new(), |cpu| format!(", {cpu}"));
+    let files = match audit.files.as_slice() {
+        [one] => one.clone(),
+        files => format!("{} files", files.len()),
+    };
+    text += &columns(
+        0,
+        &[
+            vec![
+                left("program"),
+                left(format!(
+                    "{files} ({}{cpu}): {} instructions in {} rungs",
+                    audit.dialect, audit.instructions, audit.blocks
+                )),
+            ],
+            vec![left("table"), left(trust(audit))],
+        ],
+    );
+    text
+}
+
+fn trust(audit: &Audit) -> String {
+    let table = &audit.table;
+    if table.assumed.is_empty() {
+        return format!("{}: every time used is published, measured or stated", table.name);
+    }
+    let shown: Vec<&str> = table.assumed.iter().take(6).map(|one| one.name.as_str()).collect();
+    let more = if table.assumed.len() > shown.len() { ", ..." } else { "" };
+    format!(
+        "{}: {} of the bound rests on assumed times: {}{more}",
+        table.name,
+        table.assumed_share,
+        shown.join(", ")
+    )
+}
+
+fn parts(audit: &Audit) -> String {
+    let bound = &audit.bound;
+    let row = |name: &str, time: Picos, what: String| {
+        vec![
+            left(name),
+            right(us(time)),
+            right(Share::of(time, bound.upper).to_string()),
+            left(what).styled(FAINT),
+        ]
+    };
+    let mut rows =
+        vec![row("always", bound.always, "charges that no state of the plant changes".to_owned())];
+    for term in &audit.overhead {
+        let evidence = if term.evidence == "assumed" { " (assumed)" } else { "" };
+        rows.push(row(&term.name, term.time, format!("{}{evidence}", term.why)));
+    }
+    for group in &audit.groups {
+        if rows.len() > 12 {
+            break;
+        }
+        let exact = if group.exact() { "exact" } else { "at most" };
+        rows.push(row(
+            &format!("group {}", group.id),
+            group.upper,
+            format!("{exact}; naive {}", us(group.naive)),
+        ));
+    }
+    let shown = rows.len() - 1 - audit.overhead.len();
+    let mut text = heading("Parts of the bound") + &columns(2, &rows);
+    text += &more(audit.groups.len(), shown, "  ", "smaller group", "smaller groups");
+    text
+}
+
+fn group(audit: &Audit, group: &GroupUse, extent: Extent) -> String {
+    let exact =
+        if group.exact() { String::from("exact") } else { format!("at least {}", us(group.lower)) };
+    let mut text = heading(&format!(
+        "Group {}: at most {}, {exact}; {}",
+        group.id,
+        us(group.upper),
+        count(group.blocks.len(), "rung", "rungs")
+    ));
+    let ties: Vec<String> =
+        group.ties.iter().take(8).map(|tie| named(&tie.device, &tie.comment)).collect();
+    let rest = group.devices.len().saturating_sub(ties.len());
+    let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+    text += &format!("  tied by {}{rest}\n", ties.join(", "));
+    let rows: Vec<Vec<Cell>> =
+        group.rungs.iter().take(extent.top).map(|rung| self::rung(audit, rung)).collect();
+    text += &columns(2, &rows);
+    text += &more(group.rungs.len(), extent.top, "  ", "cheaper rung", "cheaper rungs");
+    text
+}
+
+fn rung(audit: &Audit, rung: &RungUse) -> Vec<Cell> {
+    let (fate, style) = match rung.fate {
+        Fate::Runs => ("runs", GOOD),
+        Fate::Partly => ("partly", CARE),
+        Fate::Excluded => ("excluded", FAINT),
+    };
+    let time = match rung.fate {
+        Fate::Runs => us(rung.cost),
+        Fate::Partly => format!("{} of {}", us(rung.cost), us(rung.naive)),
+        Fate::Excluded => format!("0 of {}", us(rung.naive)),
+    };
+    let mut what = rung.instruction.clone();
+    if rung.others > 0 {
+        what += &format!(" (+{})", rung.others);
+    }
+    let comments = rung.comments.join(", ");
+    let reason = rung.exclusion.as_ref().map(|reason| {
+        let through = if reason.devices.is_empty() {
+            String::new()
+        } else {
+            format!(" through {}", reason.devices.join(", "))
+        };
+        match reason.blocks.as_slice() {
+            [] => format!("can never run{through}"),
+            [one] => format!("excluded by rung {one}{through}"),
+            several => {
+                let numbers: Vec<String> = several.iter().map(u32::to_string).collect();
+                format!("excluded by rungs {}{through}", numbers.join(", "))
+            }
+        }
+    });
+    let notes: Vec<String> =
+        [Some(comments).filter(|text| !text.is_empty()), reason].into_iter().flatten().collect();
+    vec![
+        left(fate).styled(style),
+        right(time),
+        left(format!("rung {}", rung.block)),
+        left(place(audit, rung.at)),
+        left(what).styled(BOLD),
+        left(notes.join("; ")).styled(FAINT),
+    ]
+}
+
+fn witness(audit: &Audit, extent: Extent) -> String {
+    let matter: Vec<&FreeValue> = audit.witness.iter().filter(|value| value.matters).collect();
+    if matter.is_empty() {
+        return String::new();
+    }
+    let title = format!(
+        "The scan that takes {}: {} of {} free values matter",
+        audit.bound.lower,
+        matter.len(),
+        audit.witness.len()
+    );
+    let rows: Vec<Vec<Cell>> = matter
+        .iter()
+        .take(extent.values)
+        .map(|free| {
+            vec![
+                left(if free.at_start { "at its start" } else { "within it" }).styled(FAINT),
+                left(&free.name),
+                right(free.value.to_string()).styled(BOLD),
+                left(&free.comment).styled(FAINT),
+            ]
+        })
+        .collect();
+    heading(&title)
+        + &columns(2, &rows)
+        + &more(matter.len(), extent.values, "  ", "value", "values")
+}
+
+fn assumed(audit: &Audit, extent: Extent) -> String {
+    let table = &audit.table;
+    if table.assumed.is_empty() {
+        return String::new();
+    }
+    let title =
+        format!("Assumed times: {} of the bound, {}", table.assumed_share, us(table.assumed_time));
+    let rows: Vec<Vec<Cell>> = table
+        .assumed
+        .iter()
+        .take(extent.values)
+        .map(|one| {
+            let used = match one.count {
+                0 => "a term of the scan".to_owned(),
+                1 => "once in the program".to_owned(),
+                n => format!("{n} times in the program"),
+            };
+            let class = if one.by_class {
+                format!(", priced by its class {}", one.row)
+            } else {
+                String::new()
+            };
+            vec![left(&one.name), right(us(one.time)), left(used + &class).styled(FAINT)]
+        })
+        .collect();
+    heading(&title)
+        + &columns(2, &rows)
+        + &more(table.assumed.len(), extent.values, "  ", "assumed time", "assumed times")
+}
+
+fn approximations(audit: &Audit, extent: Extent) -> String {
+    if audit.approximations.is_empty() {
+        return String::new();
+    }
+    let mut by_text: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for one in &audit.approximations {
+        by_text.entry(&one.what).or_default().push(place(audit, one.at));
+    }
+    let mut kinds: Vec<(&str, Vec<String>)> = by_text.into_iter().collect();
+    kinds.sort_by_key(|(_, places)| std::cmp::Reverse(places.len()));
+    let title = format!(
+        "Taken wider than the PLC does it ({}): the bound can only be too high by these",
+        count(audit.approximations.len(), "place", "places")
+    );
+    let mut text = heading(&title);
+    for (what, places) in kinds.iter().take(extent.values) {
+        let shown = places.iter().take(4).cloned().collect::<Vec<_>>().join(", ");
+        let rest = places.len().saturating_sub(4);
+        let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+        text += &format!("  {what}\n      {}\n", paint(FAINT, &format!("{shown}{rest}")));
+    }
+    text + &more(kinds.len(), extent.values, "  ", "kind", "kinds")
+}
+
+fn warnings(audit: &Audit) -> Vec<String> {
+    audit
+        .warnings
+        .iter()
+        .map(|one| {
+            let line = one.line.map_or(String::new(), |line| format!(":{line}"));
+            format!("{}{line}: {}", one.file, one.message)
+        })
+        .collect()
+}
+
+fn list(title: &str, entries: &[String]) -> String {
+    if entries.is_empty() {
+        return String::new();
+    }
+    heading(title) + &entries.iter().map(|entry| format!("  {entry}\n")).collect::<String>()
+}
+
+fn heading(text: &str) -> String {
+    format!("\n{}\n", paint(BOLD, text))
+}
+
+fn more(all: usize, shown: usize, indent: &str, one: &str, several: &str) -> String {
+    match all.saturating_sub(shown) {
+        0 => String::new(),
+        rest => format!("{indent}and {}\n", count(rest, one, several)),
+    }
+}
+
+fn count(number: usize, one: &str, several: &str) -> String {
+    format!("{number} {}", if number == 1 { one } else { several })
+}
+
+fn named(device: &str, comment: &str) -> String {
+    if comment.is_empty() { device.to_owned() } else { format!("{device} {comment}") }
+}
+
+fn place(audit: &Audit, at: Where) -> String {
+    let step = at.step.map_or(String::new(), |step| format!(" step {step}"));
+    format!("{}:{}{step}", audit.files[at.file], at.line)
+}
+
+/// Microseconds to three places, rounded up.
+fn us(time: Picos) -> String {
+    let nanos = time.0.div_ceil(1_000);
+    format!("{}.{:03} us", nanos / 1_000, nanos % 1_000)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audit::fixture::fixture;
+    use crate::verdict::Margin;
+
+    fn plain(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
+        anstream::adapter::strip_str(&render(audit, check, extent)).to_string()
+    }
+
+    #[test]
+    fn the_fixture_as_text() {
+        insta::assert_snapshot!(plain(&fixture(), None, Extent::default()));
+    }
+
+    #[test]
+    fn an_exact_and_short_report() {
+        let mut audit = fixture();
+        audit.bound.lower = audit.bound.upper;
+        audit.table.assumed.clear();
+        let extent = Extent { top: 1, values: 1 };
+        insta::assert_snapshot!(plain(&audit, None, extent));
+    }
+
+    #[test]
+    fn the_answers_of_a_check() {
+        let mut audit = fixture();
+        let margin: Margin = "10%".parse().expect("a margin");
+        let mut answers = String::new();
+        for (limit, doubts) in [(600, true), (300, true), (460, true), (600, false)] {
+            if !doubts {
+                audit.doubts.clear();
+            }
+            let check = Check::new(&audit, Picos(limit * 1_000_000), margin);
+            answers += &anstream::adapter::strip_str(&answer(&audit, &check)).to_string();
+        }
+        insta::assert_snapshot!(answers);
+    }
+}
