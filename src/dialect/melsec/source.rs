@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::diagnostic::Diagnostic;
+
 /// One instruction as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RawInstruction {
@@ -9,8 +11,7 @@ pub struct RawInstruction {
     pub line: u32,
     /// The PLC's step number, where the source gives one.
     pub step: Option<u32>,
-    /// The mnemonic, in upper case for instructions (`LD`, `D+P`), or a pointer on its own (`P50`, `I0`).
-    /// User instructions keep their spelling (`SwOp0`).
+    /// The mnemonic as written (`LD`, `D+P`, `SwOp0`), or a pointer on its own (`P50`, `I0`).
     pub mnemonic: String,
     /// The operands as written; a string keeps its quotes (`"text"`).
     pub operands: Vec<String>,
@@ -32,7 +33,7 @@ pub struct RawFile {
 }
 
 /// A project: its program files, run one after another in each scan, and its device comments.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RawProject {
     /// `melsec-csv`, `melsec-gx3-csv` or `melsec-list`.
     pub dialect: &'static str,
@@ -40,4 +41,6 @@ pub struct RawProject {
     pub files: Vec<RawFile>,
     /// Device comments by the device's written name.
     pub comments: BTreeMap<String, String>,
+    /// What was noticed but does not stop the audit.
+    pub warnings: Vec<Diagnostic>,
 }

@@ -1,0 +1,155 @@
+//! What CSV and list text have in common: words apart by blanks, strings, and the checks on a whole file.
+
+use super::source::RawInstruction;
+use crate::diagnostic::Diagnostic;
+use crate::dialect::faults::{Faults, shown};
+
+/// Words apart by blanks or TABs; a word that begins with `"` runs to the `"` that ends it, blanks and
+/// all. `Err` holds the part from a quotation mark that nothing closes.
+pub(super) fn split(text: &str) -> Result<Vec<&str>, &str> {
+    let mut words = Vec::new();
+    let mut rest = text.trim();
+    while !rest.is_empty() {
+        let end = if rest.starts_with('"') {
+            string_end(rest).ok_or(rest)?
+        } else {
+            rest.find(char::is_whitespace).unwrap_or(rest.len())
+        };
+        words.push(&rest[..end]);
+        rest = rest[end..].trim_start();
+    }
+    Ok(words)
+}
+
+/// The length of the string that `text` begins with: to the first quotation mark before a blank or the end.
+fn string_end(text: &str) -> Option<usize> {
+    text.match_indices('"')
+        .skip(1)
+        .map(|(at, _)| at + 1)
+        .find(|&end| text[end..].chars().next().is_none_or(char::is_whitespace))
+}
+
+/// Whether a word is a pointer on its own: `P50`, `I0`.
+pub(super) fn is_pointer(word: &str) -> bool {
+    word.strip_prefix(['P', 'I', 'p', 'i'])
+        .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// Whether a word can name an instruction: letters, digits and the signs that mnemonics have.
+pub(super) fn can_be_mnemonic(word: &str) -> bool {
+    !word.is_empty()
+        && !word.starts_with(|c: char| c.is_ascii_digit())
+        && word.chars().all(|c| c.is_alphanumeric() || "_.$+-*/=<>".contains(c))
+}
+
+/// Builds an instruction; `text` follows from the words.
+pub(super) fn instruction(
+    line: u32,
+    step: Option<u32>,
+    mnemonic: &str,
+    operands: Vec<String>,
+) -> RawInstruction {
+    let mut text = mnemonic.to_owned();
+    for operand in &operands {
+        text.push(' ');
+        text.push_str(operand);
+    }
+    RawInstruction { line, step, mnemonic: mnemonic.to_owned(), operands, text }
+}
+
+/// What holds for a whole file: step numbers rise, END is there, and nothing follows it.
+pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Faults<'_>) {
+    let file = faults.file();
+    let mut last: Option<u32> = None;
+    for instruction in instructions {
+        if let (Some(before), Some(step)) = (last, instruction.step)
+            && step < before
+        {
+            faults.push(
+                Diagnostic::line(
+                    "step-order",
+                    file,
+                    instruction.line,
+                    shown(&instruction.text),
+                    format!("step {step} follows step {before}"),
+                    "lines may have been moved or two files joined; export the program again",
+                )
+                .at_step(Some(step))
+                .warning(),
+            );
+        }
+        last = instruction.step.or(last);
+    }
+    let is_end = |i: &RawInstruction| i.mnemonic.eq_ignore_ascii_case("END");
+    match instructions.iter().position(is_end) {
+        None => {
+            let mut fault = Diagnostic::file(
+                "no-end",
+                file,
+                "the program has no END",
+                "the file may have been cut off: export it again, or write END after the last instruction",
+            );
+            fault.line = Some(lines.max(1));
+            if let Some(instruction) = instructions.last() {
+                fault.line = Some(instruction.line);
+                fault.text = shown(&instruction.text);
+                fault.step = instruction.step;
+            }
+            faults.push(fault);
+        }
+        Some(end) => {
+            if let Some(instruction) = instructions.get(end + 1) {
+                let more = instructions.len() - end - 2;
+                let others = if more > 0 { format!(", and {more} more") } else { String::new() };
+                faults.push(
+                    Diagnostic::line(
+                        "after-end",
+                        file,
+                        instruction.line,
+                        shown(&instruction.text),
+                        format!(
+                            "this instruction{others} stands after the END of line {}",
+                            instructions[end].line
+                        ),
+                        "one program a file: take away what follows END, or the END in between",
+                    )
+                    .at_step(instruction.step),
+                );
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_strings() {
+        assert_eq!(split("MOV  K1\tD0"), Ok(vec!["MOV", "K1", "D0"]));
+        assert_eq!(split(r#"$MOV "a b" D0"#), Ok(vec!["$MOV", r#""a b""#, "D0"]));
+        assert_eq!(split(r#""" D0"#), Ok(vec![r#""""#, "D0"]));
+        assert_eq!(split(r#""a"b" D0"#), Ok(vec![r#""a"b""#, "D0"]));
+        assert_eq!(split(r#"$MOV "a D0"#), Err(r#""a D0"#));
+        assert_eq!(split(r#"""#), Err(r#"""#));
+        assert_eq!(split("  "), Ok(vec![]));
+    }
+
+    #[test]
+    fn pointers_and_mnemonics() {
+        for word in ["P50", "I0", "p4095"] {
+            assert!(is_pointer(word), "{word}");
+        }
+        for word in ["P", "PLS", "P5A", "INC", "K5"] {
+            assert!(!is_pointer(word), "{word}");
+        }
+        for word in
+            ["LD", "AND<>", "D+P", "$MOV", "ZP.OPEN", "SwOp0", "D*", "E/", "BKCMP=", "処理1"]
+        {
+            assert!(can_be_mnemonic(word), "{word}");
+        }
+        for word in ["", "0", "MOV(21)", "L;D", "\"a\"", "@D0"] {
+            assert!(!can_be_mnemonic(word), "{word}");
+        }
+    }
+}
