@@ -162,7 +162,7 @@ fn codes(found: &[Diagnostic]) -> Vec<(&str, Option<u32>)> {
 
 /// The faults of a file, each with its code and line.
 fn faults(bytes: impl Into<Vec<u8>>) -> Vec<(&'static str, Option<u32>)> {
-    let found = read("a.csv", bytes).unwrap_err();
+    let found = read("a.csv", bytes).expect_err("the file is at fault");
     for fault in &found {
         assert!(!fault.message.is_empty() && !fault.help.is_empty(), "{fault:?}");
         assert!(fault.text.chars().count() < 130, "{fault:?}");

@@ -7,6 +7,7 @@ pub mod melsec;
 use std::borrow::Cow;
 
 use crate::diagnostic::Diagnostic;
+use faults::{Faults, shown};
 use melsec::source::RawProject;
 
 /// So many bytes at the beginning tell what a file is.
@@ -83,7 +84,7 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
                 "this is no program in a known dialect",
                 format!("expected {}; name the dialect with --dialect if it is one", expected()),
             );
-            fault.text = faults::shown(line);
+            fault.text = shown(line);
             Err(fault)
         }
         [first, second, ..] => Err(Diagnostic::file(
@@ -113,7 +114,7 @@ pub fn read_project(
                 return Err(vec![Diagnostic::file(
                     "no-such-dialect",
                     file,
-                    format!("there is no dialect '{}'", faults::shown(name)),
+                    format!("there is no dialect '{}'", shown(name)),
                     format!("the dialects are {}", names()),
                 )]);
             }

@@ -9,7 +9,7 @@ use ::csv::{ReaderBuilder, StringRecord};
 
 use super::source::RawInstruction;
 use super::words;
-use crate::dialect::faults::Faults;
+use crate::dialect::{Faults, shown};
 
 /// Which tool's form a CSV has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -248,8 +248,7 @@ impl Body<'_, '_, '_> {
             digits => match digits.parse::<u32>() {
                 Ok(step) => Some(step),
                 Err(_) => {
-                    let message =
-                        format!("'{}' is no step number", crate::dialect::faults::shown(digits));
+                    let message = format!("'{}' is no step number", shown(digits));
                     let help =
                         "the first column holds step numbers or nothing: export the file again";
                     fault(self.faults, "step-number", &message, help);

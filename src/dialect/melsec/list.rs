@@ -2,7 +2,7 @@
 
 use super::source::RawInstruction;
 use super::words;
-use crate::dialect::faults::Faults;
+use crate::dialect::Faults;
 
 /// How many instruction lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 40;

@@ -3,8 +3,7 @@
 use super::source::{RawFile, RawInstruction, RawProject};
 use super::{comments, csv, list};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::dialect::faults::{Faults, shown};
-use crate::dialect::{Dialect, Input, decoded, stem};
+use crate::dialect::{Dialect, Faults, Input, decoded, shown, stem};
 
 /// Reads the programs, all written in `dialect`, and the comment files.
 ///

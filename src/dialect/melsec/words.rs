@@ -2,7 +2,7 @@
 
 use super::source::RawInstruction;
 use crate::diagnostic::Diagnostic;
-use crate::dialect::faults::{Faults, shown};
+use crate::dialect::{Faults, shown};
 
 /// Words apart by blanks or TABs; a word that begins with `"` runs to the `"` that ends it, blanks and
 /// all. `Err` holds the part from a quotation mark that nothing closes.
