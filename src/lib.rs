@@ -10,6 +10,7 @@ pub mod diagnostic;
 pub mod dialect;
 pub mod facts;
 pub mod groups;
+pub mod input;
 pub mod model;
 pub mod program;
 pub mod render;

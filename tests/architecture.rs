@@ -11,6 +11,7 @@ const ORDER: &[&str] = &[
     "facts",
     "program",
     "dialect",
+    "input",
     "table",
     "price",
     "model",

@@ -76,17 +76,10 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
             "the file holds nothing but blanks",
             "export the program again",
         )),
-        [] => {
-            let line = beginning.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
-            let mut fault = Diagnostic::file(
-                "unknown-dialect",
-                &input.name,
-                "this is no program in a known dialect",
-                format!("expected {}; name the dialect with --dialect if it is one", expected()),
-            );
-            fault.text = shown(line);
-            Err(fault)
-        }
+        [] => Err(match decoded(input) {
+            Err(fault) if beginning.contains(char::REPLACEMENT_CHARACTER) => fault,
+            _ => unknown(input, &beginning),
+        }),
         [first, second, ..] => Err(Diagnostic::file(
             "two-dialects",
             &input.name,
@@ -94,6 +87,18 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
             "name the dialect with --dialect",
         )),
     }
+}
+
+fn unknown(input: &Input, beginning: &str) -> Diagnostic {
+    let line = beginning.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    let mut fault = Diagnostic::file(
+        "unknown-dialect",
+        &input.name,
+        "this is no program in a known dialect",
+        format!("expected {}; name the dialect with --dialect if it is one", expected()),
+    );
+    fault.text = shown(line);
+    fault
 }
 
 /// Reads a project's files: the programs in the given order, and device comments. The dialect is found

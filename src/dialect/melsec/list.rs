@@ -47,9 +47,13 @@ fn is_common(word: &str, operands: &[&str]) -> bool {
         .iter()
         .filter_map(|stem| upper.strip_prefix(stem))
         .any(|rest| rest.trim_start_matches(['D', 'E', '$']).starts_with(['=', '<', '>']));
-    // Other makers' lists have LD and OUT too, but with bare numbers as operands.
-    let named = operands.iter().all(|operand| !operand.starts_with(|c: char| c.is_ascii_digit()));
-    (contact || COMMON.contains(&upper.as_str())) && named
+    // Other makers' lists have LD and OUT too, but with bare numbers; prose has words without a number.
+    let device = |operand: &&str| {
+        operand.starts_with('"')
+            || (!operand.starts_with(|c: char| c.is_ascii_digit())
+                && operand.contains(|c: char| c.is_ascii_digit()))
+    };
+    (contact || COMMON.contains(&upper.as_str())) && operands.iter().all(device)
 }
 
 /// Reads a file of list text.
