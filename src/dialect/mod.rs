@@ -3,6 +3,7 @@
 mod encoding;
 mod faults;
 pub mod melsec;
+pub mod minasec;
 
 use std::borrow::Cow;
 
@@ -43,7 +44,11 @@ pub enum Kind {
 }
 
 /// All dialects.
-static DIALECTS: [Dialect; 3] = melsec::DIALECTS;
+static DIALECTS: [Dialect; 6] = {
+    let [csv, gx3, list] = melsec::DIALECTS;
+    let [assembly, hex, binary] = minasec::DIALECTS;
+    [csv, gx3, list, assembly, hex, binary]
+};
 
 /// All dialects, for help texts and messages.
 #[must_use]
@@ -63,6 +68,9 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
             "the file is empty",
             "export the program again",
         ));
+    }
+    if minasec::machine_code::is_image(&input.bytes) {
+        return Ok(Kind::Program(minasec::machine_code::image_dialect()));
     }
     let beginning = beginning(input)?;
     let found: Vec<&'static Dialect> =
@@ -101,15 +109,21 @@ fn unknown(input: &Input, beginning: &str) -> Diagnostic {
     fault
 }
 
+/// A project in the form in which its dialect is read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Project {
+    /// MELSEC: mnemonics and operands as written.
+    Melsec(RawProject),
+    /// MINASEC-U: the program memory.
+    Minasec(Box<minasec::Source>),
+}
+
 /// Reads a project's files: the programs in the given order, and device comments. The dialect is found
 /// from the content unless it is named.
 ///
 /// # Errors
 /// The faults of all files, and their warnings.
-pub fn read_project(
-    inputs: &[Input],
-    dialect: Option<&str>,
-) -> Result<RawProject, Vec<Diagnostic>> {
+pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Project, Vec<Diagnostic>> {
     let named = match dialect {
         None => None,
         Some(name) => match DIALECTS.iter().find(|dialect| dialect.name == name) {
@@ -169,7 +183,11 @@ pub fn read_project(
             .filter(|(other, _)| other.name == dialect.name)
             .map(|(_, input)| *input)
             .collect();
-        melsec::project::read(dialect, &same, &comments)
+        if minasec::DIALECTS.iter().any(|one| one.name == dialect.name) {
+            minasec::read(dialect, &same).map(|source| Project::Minasec(Box::new(source)))
+        } else {
+            melsec::project::read(dialect, &same, &comments).map(Project::Melsec)
+        }
     });
     match read {
         Some(Ok(project)) if errors.is_empty() => Ok(project),
@@ -178,6 +196,25 @@ pub fn read_project(
             Err(errors)
         }
         _ => Err(errors),
+    }
+}
+
+/// Reads a MELSEC project's files, as [`read`] does.
+///
+/// # Errors
+/// The faults of all files, and a project of another dialect.
+pub fn read_project(
+    inputs: &[Input],
+    dialect: Option<&str>,
+) -> Result<RawProject, Vec<Diagnostic>> {
+    match read(inputs, dialect)? {
+        Project::Melsec(project) => Ok(project),
+        Project::Minasec(source) => Err(vec![Diagnostic::file(
+            "other-dialect",
+            &source.name,
+            format!("this is {}, not MELSEC", source.dialect),
+            "give the program's MELSEC export",
+        )]),
     }
 }
 
@@ -193,7 +230,9 @@ fn kind(input: &Input, named: Option<&'static Dialect>) -> Result<Kind, Diagnost
             format!("this is {}, not {}", found.name, named.name),
             "leave --dialect out, or name the one it is",
         )),
-        Err(fault) if matches!(fault.code, "empty-file" | "binary-file" | "encoding") => Err(fault),
+        Err(fault) if fault.code == "empty-file" => Err(fault),
+        Err(_) if named.name == minasec::BINARY => Ok(Kind::Program(named)),
+        Err(fault) if matches!(fault.code, "binary-file" | "encoding") => Err(fault),
         _ => Ok(Kind::Program(named)),
     }
 }

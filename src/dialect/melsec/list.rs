@@ -3,6 +3,7 @@
 use super::source::RawInstruction;
 use super::words;
 use crate::dialect::Faults;
+use crate::dialect::minasec;
 
 /// How many instruction lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 40;
@@ -17,7 +18,7 @@ const COMMON: [&str; 62] = [
 ];
 
 /// Whether the beginning of a file is list text: its first instruction is one that a MELSEC program can
-/// begin with, and at least half of the first lines are common instructions.
+/// begin with, and at least half of the first lines are common instructions. MELSEC has no `ST X00`.
 pub(super) fn sniff(beginning: &str) -> bool {
     let mut known = 0_usize;
     let mut seen = 0_usize;
@@ -25,6 +26,9 @@ pub(super) fn sniff(beginning: &str) -> bool {
         let Ok(mut found) = words::split(code(line)) else { continue };
         take_step(&mut found);
         let Some((first, operands)) = found.split_first() else { continue };
+        if minasec::assembly::is_store(first, operands) {
+            return false;
+        }
         seen += 1;
         if is_common(first, operands) {
             known += 1;
