@@ -1,0 +1,367 @@
+//! Gives every instruction of a program its two times from a timing table, and a scan its overhead.
+
+pub mod touched;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::diagnostic::Diagnostic;
+use crate::facts::Facts;
+use crate::program::{Cell, Instruction, Program, TimingKey, Units};
+use crate::table::{Factor, Row, Table, folded};
+use crate::time::Picos;
+
+pub use crate::table::Evidence;
+use touched::Cells;
+
+/// The two times of an instruction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Price {
+    /// When it fires.
+    pub on: Picos,
+    /// When it is reached and does not fire.
+    pub off: Picos,
+    /// The weakest evidence among the rows used; that of the table's factor stands in [`Prices::factor`].
+    pub evidence: Evidence,
+    /// The rows used, joined by ` + `.
+    pub row: String,
+    /// Whether the first row is that of a class, not the instruction's own.
+    pub by_class: bool,
+    /// Where the number of units is not known: the largest number, which was charged.
+    pub at_most_units: Option<u64>,
+}
+
+/// What each scan costs besides its instructions, one kind of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OverheadTerm {
+    /// What it is, in words.
+    pub name: String,
+    /// How long, the table's factor included.
+    pub time: Picos,
+    /// How well founded.
+    pub evidence: Evidence,
+    /// How it was worked out.
+    pub why: String,
+}
+
+/// What a program's scan is charged.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Prices {
+    /// Parallel to `Program::instructions`; `None` costs nothing.
+    pub instructions: Vec<Option<Price>>,
+    /// Once a scan.
+    pub overhead: Vec<OverheadTerm>,
+    /// The factor that all these times hold already.
+    pub factor: Option<Factor>,
+    /// Why the times may be too low all the same: what the table does not hold, what was not stated.
+    pub doubts: Vec<String>,
+}
+
+impl Prices {
+    /// On-time and off-time of every instruction.
+    #[must_use]
+    pub fn times(&self) -> Vec<(Picos, Picos)> {
+        let times = |price: &Option<Price>| price.as_ref().map(|price| (price.on, price.off));
+        self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
+    }
+
+    /// The overhead in one sum.
+    #[must_use]
+    pub fn overhead_sum(&self) -> Picos {
+        self.overhead.iter().map(|term| term.time).sum()
+    }
+}
+
+/// Why an instruction has no price.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoPrice {
+    /// Neither the instruction nor its class has a row.
+    Missing,
+    /// The same, and it then costs nothing (a label).
+    Free,
+    /// The time does not fit the range of times.
+    TooLarge,
+}
+
+/// How often each tag of `@+` rows occurs in an instruction's operands: for an area's name, how many of its
+/// cells are read or written; for `WORDBIT`, how many bits of words.
+pub type Tags = BTreeMap<String, u64>;
+
+/// The tag for bits of words.
+const WORD_BIT: &str = "WORDBIT";
+
+/// Prices every instruction and the scan.
+///
+/// # Errors
+/// Every instruction that has no time, each with its line.
+pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, Vec<Diagnostic>> {
+    let tagged: Vec<Option<String>> = program
+        .areas
+        .iter()
+        .map(|area| Some(folded(&area.name)).filter(|tag| table.row(&format!("@+{tag}")).is_some()))
+        .collect();
+    let rung = table.row("@rung");
+    let entry = table.row("@interrupt-entry");
+    let entries: BTreeSet<usize> = match entry {
+        Some(_) => program.interrupts.iter().map(|interrupt| interrupt.entry).collect(),
+        None => BTreeSet::new(),
+    };
+    let mut faults = Vec::new();
+    let mut instructions = Vec::with_capacity(program.instructions.len());
+    let mut block = 0;
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        let mut sum = match &instruction.timing {
+            None => Err(NoPrice::Free),
+            Some(key) => {
+                let cells = Cells::of(instruction, units(&key.units));
+                sum_of(table, key, &tags(&cells, &tagged))
+            }
+        };
+        // A rung costs where it begins, so that it costs nothing where it is jumped over and again in a loop.
+        if let (Some(rung), Ok(sum)) = (rung, &mut sum)
+            && instruction.block != block
+        {
+            sum.add(rung, 1, 0);
+            block = instruction.block;
+        }
+        // An interrupt costs where its routine is entered: once an occurrence.
+        if let Some(entry) = entry.filter(|_| entries.contains(&at)) {
+            match &mut sum {
+                Ok(sum) => sum.add(entry, 1, 0),
+                Err(NoPrice::Free) => sum = Ok(Sum::new(entry, 0)),
+                Err(_) => {}
+            }
+        }
+        instructions.push(match sum.and_then(|sum| sum.price(table)) {
+            Ok(price) => Some(price),
+            Err(NoPrice::Free) => None,
+            Err(why) => {
+                faults.push(fault(program, table, instruction, why));
+                None
+            }
+        });
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let mut doubts = table.notes.clone();
+    let overhead = overhead(program, table, facts, &mut doubts)?;
+    Ok(Prices { instructions, overhead, factor: table.factor.clone(), doubts })
+}
+
+/// The price of an instruction: the first of its names that has a row, else its class's row; then what `@+`
+/// rows add for its operands; then the larger time both ways where the key wants it; then the factor.
+///
+/// # Errors
+/// If there is no row, or the time is too large.
+pub fn price_of(table: &Table, key: &TimingKey, tags: &Tags) -> Result<Price, NoPrice> {
+    sum_of(table, key, tags)?.price(table)
+}
+
+fn sum_of(table: &Table, key: &TimingKey, touched: &Tags) -> Result<Sum, NoPrice> {
+    let own = key.names.iter().find_map(|name| table.row(name).map(|row| (name, row)));
+    let row = match own {
+        Some((_, row)) => row,
+        None if key.optional => return Err(NoPrice::Free),
+        None => table.row(&format!("@{}", key.class)).ok_or(NoPrice::Missing)?,
+    };
+    let units = units(&key.units);
+    let mut sum = Sum::new(row, units);
+    sum.by_class = own.is_none();
+    let told = own.and_then(|(name, _)| variant(name));
+    let mut tags = touched.clone();
+    for tag in key.names.iter().filter_map(|name| variant(name)) {
+        tags.entry(tag).or_insert(1);
+    }
+    for (tag, &times) in tags.iter().filter(|(tag, _)| told.as_ref() != Some(tag)) {
+        if let Some(extra) = table.row(&format!("@+{tag}")) {
+            sum.add(extra, times, units);
+        }
+    }
+    if key.dearer {
+        sum.on = sum.on.max(sum.off);
+        sum.off = sum.on;
+    }
+    if let Units::AtMost(most) = key.units {
+        sum.at_most_units = Some(most).filter(|_| sum.counts_units);
+    }
+    Ok(sum)
+}
+
+/// Rows being added up for one price.
+struct Sum {
+    on: u128,
+    off: u128,
+    evidence: Evidence,
+    rows: Vec<String>,
+    counts_units: bool,
+    by_class: bool,
+    at_most_units: Option<u64>,
+}
+
+impl Sum {
+    fn new(row: &Row, units: u64) -> Sum {
+        let mut sum = Sum {
+            on: 0,
+            off: 0,
+            evidence: row.evidence,
+            rows: Vec::new(),
+            counts_units: false,
+            by_class: false,
+            at_most_units: None,
+        };
+        sum.add(row, 1, units);
+        sum
+    }
+
+    fn add(&mut self, row: &Row, times: u64, units: u64) {
+        let wide = u128::from;
+        self.on += wide(row.on.0) * wide(times) + wide(row.per_unit.0) * wide(units);
+        self.off += wide(row.off.0) * wide(times);
+        self.evidence = self.evidence.min(row.evidence);
+        self.counts_units |= row.per_unit != Picos::ZERO;
+        self.rows.push(row.name.clone());
+    }
+
+    fn price(self, table: &Table) -> Result<Price, NoPrice> {
+        let fit = |time: u128| u64::try_from(time).ok().and_then(|time| table.scaled(Picos(time)));
+        Ok(Price {
+            on: fit(self.on).ok_or(NoPrice::TooLarge)?,
+            off: fit(self.off).ok_or(NoPrice::TooLarge)?,
+            evidence: self.evidence,
+            row: self.rows.join(" + "),
+            by_class: self.by_class,
+            at_most_units: self.at_most_units,
+        })
+    }
+}
+
+/// An instruction without a count counts as one unit.
+fn units(units: &Units) -> u64 {
+    match units {
+        Units::None => 1,
+        Units::Exactly(n) | Units::AtMost(n) => *n,
+    }
+}
+
+/// The part of a row name behind the colon.
+fn variant(name: &str) -> Option<String> {
+    name.split_once(':').map(|(_, variant)| folded(variant))
+}
+
+fn tags(cells: &Cells, tagged: &[Option<String>]) -> Tags {
+    let mut tags = Tags::new();
+    for (area, &count) in &cells.counts {
+        if let Some(tag) = &tagged[usize::from(area.0)] {
+            tags.insert(tag.clone(), count);
+        }
+    }
+    if cells.word_bits > 0 {
+        tags.insert(WORD_BIT.to_owned(), cells.word_bits);
+    }
+    tags
+}
+
+fn fault(program: &Program, table: &Table, at: &Instruction, why: NoPrice) -> Diagnostic {
+    let name = at.timing.as_ref().and_then(|key| key.names.last()).map_or("", String::as_str);
+    let (message, help) = match why {
+        NoPrice::TooLarge => (
+            format!("the time of {name} for so many units is too large to add up"),
+            "look at the units and the time per unit in the table".to_owned(),
+        ),
+        NoPrice::Missing | NoPrice::Free => (
+            format!("the table {} has no time for {name}", table.name),
+            format!(
+                "add the row {name},ON,OFF in microseconds to a table, or give {name}=12.5us on the command line"
+            ),
+        ),
+    };
+    let file = program.files.get(at.place.file as usize).map_or("", |file| file.name.as_str());
+    Diagnostic::line("no-time", file, at.place.line, at.text.clone(), message, help)
+        .at_step(at.place.step)
+}
+
+fn overhead(
+    program: &Program,
+    table: &Table,
+    facts: &Facts,
+    doubts: &mut Vec<String>,
+) -> Result<Vec<OverheadTerm>, Vec<Diagnostic>> {
+    let mut terms = Vec::new();
+    let mut charge = |row: &Row, times: u64, name: String, why: String| {
+        let time = row.on.0.checked_mul(times).and_then(|time| table.scaled(Picos(time)));
+        let Some(time) = time else {
+            let message = format!("the time of {} is too large to add up", row.name);
+            let help = "look at the times in the table";
+            return Err(vec![Diagnostic::file("no-time", &row.table, message, help)]);
+        };
+        terms.push(OverheadTerm { name, time, evidence: row.evidence, why });
+        Ok(())
+    };
+    for row in table.terms("@end") {
+        let name = row.name.split_once(':').map_or("END processing", |(_, name)| name);
+        charge(row, 1, name.to_owned(), row.source.clone())?;
+    }
+    if let Some(row) = table.row("@program") {
+        let count = program.mains.len() as u64;
+        let why = format!("{count} x {} us; {}", row.on.us_text(), row.source);
+        charge(row, count, "program starts".to_owned(), why)?;
+    }
+    let sides = [("input", "X", facts.inputs), ("output", "Y", facts.outputs)];
+    for (side, area, stated) in sides {
+        let groups = [8u32, 16].map(|size| (size, table.row(&format!("@{side}{size}"))));
+        if groups.iter().all(|(_, row)| row.is_none()) {
+            continue;
+        }
+        let (points, origin) = points(program, side, area, stated, doubts);
+        for (size, row) in groups {
+            let (Some(row), 1..) = (row, points) else { continue };
+            let count = u64::from(points.div_ceil(size));
+            let why = format!(
+                "{origin}: {count} x {} us a {size} points; {}",
+                row.on.us_text(),
+                row.source
+            );
+            charge(row, count, format!("{side} refresh"), why)?;
+        }
+    }
+    Ok(terms)
+}
+
+/// How many points are refreshed, and how that is known.
+fn points(
+    program: &Program,
+    side: &str,
+    area: &str,
+    stated: Option<u32>,
+    doubts: &mut Vec<String>,
+) -> (u32, String) {
+    if let Some(stated) = stated {
+        return (stated, format!("{stated} {side} points as stated"));
+    }
+    let highest = highest(program, area);
+    let (points, origin) = match highest {
+        None => (0, format!("the program uses no {side}")),
+        Some(cell) => {
+            let points = cell.index.saturating_add(1).div_ceil(16).saturating_mul(16);
+            let name = program.cell_name(cell);
+            (points, format!("{points} {side} points, since {name} is the highest {side} used"))
+        }
+    };
+    doubts.push(format!("{side} points are not stated: {origin}; state them if more are fitted"));
+    (points, origin)
+}
+
+/// The highest cell of an area that an instruction names.
+fn highest(program: &Program, area: &str) -> Option<Cell> {
+    let mine = |index: u16| program.areas[usize::from(index)].name.eq_ignore_ascii_case(area);
+    program
+        .instructions
+        .iter()
+        .flat_map(|instruction| Cells::of(instruction, 1).highest)
+        .filter(|(id, _)| mine(id.0))
+        .map(|(area, index)| Cell { area, index })
+        .max_by_key(|cell| cell.index)
+}
+
+#[cfg(test)]
+mod tests;

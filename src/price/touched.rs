@@ -1,0 +1,146 @@
+//! Which cells an instruction reads and writes, as far as its meaning shows them.
+
+use std::collections::BTreeMap;
+
+use crate::program::{
+    AreaId, BitSource, BitTarget, Cell, Instruction, Logic, Number, Region, Step, WordSource,
+    WordTarget, Write,
+};
+
+/// Cells of an instruction whose meaning does not say how many of a range it writes are counted up to this,
+/// or up to twice its units.
+const LEAST_RANGE: u64 = 8;
+
+/// What an instruction touches.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Cells {
+    /// How many cells of an area, each mention counted.
+    pub counts: BTreeMap<AreaId, u64>,
+    /// The highest index of an area.
+    pub highest: BTreeMap<AreaId, u32>,
+    /// How many bits of words.
+    pub word_bits: u64,
+    units: u64,
+}
+
+impl Cells {
+    /// What an instruction of so many units touches.
+    #[must_use]
+    pub fn of(instruction: &Instruction, units: u64) -> Cells {
+        let mut cells = Cells { units, ..Cells::default() };
+        match &instruction.step {
+            Step::Logic { value, .. } => cells.logic(value),
+            Step::Act { fires }
+            | Step::Jump { fires, .. }
+            | Step::Call { fires, .. }
+            | Step::Stop { fires }
+            | Step::ZoneBegin { fires, .. } => cells.logic(fires),
+            Step::ForBegin { count, .. } => cells.word(count),
+            Step::AndBlock
+            | Step::OrBlock
+            | Step::Save(_)
+            | Step::Fetch(_)
+            | Step::Return
+            | Step::End
+            | Step::ForEnd
+            | Step::Bulk { .. }
+            | Step::ZoneEnd { .. }
+            | Step::Nothing => {}
+        }
+        for effect in &instruction.effects {
+            match &effect.write {
+                Write::Bit(target, value) => {
+                    match target {
+                        BitTarget::Cell(cell) => cells.range(*cell, 1, 1),
+                        BitTarget::WordBit(cell, _) => cells.word_bit(*cell),
+                    }
+                    cells.logic(value);
+                }
+                Write::Words(targets, value) => {
+                    for target in targets {
+                        match target {
+                            WordTarget::Cell(cell) => cells.range(*cell, 1, 1),
+                            WordTarget::Bits { first, count } => cells.bits(*first, *count),
+                            WordTarget::Discard => {}
+                        }
+                    }
+                    cells.number(value);
+                }
+                Write::Forget(region, _) => cells.region(*region),
+            }
+        }
+        cells
+    }
+
+    fn range(&mut self, first: Cell, length: u32, counted: u64) {
+        let last = first.index.saturating_add(length.saturating_sub(1));
+        *self.counts.entry(first.area).or_default() += counted;
+        let highest = self.highest.entry(first.area).or_default();
+        *highest = last.max(*highest);
+    }
+
+    fn bits(&mut self, first: Cell, count: u8) {
+        self.range(first, u32::from(count), u64::from(count));
+    }
+
+    fn word_bit(&mut self, cell: Cell) {
+        self.word_bits += 1;
+        self.range(cell, 1, 1);
+    }
+
+    fn region(&mut self, region: Region) {
+        match region {
+            Region::Range { first, count } => {
+                let most = LEAST_RANGE.max(self.units.saturating_mul(2));
+                self.range(first, count, u64::from(count).min(most));
+            }
+            Region::Area(area) => *self.counts.entry(area).or_default() += 1,
+            Region::Everything => {}
+        }
+    }
+
+    fn logic(&mut self, logic: &Logic) {
+        match logic {
+            Logic::Condition | Logic::Const(_) => {}
+            Logic::Bit(BitSource::Cell(cell)) => self.range(*cell, 1, 1),
+            Logic::Bit(BitSource::WordBit(cell, _)) => self.word_bit(*cell),
+            Logic::Bit(BitSource::Const(_) | BitSource::Free(_)) => {}
+            Logic::Not(inner) => self.logic(inner),
+            Logic::All(parts) | Logic::Any(parts) => {
+                for part in parts {
+                    self.logic(part);
+                }
+            }
+            Logic::Compare(compare) => {
+                self.number(&compare.left);
+                self.number(&compare.right);
+            }
+        }
+    }
+
+    fn number(&mut self, number: &Number) {
+        match number {
+            Number::Words(words) => {
+                for word in words {
+                    self.word(word);
+                }
+            }
+            Number::Add(left, right)
+            | Number::Sub(left, right)
+            | Number::And(left, right)
+            | Number::Or(left, right)
+            | Number::Xor(left, right) => {
+                self.number(left);
+                self.number(right);
+            }
+        }
+    }
+
+    fn word(&mut self, word: &WordSource) {
+        match word {
+            WordSource::Cell(cell) => self.range(*cell, 1, 1),
+            WordSource::Bits { first, count } => self.bits(*first, *count),
+            WordSource::Const(_) | WordSource::Free(_) => {}
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The timing tables that come with the program, and which of them a CPU's name means.
+
+use std::sync::LazyLock;
+
+use super::{Evidence, Table};
+use crate::time::Picos;
+
+/// Name and text of each file under `timing-tables`, by name.
+const FILES: [(&str, &str); 13] = [
+    ("fx2n", include_str!("../../timing-tables/fx2n.csv")),
+    ("fx3u", include_str!("../../timing-tables/fx3u.csv")),
+    ("fx5u", include_str!("../../timing-tables/fx5u.csv")),
+    ("iqr", include_str!("../../timing-tables/iqr.csv")),
+    ("l02", include_str!("../../timing-tables/l02.csv")),
+    ("l26", include_str!("../../timing-tables/l26.csv")),
+    ("q00u", include_str!("../../timing-tables/q00u.csv")),
+    ("q02", include_str!("../../timing-tables/q02.csv")),
+    ("q02h", include_str!("../../timing-tables/q02h.csv")),
+    ("q02u", include_str!("../../timing-tables/q02u.csv")),
+    ("q03ud", include_str!("../../timing-tables/q03ud.csv")),
+    ("qnudeh", include_str!("../../timing-tables/qnudeh.csv")),
+    ("qnudv", include_str!("../../timing-tables/qnudv.csv")),
+];
+
+/// The tables, read once; that each of them reads is tested. None amends another.
+static TABLES: LazyLock<Vec<(&'static str, Table)>> = LazyLock::new(|| {
+    let read = |(name, text): &(&'static str, &str)| {
+        Table::parse(name, text.as_bytes()).ok().map(|parsed| (*name, parsed.table))
+    };
+    FILES.iter().filter_map(read).collect()
+});
+
+/// What a list of the built-in tables shows of one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Summary {
+    /// What `--table` takes.
+    pub name: &'static str,
+    /// One line.
+    pub title: String,
+    /// The CPUs it is for.
+    pub cpus: Vec<String>,
+    /// How many rows rest on which evidence, in the order of [`Evidence::ALL`].
+    pub rows: [(Evidence, usize); 4],
+}
+
+/// The names of the built-in tables, in order.
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    FILES.iter().map(|(name, _)| *name).collect()
+}
+
+/// A built-in table's text; letter case does not count.
+#[must_use]
+pub fn text(name: &str) -> Option<&'static str> {
+    FILES.iter().find(|(own, _)| own.eq_ignore_ascii_case(name.trim())).map(|(_, text)| *text)
+}
+
+/// All built-in tables in short.
+#[must_use]
+pub fn list() -> Vec<Summary> {
+    TABLES
+        .iter()
+        .map(|(name, table)| Summary {
+            name,
+            title: table.title.clone(),
+            cpus: table.cpus.clone(),
+            rows: Evidence::ALL.map(|evidence| (evidence, table.count(evidence))),
+        })
+        .collect()
+}
+
+impl Table {
+    /// A built-in table.
+    #[must_use]
+    pub fn builtin(name: &str) -> Option<Table> {
+        let named = |own: &str| own.eq_ignore_ascii_case(name.trim());
+        TABLES.iter().find(|(own, _)| named(own)).map(|(_, table)| table.clone())
+    }
+
+    /// The built-in table for a CPU as a source file names it. Where the name means several CPUs (`Q02(H)`),
+    /// the slowest of their tables.
+    #[must_use]
+    pub fn for_cpu(cpu: &str) -> Option<&'static str> {
+        let meant = meant(cpu);
+        let slowness = |table: &Table| table.row("MOV").map_or(Picos::ZERO, |row| row.on);
+        TABLES
+            .iter()
+            .filter(|(_, table)| meant.iter().any(|cpu| table.cpus.contains(cpu)))
+            .max_by_key(|(_, table)| slowness(table))
+            .map(|(name, _)| *name)
+    }
+
+    /// What to tell a user whose CPU has no table.
+    #[must_use]
+    pub fn advice(cpu: &str) -> String {
+        let shared = |name: &str| {
+            let alike =
+                |own: &String| own.chars().zip(name.chars()).take_while(|(a, b)| a == b).count();
+            meant(cpu).iter().map(alike).max().unwrap_or(0)
+        };
+        let nearest = list()
+            .iter()
+            .flat_map(|table| table.cpus.iter().map(|own| (shared(own), table.name, own.clone())))
+            .filter(|(alike, ..)| *alike >= 2)
+            .max_by(|a, b| a.0.cmp(&b.0).then(b.1.cmp(a.1)));
+        let near = nearest.map_or(String::new(), |(_, table, own)| {
+            format!(
+                "; the nearest by name is {table} (for {own}): compare the two CPUs' speeds first"
+            )
+        });
+        format!("name a table with --table, built in ({}) or your own{near}", names().join(", "))
+    }
+}
+
+/// The CPUs that a written name can mean: `FX3U/FX3UC`, `FX3U(C)`, `Q26UDVCPU`.
+fn meant(cpu: &str) -> Vec<String> {
+    let mut names = Vec::new();
+    for part in cpu.to_ascii_uppercase().replace("CPU", "").split(['/', ',', ' ']) {
+        match part.split_once('(') {
+            Some((stem, rest)) => {
+                let rest: String = rest.chars().filter(|c| *c != ')').collect();
+                names.push(stem.to_owned());
+                names.push(format!("{stem}{rest}"));
+            }
+            None => names.push(part.to_owned()),
+        }
+    }
+    names.retain(|name| !name.is_empty());
+    names
+}

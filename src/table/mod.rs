@@ -1,0 +1,236 @@
+//! A timing table: what each instruction of a CPU costs, with the evidence for it, and how a row is found.
+
+pub mod builtin;
+mod parse;
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use crate::time::Picos;
+
+pub use parse::{Override, Parsed, parse_override};
+
+/// The timing classes: each has its `@class` row in every built-in table.
+pub const CLASSES: [&str; 39] = [
+    "arithmetic",
+    "arithmetic-double",
+    "bit",
+    "block",
+    "call",
+    "clock",
+    "coil",
+    "compare",
+    "compare-double",
+    "compare-real",
+    "compare-string",
+    "contact",
+    "conversion",
+    "counter",
+    "dedicated",
+    "divide",
+    "divide-double",
+    "interrupt",
+    "jump",
+    "logic",
+    "logic-double",
+    "loop",
+    "master",
+    "module",
+    "move",
+    "move-double",
+    "multiply",
+    "multiply-double",
+    "nothing",
+    "pulse",
+    "real",
+    "search",
+    "set",
+    "shift",
+    "special",
+    "stack",
+    "string",
+    "table",
+    "timer",
+];
+
+/// How well a time is founded, the weakest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Evidence {
+    /// Nobody has published or measured it: a table's author supposed it.
+    Assumed,
+    /// The user gave it, and did not say from where.
+    Stated,
+    /// Measured on the CPU.
+    Measured,
+    /// In the maker's document that the row names.
+    Published,
+}
+
+impl Evidence {
+    /// All, the best first.
+    pub const ALL: [Evidence; 4] =
+        [Evidence::Published, Evidence::Measured, Evidence::Stated, Evidence::Assumed];
+
+    /// The word that tables and reports use.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Evidence::Assumed => "assumed",
+            Evidence::Stated => "stated",
+            Evidence::Measured => "measured",
+            Evidence::Published => "published",
+        }
+    }
+}
+
+impl fmt::Display for Evidence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.word())
+    }
+}
+
+/// One row with times.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row {
+    /// As written: an instruction, an instruction with a variant (`OUT:T`), or an `@` row.
+    pub name: String,
+    /// The time when it fires; for `@` rows that have one number only, that number.
+    pub on: Picos,
+    /// The time when it is reached and does not fire.
+    pub off: Picos,
+    /// Added to `on` for each unit.
+    pub per_unit: Picos,
+    /// What is counted; empty if nothing is.
+    pub unit: String,
+    /// How well founded.
+    pub evidence: Evidence,
+    /// Document and page, or the reason for an assumption; may be empty.
+    pub source: String,
+    /// The table it comes from: a table that amends another holds rows of both.
+    pub table: String,
+}
+
+/// A factor on the whole scan, at least 1.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Factor {
+    /// In millionths.
+    pub millionths: u64,
+    /// As written.
+    pub text: String,
+    /// How well founded.
+    pub evidence: Evidence,
+    /// Why there is one.
+    pub source: String,
+}
+
+impl Factor {
+    /// The time multiplied by the factor, rounded up to a whole picosecond; `None` if too large.
+    #[must_use]
+    pub fn apply(&self, time: Picos) -> Option<Picos> {
+        let product = u128::from(time.0) * u128::from(self.millionths);
+        u64::try_from(product.div_ceil(1_000_000)).ok().map(Picos)
+    }
+}
+
+/// A timing table.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Table {
+    /// The built-in name, or the file's name as the user gave it.
+    pub name: String,
+    /// What it is for, one line; empty if it does not say.
+    pub title: String,
+    /// The family whose instruction set it prices: `q`, `l`, `fx`, `iqr`, `fx5`.
+    pub family: Option<String>,
+    /// The CPUs it is for, upper case, without the word CPU.
+    pub cpus: Vec<String>,
+    /// The built-in table that it amends.
+    pub base: Option<String>,
+    /// What its times do not hold, in words for the reader of a report.
+    pub notes: Vec<String>,
+    /// The factor on the whole scan.
+    pub factor: Option<Factor>,
+    rows: Vec<Row>,
+    index: BTreeMap<String, usize>,
+}
+
+impl Table {
+    /// All rows with times, in the order of the file; those of an amended table first.
+    #[must_use]
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// The row of this name; letter case does not count.
+    #[must_use]
+    pub fn row(&self, name: &str) -> Option<&Row> {
+        self.index.get(&folded(name)).map(|&at| &self.rows[at])
+    }
+
+    /// Whether the table prices an instruction of this very name: what the dialect does not know but the
+    /// table does is a user's instruction.
+    #[must_use]
+    pub fn knows(&self, mnemonic: &str) -> bool {
+        !mnemonic.starts_with('@') && self.row(mnemonic).is_some()
+    }
+
+    /// How many rows rest on this evidence.
+    #[must_use]
+    pub fn count(&self, evidence: Evidence) -> usize {
+        self.rows.iter().filter(|row| row.evidence == evidence).count()
+    }
+
+    /// Rows of one per-scan kind: `@end` and `@end:NAME` for `@end`.
+    pub(crate) fn terms<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'a Row> {
+        self.rows.iter().filter(move |row| {
+            let folded_name = folded(&row.name);
+            folded_name
+                .strip_prefix(&folded(kind))
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with(':'))
+        })
+    }
+
+    /// The watchdog time that the CPU has by default.
+    #[must_use]
+    pub fn watchdog(&self) -> Option<Picos> {
+        self.row("@watchdog").map(|row| row.on)
+    }
+
+    /// Prices an instruction by name as the user stated it, over whatever the table has for this name.
+    pub fn amend(&mut self, name: &str, on: Picos, off: Picos) {
+        self.put(Row {
+            name: name.trim().to_owned(),
+            on,
+            off,
+            per_unit: Picos::ZERO,
+            unit: String::new(),
+            evidence: Evidence::Stated,
+            source: "stated on the command line".to_owned(),
+            table: self.name.clone(),
+        });
+    }
+
+    /// A time with the table's factor; `None` if too large.
+    #[must_use]
+    pub fn scaled(&self, time: Picos) -> Option<Picos> {
+        self.factor.as_ref().map_or(Some(time), |factor| factor.apply(time))
+    }
+
+    fn put(&mut self, row: Row) {
+        let key = folded(&row.name);
+        match self.index.get(&key) {
+            Some(&at) => self.rows[at] = row,
+            None => {
+                self.index.insert(key, self.rows.len());
+                self.rows.push(row);
+            }
+        }
+    }
+}
+
+/// A name as it is compared: without blanks around, in upper case.
+pub(crate) fn folded(name: &str) -> String {
+    name.trim().to_ascii_uppercase()
+}
+
+#[cfg(test)]
+mod tests;
