@@ -1,5 +1,6 @@
 //! The MELSEC dialects: GX Works2 and GX Works3 CSV exports, and list text.
 
+pub mod catalog;
 mod comments;
 mod csv;
 mod list;

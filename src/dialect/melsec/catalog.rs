@@ -1,0 +1,358 @@
+//! The catalog of application instructions: each one's operands, timing class and effect, read from
+//! `instructions.csv`.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use serde::Deserialize;
+
+/// What an instruction does with an operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Reads it.
+    Source,
+    /// Writes it.
+    Destination,
+    /// Reads and writes it.
+    Both,
+    /// Takes a count or another number from it: a constant or a word (two words in 32-bit instructions).
+    Count,
+    /// Takes it as a name or an address; it is not written.
+    Other,
+}
+
+/// How many units an operand has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Amount {
+    /// So many.
+    Fixed(u32),
+    /// `unit` for each that another operand counts.
+    Counted {
+        /// How many bits or words one counted thing has.
+        unit: u32,
+        /// The counting operand, from 0.
+        operand: usize,
+    },
+    /// Not known: anything from the device to its area's end.
+    Unknown,
+}
+
+/// How far an operand reaches from the device that is written there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// So many bits.
+    Bits(Amount),
+    /// So many words; of a bit device sixteen bits each, or what a digit designation says.
+    Words(Amount),
+    /// So many devices of the kind that is written there: a bit device is one bit, a word device one word, a timer or
+    /// counter its contact, coil and value.
+    Devices(Amount),
+    /// Text up to its closing NUL: of unknown length.
+    Text,
+}
+
+/// One operand of an instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Operand {
+    /// Whether it is read or written.
+    pub role: Role,
+    /// How much of it.
+    pub extent: Extent,
+}
+
+/// What an instruction does to its destinations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Operation {
+    /// They take any value when it is executed.
+    Forget,
+    /// They may take any value whether its condition is true or false.
+    Always,
+    /// They may take any value at any moment, even between scans of the instruction: it starts something
+    /// that runs beside the program.
+    Anytime,
+    /// It writes no device; it needs a condition.
+    Nothing,
+    /// It writes no device and needs no condition.
+    Free,
+    /// The first operand's words go to the second, all read before any is written.
+    Copy,
+    /// The first operand goes to each of the counted units of the second.
+    Fill,
+    /// Sum: of the two sources, or of destination and source.
+    Add,
+    /// Difference: first source minus second, or destination minus source.
+    Sub,
+    /// One more.
+    Inc,
+    /// One less.
+    Dec,
+    /// Bitwise and, as `Add`.
+    And,
+    /// Bitwise or, as `Add`.
+    Or,
+    /// Bitwise exclusive or, as `Add`.
+    Xor,
+    /// Bitwise equivalence, as `Add`.
+    Xnr,
+    /// Every bit of the source inverted.
+    Not,
+    /// The negative of the operand, two's complement.
+    Neg,
+    /// The operands change places.
+    Exchange,
+    /// The bytes of each word change places.
+    Swap,
+    /// Zero, from the first operand on as far as its extent.
+    Clear,
+    /// Zero, from the first operand's device to the second's.
+    ClearRange,
+    /// Sets the bit of the first operand whose number is the second (its low four bits).
+    BitSet,
+    /// Clears that bit.
+    BitReset,
+    /// The bit takes the value of the bit before it, which is cleared.
+    Shift1,
+    /// The bit is inverted.
+    Alternate,
+}
+
+/// One form of an instruction: a mnemonic with a number of operands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Entry {
+    /// As it is written, without the pulse suffix.
+    pub mnemonic: String,
+    /// In the order in which they are written.
+    pub operands: Vec<Operand>,
+    /// The timing class.
+    pub class: String,
+    /// The operand, from 0, that counts the units of a time per unit.
+    pub units: Option<usize>,
+    /// What happens to the destinations.
+    pub operation: Operation,
+    /// Whether a pulse form exists.
+    pub pulse: bool,
+    /// Areas any cell of which may be written too, as `Operation::Forget`; `*` stands for all areas.
+    pub also: Vec<String>,
+}
+
+/// An instruction that the catalog holds.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// Its entry.
+    pub entry: Cow<'static, Entry>,
+    /// Whether its pulse form was written: it is executed at its condition's rising edge.
+    pub pulsed: bool,
+}
+
+/// Why no entry was found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NotFound {
+    /// There is no such mnemonic.
+    Unknown {
+        /// The one most like it, if one is near.
+        close: Option<String>,
+    },
+    /// The mnemonic takes other numbers of operands.
+    OperandCount {
+        /// Which, ascending.
+        expected: Vec<usize>,
+    },
+}
+
+/// The rows, by mnemonic.
+static CATALOG: LazyLock<BTreeMap<String, Vec<Entry>>> = LazyLock::new(|| {
+    read(include_str!("instructions.csv"))
+        .expect("the embedded catalog is well formed, as a test holds")
+});
+
+/// What begins the names of instructions that modules and networks bring.
+const DEDICATED: [&str; 10] = ["G.", "GP.", "Z.", "ZP.", "J.", "JP.", "D.", "DP.", "S.", "SP."];
+/// The class of those.
+const DEDICATED_CLASS: &str = "dedicated";
+/// A mnemonic is worth suggesting if a letter in so many would have to change.
+const LETTERS_PER_SLIP: usize = 3;
+
+/// The entry of an instruction with so many operands. A dedicated instruction that is not listed gets an
+/// entry by which each operand is read and written as far as its area reaches.
+///
+/// # Errors
+///
+/// The mnemonic is unknown, or known with other numbers of operands only.
+pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
+    let named = CATALOG.get(mnemonic).map(|entries| (entries, false));
+    let pulsed = || {
+        let entries = CATALOG.get(&unpulsed(mnemonic)?)?;
+        entries.iter().any(|entry| entry.pulse).then_some((entries, true))
+    };
+    if let Some((entries, pulsed)) = named.or_else(pulsed) {
+        return entries
+            .iter()
+            .find(|entry| entry.operands.len() == operands && (entry.pulse || !pulsed))
+            .map(|entry| Found { entry: Cow::Borrowed(entry), pulsed })
+            .ok_or_else(|| NotFound::OperandCount { expected: counts(entries) });
+    }
+    if DEDICATED.iter().any(|prefix| mnemonic.len() > prefix.len() && mnemonic.starts_with(prefix))
+    {
+        return Ok(dedicated(mnemonic, operands));
+    }
+    Err(NotFound::Unknown { close: close(mnemonic) })
+}
+
+/// The mnemonic whose pulse form this would be: `MOV` of `MOVP`, `+_U` of `+P_U`, `Z.OPEN` of `ZP.OPEN`.
+fn unpulsed(mnemonic: &str) -> Option<String> {
+    if let Some((prefix, rest)) = mnemonic.split_once("P.") {
+        return Some(format!("{prefix}.{rest}"));
+    }
+    match mnemonic.strip_suffix("P_U") {
+        Some(base) => Some(format!("{base}_U")),
+        None => mnemonic.strip_suffix('P').map(str::to_owned),
+    }
+}
+
+fn counts(entries: &[Entry]) -> Vec<usize> {
+    let mut counts: Vec<usize> = entries.iter().map(|entry| entry.operands.len()).collect();
+    counts.sort_unstable();
+    counts
+}
+
+fn dedicated(mnemonic: &str, operands: usize) -> Found {
+    let pulsed = mnemonic.split_once('.').is_some_and(|(prefix, _)| prefix.ends_with('P'));
+    let operand = Operand { role: Role::Both, extent: Extent::Devices(Amount::Unknown) };
+    let entry = Entry {
+        mnemonic: unpulsed(mnemonic).filter(|_| pulsed).unwrap_or_else(|| mnemonic.to_owned()),
+        operands: vec![operand; operands],
+        class: DEDICATED_CLASS.to_owned(),
+        units: None,
+        operation: Operation::Forget,
+        pulse: true,
+        also: Vec::new(),
+    };
+    Found { entry: Cow::Owned(entry), pulsed }
+}
+
+/// The mnemonic most like an unknown one.
+fn close(mnemonic: &str) -> Option<String> {
+    let slips = (mnemonic.chars().count() / LETTERS_PER_SLIP).max(1);
+    CATALOG
+        .keys()
+        .map(|name| (strsim::damerau_levenshtein(mnemonic, name), name))
+        .filter(|(distance, _)| *distance <= slips)
+        .min()
+        .map(|(_, name)| name.clone())
+}
+
+/// A row of the file. Operands are tokens `role:extent` apart by blanks.
+///
+/// Roles: `s` read, `d` written, `sd` both, `n` count, `x` other. Extents: `b` a bit, `w` a word, `v` a
+/// device, with a fixed number before (`7w`) or a counting operand, from 1, behind (`w*3`, `2w*3` for
+/// two words each, `w*?` for an unknown number); `e` a real (two words), `$` text.
+#[derive(Debug, Deserialize)]
+struct Row {
+    mnemonic: String,
+    pulse: String,
+    operands: String,
+    class: String,
+    units: Option<usize>,
+    effect: Operation,
+    also: String,
+}
+
+/// Reads the catalog's text.
+fn read(text: &str) -> Result<BTreeMap<String, Vec<Entry>>, String> {
+    let mut catalog: BTreeMap<String, Vec<Entry>> = BTreeMap::new();
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+    for row in reader.deserialize() {
+        let row: Row = row.map_err(|error| error.to_string())?;
+        let name = row.mnemonic.clone();
+        let entry = entry(row).map_err(|fault| format!("{name}: {fault}"))?;
+        let entries = catalog.entry(name.clone()).or_default();
+        if entries.iter().any(|other| other.operands.len() == entry.operands.len()) {
+            return Err(format!("{name}: two rows for {} operands", entry.operands.len()));
+        }
+        entries.push(entry);
+    }
+    Ok(catalog)
+}
+
+fn entry(row: Row) -> Result<Entry, String> {
+    let operands: Vec<Operand> =
+        row.operands.split_whitespace().map(operand).collect::<Result<_, _>>()?;
+    let counters = operands.iter().filter_map(|operand| match operand.extent {
+        Extent::Bits(Amount::Counted { operand, .. })
+        | Extent::Words(Amount::Counted { operand, .. })
+        | Extent::Devices(Amount::Counted { operand, .. }) => Some(operand),
+        _ => None,
+    });
+    let units = match row.units {
+        Some(number) => Some(number.checked_sub(1).ok_or("units are counted from 1")?),
+        None => None,
+    };
+    if counters
+        .chain(units)
+        .any(|counter| operands.get(counter).is_none_or(|by| by.role != Role::Count))
+    {
+        return Err("counted by an operand that is no count".to_owned());
+    }
+    let pulse = match row.pulse.as_str() {
+        "" => false,
+        "P" => true,
+        other => return Err(format!("pulse form {other}")),
+    };
+    Ok(Entry {
+        mnemonic: row.mnemonic,
+        operands,
+        class: row.class,
+        units,
+        operation: row.effect,
+        pulse,
+        also: row.also.split_whitespace().map(str::to_owned).collect(),
+    })
+}
+
+fn operand(token: &str) -> Result<Operand, String> {
+    let (role, extent) = token.split_once(':').unwrap_or((token, "w"));
+    let role = match role {
+        "s" => Role::Source,
+        "d" => Role::Destination,
+        "sd" => Role::Both,
+        "n" => Role::Count,
+        "x" => Role::Other,
+        _ => return Err(format!("operand {token}")),
+    };
+    let extent = extent_of(extent).ok_or_else(|| format!("operand {token}"))?;
+    Ok(Operand { role, extent })
+}
+
+fn extent_of(text: &str) -> Option<Extent> {
+    match text {
+        "$" => return Some(Extent::Text),
+        "e" => return Some(Extent::Words(Amount::Fixed(2))),
+        _ => {}
+    }
+    let (unit, counter) = match text.split_once('*') {
+        Some((unit, counter)) => (unit, Some(counter)),
+        None => (text, None),
+    };
+    let kind = unit.trim_start_matches(|c: char| c.is_ascii_digit());
+    let number = &unit[..unit.len() - kind.len()];
+    let unit = if number.is_empty() { 1 } else { number.parse().ok()? };
+    let amount = match counter {
+        None => Amount::Fixed(unit),
+        Some("?") => Amount::Unknown,
+        Some(counter) => {
+            let operand = counter.parse::<usize>().ok()?.checked_sub(1)?;
+            Amount::Counted { unit, operand }
+        }
+    };
+    match kind {
+        "b" => Some(Extent::Bits(amount)),
+        "w" => Some(Extent::Words(amount)),
+        "v" => Some(Extent::Devices(amount)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,175 @@
+//! Tests of the catalog.
+
+use super::*;
+
+/// The timing classes of application instructions.
+const CLASSES: [&str; 28] = [
+    "compare",
+    "compare-double",
+    "compare-real",
+    "compare-string",
+    "pulse",
+    "move",
+    "move-double",
+    "arithmetic",
+    "arithmetic-double",
+    "multiply",
+    "multiply-double",
+    "divide",
+    "divide-double",
+    "real",
+    "logic",
+    "logic-double",
+    "conversion",
+    "shift",
+    "bit",
+    "block",
+    "string",
+    "search",
+    "table",
+    "clock",
+    "module",
+    "dedicated",
+    "nothing",
+    "special",
+];
+
+fn found(mnemonic: &str, operands: usize) -> (String, bool) {
+    let found = find(mnemonic, operands).expect("is in the catalog");
+    (found.entry.mnemonic.clone(), found.pulsed)
+}
+
+#[test]
+fn every_row_is_well_formed() {
+    let catalog = read(include_str!("../instructions.csv")).unwrap();
+    assert!(catalog.len() > 100);
+    for entry in catalog.values().flatten() {
+        assert!(CLASSES.contains(&entry.class.as_str()), "{}: {}", entry.mnemonic, entry.class);
+        let writes =
+            entry.operands.iter().any(|it| matches!(it.role, Role::Destination | Role::Both));
+        let silent = matches!(entry.operation, Operation::Nothing | Operation::Free);
+        assert_eq!(writes || !entry.also.is_empty(), !silent, "{}", entry.mnemonic);
+    }
+}
+
+#[test]
+fn exact_operations_have_the_operands_they_need() {
+    for entry in CATALOG.values().flatten() {
+        let roles: Vec<Role> = entry.operands.iter().map(|it| it.role).collect();
+        let fits = match entry.operation {
+            Operation::Forget
+            | Operation::Always
+            | Operation::Anytime
+            | Operation::Nothing
+            | Operation::Free => true,
+            Operation::Add
+            | Operation::Sub
+            | Operation::And
+            | Operation::Or
+            | Operation::Xor
+            | Operation::Xnr => {
+                let extents = entry.operands.windows(2).all(|two| two[0].extent == two[1].extent);
+                extents
+                    && matches!(
+                        roles[..],
+                        [Role::Source, Role::Both]
+                            | [Role::Source, Role::Source, Role::Destination]
+                    )
+            }
+            Operation::Copy | Operation::Not => {
+                entry.operands[0].extent == entry.operands[1].extent
+                    && roles.starts_with(&[Role::Source, Role::Destination])
+            }
+            Operation::Fill => roles == [Role::Source, Role::Destination, Role::Count],
+            Operation::Exchange => roles.starts_with(&[Role::Both, Role::Both]),
+            Operation::Inc
+            | Operation::Dec
+            | Operation::Neg
+            | Operation::Swap
+            | Operation::Shift1
+            | Operation::Alternate => roles == [Role::Both],
+            Operation::Clear => roles == [Role::Destination, Role::Count],
+            Operation::ClearRange => roles == [Role::Destination, Role::Destination],
+            Operation::BitSet | Operation::BitReset => roles == [Role::Both, Role::Count],
+        };
+        assert!(fits, "{} {:?}", entry.mnemonic, entry.operation);
+    }
+}
+
+#[test]
+fn a_pulse_form_is_found_under_its_base() {
+    for (written, operands, base, pulsed) in [
+        ("MOV", 2, "MOV", false),
+        ("MOVP", 2, "MOV", true),
+        ("+P", 2, "+", true),
+        ("D+P", 3, "D+", true),
+        ("$MOVP", 2, "$MOV", true),
+        ("DINCP_U", 1, "DINC_U", true),
+        ("SWAP", 1, "SWAP", false),
+        ("SWAPP", 1, "SWAP", true),
+        ("CMP", 3, "CMP", false),
+        ("ZCPP", 4, "ZCP", true),
+    ] {
+        assert_eq!(found(written, operands), (base.to_owned(), pulsed), "{written}");
+    }
+    assert!(matches!(find("SORTP", 5), Err(NotFound::Unknown { .. })));
+}
+
+#[test]
+fn extents_count_by_operands() {
+    let bmov = find("BMOV", 3).unwrap().entry;
+    let counted = Extent::Words(Amount::Counted { unit: 1, operand: 2 });
+    assert_eq!(bmov.operands[0], Operand { role: Role::Source, extent: counted });
+    assert_eq!(bmov.operands[1], Operand { role: Role::Destination, extent: counted });
+    assert_eq!(bmov.units, Some(2));
+    let product = find("D*", 3).unwrap().entry;
+    assert_eq!(product.operands[2].extent, Extent::Words(Amount::Fixed(4)));
+}
+
+#[test]
+fn the_number_of_operands_is_checked() {
+    assert_eq!(find("+", 4).err(), Some(NotFound::OperandCount { expected: vec![2, 3] }));
+    assert_eq!(find("MOVP", 3).err(), Some(NotFound::OperandCount { expected: vec![2] }));
+}
+
+#[test]
+fn an_unknown_mnemonic_suggests_a_near_one() {
+    let close = |mnemonic: &str| match find(mnemonic, 2) {
+        Err(NotFound::Unknown { close }) => close,
+        other => panic!("{mnemonic}: {other:?}"),
+    };
+    assert_eq!(close("DMVO").as_deref(), Some("DMOV"));
+    assert_eq!(close("BMVO").as_deref(), Some("BMOV"));
+    assert_eq!(close("SwOp0"), None);
+}
+
+#[test]
+fn an_unlisted_dedicated_instruction_may_write_all_its_operands() {
+    let found = find("GP.NOSUCH", 3).unwrap();
+    assert!(found.pulsed);
+    assert_eq!(
+        (found.entry.mnemonic.as_str(), found.entry.class.as_str()),
+        ("G.NOSUCH", "dedicated")
+    );
+    let all = Operand { role: Role::Both, extent: Extent::Devices(Amount::Unknown) };
+    assert_eq!(found.entry.operands, vec![all; 3]);
+    assert!(matches!(find("G.", 0), Err(NotFound::Unknown { .. })));
+}
+
+#[test]
+fn faulty_rows_are_refused() {
+    let row = |row: &str| read(&format!("mnemonic,pulse,operands,class,units,effect,also\n{row}"));
+    assert!(row("A,P,s:w d:w*3 n,block,3,forget,").is_ok());
+    for wrong in [
+        "A,Q,s:w,move,,forget,",
+        "A,P,r:w,move,,forget,",
+        "A,P,s:q,move,,forget,",
+        "A,P,d:w*2 s,block,,forget,",
+        "A,P,d:w*0 n,block,,forget,",
+        "A,P,s:w d:w,block,3,forget,",
+        "A,P,d:w,move,,spoil,",
+        "A,P,d:w,move,,forget,\nA,,s:w,move,,forget,",
+    ] {
+        assert!(row(wrong).is_err(), "{wrong}");
+    }
+}
