@@ -1,0 +1,60 @@
+//! From a program with its times to the bound, as the library's stages give it.
+
+use scanbound::groups::{groups, witness};
+use scanbound::model::{Assignment, ScanModel, VarId};
+use scanbound::program::{Program, Witness};
+use scanbound::scan::{ScanError, scan_model};
+use scanbound::solve::{Group, Limits, Method, maximum};
+use scanbound::time::Picos;
+
+pub type Times = Vec<(Picos, Picos)>;
+
+/// What the analysis says about a program.
+pub struct Bound {
+    pub model: ScanModel,
+    pub upper: Picos,
+    pub lower: Picos,
+    pub best: Witness,
+    pub calls: u64,
+}
+
+pub fn bound(program: &Program, times: &Times, method: Method) -> Result<Bound, ScanError> {
+    let model = scan_model(program, times)?;
+    let constant = |charge: &&scanbound::model::Charge| charge.is_constant();
+    let always: Picos = model
+        .charges
+        .iter()
+        .filter(constant)
+        .map(|charge| match (charge.reached.node(), charge.fires.node()) {
+            (0, _) if charge.reached.is_negated() => Picos::ZERO,
+            (0, 0) if charge.fires.is_negated() => charge.off,
+            _ => charge.on,
+        })
+        .sum();
+    let mut best = Assignment(vec![0; model.variables.len()]);
+    let (mut upper, mut lower, mut calls) = (always, always, 0);
+    let mut groups = groups(&model);
+    groups.push(rest(&model, &groups));
+    for group in groups {
+        let found = maximum(&model, &group, method, &Limits::default());
+        for variable in &group.variables {
+            let index = variable.0 as usize;
+            best.0[index] = found.best.0[index];
+        }
+        upper += found.upper;
+        lower += found.lower;
+        calls += found.calls;
+    }
+    let best = witness(&model, &best);
+    Ok(Bound { model, upper, lower, best, calls })
+}
+
+/// The variables and constraints on which no priced guard depends: they cost nothing, but the witness keeps
+/// the constraints all the same.
+fn rest(model: &ScanModel, groups: &[Group]) -> Group {
+    let left = |constraint: &usize| !groups.iter().any(|g| g.constraints.contains(constraint));
+    let constraints = (0..model.constraints.len()).filter(left).collect();
+    let free = |variable: &VarId| !groups.iter().any(|g| g.variables.contains(variable));
+    let variables = (0..model.variables.len() as u32).map(VarId).filter(free).collect();
+    Group { charges: Vec::new(), variables, constraints }
+}

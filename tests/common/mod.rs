@@ -1,0 +1,8 @@
+//! What the property tests share: generators of programs, the road from a program to its bound, and searches
+//! for a scan above it.
+#![allow(dead_code)] // each test file uses its part
+
+pub mod bound;
+pub mod ir;
+pub mod search;
+pub mod tape;

@@ -1,0 +1,61 @@
+//! Random numbers that shrink: a generator reads its decisions off a tape, and an empty tape says 0 for ever.
+
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestError, TestRng, TestRunner};
+
+/// The decisions of one generated program. 0 is the simplest decision.
+pub struct Tape<'a> {
+    cells: &'a [u16],
+    at: usize,
+}
+
+impl<'a> Tape<'a> {
+    pub fn new(cells: &'a [u16]) -> Self {
+        Tape { cells, at: 0 }
+    }
+
+    /// A number below `n`.
+    pub fn below(&mut self, n: usize) -> usize {
+        let cell = self.cells.get(self.at).copied().unwrap_or(0);
+        self.at += 1;
+        usize::from(cell) % n
+    }
+
+    /// True in so many of 100 cases, false on an empty tape.
+    pub fn percent(&mut self, n: usize) -> bool {
+        self.below(100) >= 100 - n
+    }
+
+    pub fn pick<T: Clone>(&mut self, of: &[T]) -> T {
+        of[self.below(of.len())].clone()
+    }
+
+    pub fn done(&self) -> bool {
+        self.at >= self.cells.len()
+    }
+}
+
+/// How many cases to run: `standard`, times the factor in the environment variable SCANBOUND_CASES if it is set.
+pub fn cases(standard: u32) -> u32 {
+    let factor = std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse::<u32>().ok());
+    standard * factor.unwrap_or(1)
+}
+
+/// Runs the check on that many tapes of up to `length` cells and shrinks the first that fails. The tapes are
+/// the same in every run unless SCANBOUND_SEED is set to another number than 0.
+pub fn on_tapes(cases: u32, length: usize, check: impl Fn(&[u16]) -> Result<(), String>) {
+    let seed = std::env::var("SCANBOUND_SEED").ok().and_then(|text| text.parse::<u64>().ok());
+    let mut bytes = [7; 32];
+    bytes[..8].copy_from_slice(&seed.unwrap_or(0).to_le_bytes());
+    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &bytes);
+    let config =
+        Config { cases, failure_persistence: None, max_shrink_iters: 20_000, ..Config::default() };
+    let mut runner = TestRunner::new_with_rng(config, rng);
+    let tapes = prop::collection::vec(any::<u16>(), 0..=length);
+    let outcome = runner.run(&tapes, |tape| check(&tape).map_err(TestCaseError::fail));
+    match outcome {
+        Ok(()) => {}
+        Err(TestError::Fail(why, tape)) => panic!("{why}\non the tape {tape:?}"),
+        Err(abort) => panic!("{abort}"),
+    }
+}
