@@ -49,7 +49,7 @@ pub fn on_tapes(cases: u32, length: usize, check: impl Fn(&[u16]) -> Result<(), 
     bytes[..8].copy_from_slice(&seed.unwrap_or(0).to_le_bytes());
     let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &bytes);
     let config =
-        Config { cases, failure_persistence: None, max_shrink_iters: 20_000, ..Config::default() };
+        Config { cases, failure_persistence: None, max_shrink_iters: 4_000, ..Config::default() };
     let mut runner = TestRunner::new_with_rng(config, rng);
     let tapes = prop::collection::vec(any::<u16>(), 0..=length);
     let outcome = runner.run(&tapes, |tape| check(&tape).map_err(TestCaseError::fail));
