@@ -42,7 +42,7 @@ fn found(mnemonic: &str, operands: usize) -> (String, bool) {
 #[test]
 fn every_row_is_well_formed() {
     let catalog = read(include_str!("../instructions.csv")).unwrap();
-    assert!(catalog.len() > 100);
+    assert!(catalog.len() > 500);
     for entry in catalog.values().flatten() {
         assert!(CLASSES.contains(&entry.class.as_str()), "{}: {}", entry.mnemonic, entry.class);
         let writes =
@@ -171,5 +171,54 @@ fn faulty_rows_are_refused() {
         "A,P,d:w,move,,forget,\nA,,s:w,move,,forget,",
     ] {
         assert!(row(wrong).is_err(), "{wrong}");
+    }
+}
+
+/// What the decoder itself knows: contacts, the stack, coils, jumps, calls and loops.
+fn is_of_the_decoder(mnemonic: &str) -> bool {
+    const NAMES: [&str; 46] = [
+        "LD", "LDI", "AND", "ANI", "OR", "ORI", "LDP", "LDF", "ANDP", "ANDF", "ORP", "ORF", "LDPI",
+        "LDFI", "ANDPI", "ANDFI", "ORPI", "ORFI", "ANB", "ORB", "MPS", "MRD", "MPP", "INV", "MEP",
+        "MEF", "EGP", "EGF", "OUT", "OUTH", "SET", "RST", "PLS", "PLF", "FF", "MC", "MCR", "CJ",
+        "CALL", "RET", "SRET", "IRET", "ECALL", "BREAK", "FOR", "NEXT",
+    ];
+    let compares = ["LD", "AND", "OR"].iter().any(|begin| {
+        let rest = mnemonic.strip_prefix(begin).unwrap_or("");
+        let rest = rest.strip_prefix(['D', 'E', '$']).unwrap_or(rest);
+        ["=", "<>", "<", "<=", ">", ">="].contains(&rest)
+    });
+    let base = mnemonic.strip_suffix('P').unwrap_or(mnemonic);
+    compares || [mnemonic, base].iter().any(|it| NAMES.contains(it) || ["END", "FEND"].contains(it))
+}
+
+/// Mnemonics and their numbers of operands, as counted in programs of real plants.
+#[test]
+fn instructions_of_real_programs_are_known() {
+    let counts = include_str!("../../../../tests/data/melsec-operand-counts.csv");
+    let mut application = 0;
+    for row in counts.lines().skip(1) {
+        let (mnemonic, operands) = row.split_once(',').unwrap();
+        if is_of_the_decoder(mnemonic) {
+            continue;
+        }
+        application += 1;
+        assert!(find(mnemonic, operands.parse().unwrap()).is_ok(), "{row}");
+    }
+    assert!(application > 100);
+}
+
+#[test]
+fn no_pulse_form_hides_another_instruction() {
+    for entry in CATALOG.values().flatten().filter(|entry| entry.pulse) {
+        let name = &entry.mnemonic;
+        let pulsed = match name.split_once('.') {
+            Some((prefix, rest)) => format!("{prefix}P.{rest}"),
+            None => match name.strip_suffix("_U") {
+                Some(base) => format!("{base}P_U"),
+                None => format!("{name}P"),
+            },
+        };
+        assert_eq!(found(&pulsed, entry.operands.len()), (name.clone(), true));
+        assert!(!is_of_the_decoder(name), "{name} is the decoder's");
     }
 }
