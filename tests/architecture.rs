@@ -20,6 +20,7 @@ const ORDER: &[&str] = &[
     "solve",
     "replay",
     "audit",
+    "verdict",
     "render",
     "report",
     "command",

@@ -18,7 +18,11 @@ fn charge(line: u32, block: u32, instruction: &str, on: u64, off: u64, runs: boo
         reached: true,
         cost: us(if runs { on } else { off }),
         row: instruction.split(' ').next().unwrap_or_default().to_owned(),
-        evidence: if instruction.starts_with("BMOV") { "assumed" } else { "published" }.to_owned(),
+        evidence: if instruction.starts_with("BMOV") {
+            Evidence::Assumed
+        } else {
+            Evidence::Published
+        },
     }
 }
 
@@ -73,6 +77,9 @@ pub fn fixture() -> Audit {
         blocks: 9,
         table: TableUse {
             name: "qnudv".to_owned(),
+            title: "QnUDV".to_owned(),
+            notes: vec!["not included: communication".to_owned()],
+            watchdog: Some(us(200_000)),
             assumed: vec![AssumedUse {
                 name: "BMOV".to_owned(),
                 row: "@block".to_owned(),
@@ -94,7 +101,7 @@ pub fn fixture() -> Audit {
         overhead: vec![OverheadUse {
             name: "@end".to_owned(),
             time: us(200),
-            evidence: "published".to_owned(),
+            evidence: Evidence::Published,
             why: "END processing".to_owned(),
         }],
         always: vec![charge(1, 1, "LD SM400", 12, 12, true)],

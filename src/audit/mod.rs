@@ -1,9 +1,16 @@
 //! The result of an audit, with everything that a report shows already worked out.
 
+mod assemble;
+mod deciding;
 #[cfg(test)]
 pub mod fixture;
+mod names;
+mod pipeline;
+
+pub use pipeline::{Failure, Progress, Request, audit};
 
 use crate::diagnostic::Diagnostic;
+use crate::table::Evidence;
 use crate::time::Picos;
 use std::fmt;
 use std::time::Duration;
@@ -101,6 +108,12 @@ impl fmt::Display for Share {
 pub struct TableUse {
     /// Its name or file.
     pub name: String,
+    /// What it is for, one line; may be empty.
+    pub title: String,
+    /// What its times do not hold.
+    pub notes: Vec<String>,
+    /// The CPU's watchdog time by default.
+    pub watchdog: Option<Picos>,
     /// The assumed times that the program uses, those that weigh most in the worst scan first.
     pub assumed: Vec<AssumedUse>,
     /// How much of the worst scan found rests on assumed times, overhead included.
@@ -131,8 +144,8 @@ pub struct OverheadUse {
     pub name: String,
     /// Its time.
     pub time: Picos,
-    /// How the time is known: `published`, `measured`, `assumed`.
-    pub evidence: String,
+    /// How well the time is founded.
+    pub evidence: Evidence,
     /// What it is for and how it was worked out.
     pub why: String,
 }
@@ -171,8 +184,8 @@ pub struct ChargeUse {
     pub cost: Picos,
     /// The table's row.
     pub row: String,
-    /// How the time is known: `published`, `measured`, `assumed`.
-    pub evidence: String,
+    /// How well the time is founded.
+    pub evidence: Evidence,
 }
 
 /// Charges that hang together, and their maximum.

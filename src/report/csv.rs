@@ -43,7 +43,7 @@ pub fn render(audit: &Audit) -> String {
             ("on_us", &time),
             ("off_us", &time),
             ("cost_us", &time),
-            ("evidence", &term.evidence),
+            ("evidence", term.evidence.word()),
             ("row", &term.name),
             ("part", "overhead"),
         ] {
@@ -71,7 +71,7 @@ fn row(audit: &Audit, charge: &ChargeUse, group: &str, part: &str) -> [String; H
         charge.reached.to_string(),
         charge.runs.to_string(),
         charge.cost.us_text(),
-        charge.evidence.clone(),
+        charge.evidence.word().to_owned(),
         charge.row.clone(),
         part.to_owned(),
     ]

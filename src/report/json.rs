@@ -36,6 +36,9 @@ struct Program<'a> {
 #[derive(Serialize)]
 struct Table<'a> {
     name: &'a str,
+    title: &'a str,
+    not_included: &'a [String],
+    watchdog_ps: Option<u64>,
     unverified: Vec<&'a str>,
     unverified_ps: u64,
     unverified_rows: Vec<Unverified<'a>>,
@@ -202,7 +205,7 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
             .map(|term| Overhead {
                 name: &term.name,
                 ps: term.time.0,
-                evidence: &term.evidence,
+                evidence: term.evidence.word(),
                 why: &term.why,
             })
             .collect(),
@@ -217,6 +220,9 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
 fn table(table: &audit::TableUse) -> Table<'_> {
     Table {
         name: &table.name,
+        title: &table.title,
+        not_included: &table.notes,
+        watchdog_ps: table.watchdog.map(|time| time.0),
         unverified: table.assumed.iter().map(|one| one.name.as_str()).collect(),
         unverified_ps: table.assumed_time.0,
         unverified_rows: table
@@ -272,7 +278,7 @@ fn charge(charge: &audit::ChargeUse) -> Charge<'_> {
         runs: charge.runs,
         reached: charge.reached,
         cost_ps: charge.cost.0,
-        evidence: &charge.evidence,
+        evidence: charge.evidence.word(),
         row: &charge.row,
     }
 }

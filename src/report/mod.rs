@@ -3,4 +3,5 @@
 mod columns;
 pub mod csv;
 pub mod json;
+pub mod tables;
 pub mod text;

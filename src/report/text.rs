@@ -2,6 +2,7 @@
 
 use super::columns::{Cell, columns, left, paint, right};
 use crate::audit::{Audit, Fate, FreeValue, GroupUse, RungUse, Share, Where};
+use crate::table::Evidence;
 use crate::time::Picos;
 use crate::verdict::{Check, Verdict};
 use anstyle::{AnsiColor, Style};
@@ -43,6 +44,7 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     text += &more(audit.groups.len(), extent.top, "\n", "smaller group", "smaller groups");
     text += &witness(audit, extent);
     text += &assumed(audit, extent);
+    text += &list("What the table's times do not hold", &audit.table.notes);
     text += &list("What was stated and is believed", &audit.facts);
     text += &list("Why the bound may be too low all the same", &audit.doubts);
     text += &approximations(audit, extent);
@@ -164,7 +166,7 @@ fn parts(audit: &Audit) -> String {
     let mut rows =
         vec![row("always", bound.always, "charges that no state of the plant changes".to_owned())];
     for term in &audit.overhead {
-        let evidence = if term.evidence == "assumed" { " (assumed)" } else { "" };
+        let evidence = if term.evidence == Evidence::Assumed { " (assumed)" } else { "" };
         rows.push(row(&term.name, term.time, format!("{}{evidence}", term.why)));
     }
     for group in &audit.groups {

@@ -1,0 +1,361 @@
+//! Puts together what a report shows from what the stages found.
+
+use super::deciding::deciding;
+use super::names::Names;
+use super::{
+    ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Fate, FreeValue, GroupUse, OverheadUse,
+    RungUse, Share, TableUse, Tie, Value, Where,
+};
+use crate::diagnostic::Diagnostic;
+use crate::model::{Assignment, Atom, Node, Origin, ScanModel, VarKind};
+use crate::price::{Price, Prices};
+use crate::program::{Place, Program};
+use crate::solve::{Group, Maximum};
+use crate::table::{Evidence, Table};
+use crate::time::Picos;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+/// What the stages found.
+pub struct Findings<'a> {
+    pub program: &'a Program,
+    pub table: &'a Table,
+    pub prices: &'a Prices,
+    pub model: &'a ScanModel,
+    pub groups: &'a [Group],
+    pub maxima: &'a [Maximum],
+    /// The best assignments of all groups together.
+    pub assignment: &'a Assignment,
+}
+
+/// The charges that no assignment changes.
+fn constant_charges(model: &ScanModel) -> Vec<usize> {
+    (0..model.charges.len()).filter(|&index| model.charges[index].is_constant()).collect()
+}
+
+impl Findings<'_> {
+    /// The audit, but for the time it took.
+    pub fn audit(&self, warnings: Vec<Diagnostic>) -> Audit {
+        let names = Names::new(self.program);
+        let constant = constant_charges(self.model);
+        let all = self.charges(&names);
+        let pick = |charges: &[usize]| charges.iter().map(|&c| all[c].clone()).collect();
+        let always: Vec<ChargeUse> = pick(&constant);
+        let uses = self.uses();
+        let mut groups: Vec<GroupUse> = self
+            .groups
+            .iter()
+            .zip(self.maxima)
+            .map(|(group, maximum)| self.group(group, maximum, pick(&group.charges), &names, &uses))
+            .collect();
+        groups.sort_by_key(|group| (Reverse(group.upper), group.charges[0].at));
+        for (index, group) in groups.iter_mut().enumerate() {
+            group.id = index + 1;
+        }
+        let overhead: Vec<OverheadUse> = self
+            .prices
+            .overhead
+            .iter()
+            .map(|term| OverheadUse {
+                name: term.name.clone(),
+                time: term.time,
+                evidence: term.evidence,
+                why: term.why.clone(),
+            })
+            .collect();
+        let bound = {
+            let always: Picos = always.iter().map(|charge| charge.cost).sum();
+            let overhead: Picos = overhead.iter().map(|term| term.time).sum();
+            let groups_upper: Picos = groups.iter().map(|group| group.upper).sum();
+            let groups_lower: Picos = groups.iter().map(|group| group.lower).sum();
+            Bound {
+                upper: always + overhead + groups_upper,
+                lower: always + overhead + groups_lower,
+                naive: overhead + self.model.charges.iter().map(|charge| charge.dearer()).sum(),
+                always,
+                overhead,
+                groups: groups_upper,
+            }
+        };
+        Audit {
+            files: self.program.files.iter().map(|file| file.name.clone()).collect(),
+            dialect: self.program.dialect.clone(),
+            cpu: self.program.cpu.clone(),
+            instructions: self.program.files.iter().map(|file| file.count).sum(),
+            blocks: self.program.blocks,
+            table: self.table(&all, &bound),
+            bound,
+            overhead,
+            always,
+            groups,
+            witness: self.witness(&names),
+            facts: self.program.facts.clone(),
+            doubts: self.doubts(),
+            approximations: self.approximations(),
+            warnings,
+            elapsed: Duration::ZERO,
+        }
+    }
+
+    fn charges(&self, names: &Names<'_>) -> Vec<ChargeUse> {
+        let values = self.model.circuit.evaluate(self.assignment);
+        self.model
+            .charges
+            .iter()
+            .map(|charge| {
+                let instruction = &self.program.instructions[charge.instruction];
+                let (runs, reached) = (values.get(charge.fires), values.get(charge.reached));
+                let price = self.prices.instructions[charge.instruction].as_ref();
+                ChargeUse {
+                    at: place(instruction.place),
+                    block: instruction.block,
+                    instruction: instruction.text.clone(),
+                    via: names.via(&charge.frames),
+                    on: charge.on,
+                    off: charge.off,
+                    runs,
+                    reached,
+                    cost: match (runs, reached) {
+                        (true, _) => charge.on,
+                        (false, true) => charge.off,
+                        (false, false) => Picos::ZERO,
+                    },
+                    row: price.map_or(String::new(), |price| price.row.clone()),
+                    evidence: price.map_or(Evidence::Published, |price| price.evidence),
+                }
+            })
+            .collect()
+    }
+
+    fn group(
+        &self,
+        group: &Group,
+        maximum: &Maximum,
+        charges: Vec<ChargeUse>,
+        names: &Names<'_>,
+        uses: &[usize],
+    ) -> GroupUse {
+        let mut by_device: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+        for (order, variable) in group.variables.iter().enumerate() {
+            let index = variable.0 as usize;
+            let device = names.device(&self.model.variables[index]);
+            by_device.entry(device).or_insert((order, 0)).1 += uses[index];
+        }
+        let mut devices: Vec<(String, (usize, usize))> = by_device.into_iter().collect();
+        devices.sort_by_key(|(_, (order, _))| *order);
+        let mut ties: Vec<Tie> = devices
+            .iter()
+            .map(|(device, (_, uses))| Tie {
+                device: device.clone(),
+                comment: names.comment(device),
+                uses: *uses,
+            })
+            .collect();
+        ties.sort_by_key(|tie| Reverse(tie.uses));
+        let blocks: BTreeSet<u32> = charges.iter().map(|charge| charge.block).collect();
+        GroupUse {
+            id: 0,
+            blocks: blocks.into_iter().collect(),
+            devices: devices.into_iter().map(|(device, _)| device).collect(),
+            ties,
+            upper: maximum.upper,
+            lower: maximum.lower,
+            naive: charges.iter().map(|charge| charge.on.max(charge.off)).sum(),
+            solver_calls: maximum.calls,
+            rungs: rungs(&charges, names),
+            charges,
+        }
+    }
+
+    /// For each variable how many gates and charges ask for it.
+    fn uses(&self) -> Vec<usize> {
+        let nodes = self.model.circuit.nodes();
+        let mut needed = vec![false; nodes.len()];
+        let mut asked = vec![0; nodes.len()];
+        for charge in self.model.charges.iter().filter(|charge| !charge.is_constant()) {
+            for lit in [charge.reached, charge.fires] {
+                needed[lit.node()] = true;
+                asked[lit.node()] += 1;
+            }
+        }
+        for index in (0..nodes.len()).rev().filter(|&index| index > 0) {
+            if let (true, Node::And(a, b)) = (needed[index], nodes[index]) {
+                for input in [a.node(), b.node()] {
+                    needed[input] = true;
+                    asked[input] += 1;
+                }
+            }
+        }
+        let mut uses = vec![0; self.model.variables.len()];
+        for (node, asked) in nodes.iter().zip(asked) {
+            if let Node::Atom(atom @ (Atom::Bit(_) | Atom::AtLeast(..) | Atom::WordBit(..))) = node
+            {
+                uses[atom.variable().0 as usize] += asked;
+            }
+        }
+        uses
+    }
+
+    fn witness(&self, names: &Names<'_>) -> Vec<FreeValue> {
+        let charges: Vec<usize> =
+            self.groups.iter().flat_map(|group| group.charges.iter().copied()).collect();
+        let matters = deciding(self.model, self.assignment, &charges);
+        let mut variables: Vec<usize> = self
+            .groups
+            .iter()
+            .flat_map(|group| group.variables.iter().map(|variable| variable.0 as usize))
+            .collect();
+        variables.sort_unstable();
+        let mut known: BTreeMap<String, usize> = BTreeMap::new();
+        let mut found: Vec<FreeValue> = variables
+            .into_iter()
+            .map(|index| {
+                let variable = &self.model.variables[index];
+                let times = known.entry(variable.name.clone()).or_default();
+                *times += 1;
+                let word = self.assignment.0[index];
+                FreeValue {
+                    name: match *times {
+                        1 => variable.name.clone(),
+                        n => format!("{} ({n})", variable.name),
+                    },
+                    comment: names.comment(&names.device(variable)),
+                    value: match variable.kind {
+                        VarKind::Bit => Value::Bit(word != 0),
+                        VarKind::Word => Value::Word(word.cast_signed()),
+                    },
+                    at_start: matches!(variable.origin, Origin::Start(_)),
+                    matters: matters[index],
+                }
+            })
+            .collect();
+        found.sort_by_key(|free| !free.at_start);
+        found
+    }
+
+    fn table(&self, charges: &[ChargeUse], bound: &Bound) -> TableUse {
+        let assumed = |price: &&Price| price.evidence == Evidence::Assumed;
+        let mut rows: BTreeMap<String, AssumedUse> = BTreeMap::new();
+        let mut row_of: Vec<Option<String>> = Vec::new();
+        for (instruction, price) in self.program.instructions.iter().zip(&self.prices.instructions)
+        {
+            let row = price.as_ref().filter(assumed).map(|price| {
+                let mnemonic = instruction.text.split(' ').next().unwrap_or_default();
+                let name = if price.by_class { mnemonic } else { &price.row };
+                let one = rows.entry(name.to_owned()).or_insert_with(|| AssumedUse {
+                    name: name.to_owned(),
+                    row: price.row.clone(),
+                    by_class: price.by_class,
+                    count: 0,
+                    time: Picos::ZERO,
+                });
+                one.count += 1;
+                name.to_owned()
+            });
+            row_of.push(row);
+        }
+        for (charge, cost) in self.model.charges.iter().zip(charges.iter().map(|c| c.cost)) {
+            if let Some(row) =
+                row_of[charge.instruction].as_ref().and_then(|name| rows.get_mut(name))
+            {
+                row.time += cost;
+            }
+        }
+        let mut assumed: Vec<AssumedUse> = rows.into_values().collect();
+        assumed.extend(
+            self.prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed).map(
+                |term| AssumedUse {
+                    name: term.name.clone(),
+                    row: term.name.clone(),
+                    by_class: false,
+                    count: 0,
+                    time: term.time,
+                },
+            ),
+        );
+        assumed.sort_by(|a, b| (Reverse(a.time), &a.name).cmp(&(Reverse(b.time), &b.name)));
+        let assumed_time: Picos = assumed.iter().map(|one| one.time).sum();
+        TableUse {
+            name: self.table.name.clone(),
+            title: self.table.title.clone(),
+            notes: self.table.notes.clone(),
+            watchdog: self.table.watchdog(),
+            assumed_share: Share::of(assumed_time, bound.lower),
+            assumed,
+            assumed_time,
+        }
+    }
+
+    fn doubts(&self) -> Vec<String> {
+        // What a table never holds stands apart: it is the same for every program.
+        let unstated = self.prices.doubts.iter().filter(|doubt| !self.table.notes.contains(doubt));
+        let interrupts = self
+            .program
+            .interrupts
+            .iter()
+            .filter(|interrupt| !interrupt.stated)
+            .map(|interrupt| {
+                let (name, times) = (&interrupt.name, interrupt.times);
+                format!(
+                    "how often {name} interrupts a scan is not stated, {times} was taken: give --interrupts {name}=N"
+                )
+            });
+        unstated.cloned().chain(interrupts).collect()
+    }
+
+    fn approximations(&self) -> Vec<ApproximationUse> {
+        let mut found: Vec<ApproximationUse> = self
+            .program
+            .approximations
+            .iter()
+            .map(|one| {
+                let instruction = &self.program.instructions[one.instruction];
+                ApproximationUse {
+                    at: place(instruction.place),
+                    instruction: instruction.text.clone(),
+                    what: one.what.clone(),
+                }
+            })
+            .collect();
+        found.sort_by(|a, b| (a.at, &a.what).cmp(&(b.at, &b.what)));
+        found
+    }
+}
+
+/// The group's rungs, the dearest first.
+fn rungs(charges: &[ChargeUse], names: &Names<'_>) -> Vec<RungUse> {
+    let mut by_block: BTreeMap<u32, Vec<&ChargeUse>> = BTreeMap::new();
+    for charge in charges {
+        by_block.entry(charge.block).or_default().push(charge);
+    }
+    let dearer = |charge: &ChargeUse| charge.on.max(charge.off);
+    let mut rungs: Vec<RungUse> = by_block
+        .into_iter()
+        .filter_map(|(block, charges)| {
+            let full = charges.iter().filter(|charge| charge.cost == dearer(charge)).count();
+            let shown = charges.iter().rev().max_by_key(|charge| dearer(charge))?;
+            Some(RungUse {
+                block,
+                at: shown.at,
+                instruction: shown.instruction.clone(),
+                comments: names.comments_in(&shown.instruction),
+                others: charges.len() - 1,
+                fate: match full {
+                    0 => Fate::Excluded,
+                    n if n == charges.len() => Fate::Runs,
+                    _ => Fate::Partly,
+                },
+                cost: charges.iter().map(|charge| charge.cost).sum(),
+                naive: charges.iter().map(|charge| dearer(charge)).sum(),
+                exclusion: None,
+            })
+        })
+        .collect();
+    rungs.sort_by_key(|rung| (Reverse(rung.naive), rung.block));
+    rungs
+}
+
+fn place(place: Place) -> Where {
+    Where { file: place.file as usize, line: place.line, step: place.step }
+}

@@ -1,0 +1,90 @@
+//! Which free variables' values decide that the worst scan costs what it does: the others may be anything.
+
+use crate::model::{Assignment, Lit, Node, ScanModel};
+
+/// For each variable whether its value is needed to know what the given charges cost at least, and that the
+/// constraints hold. A small set, though not always the smallest.
+pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -> Vec<bool> {
+    let values = model.circuit.evaluate(assignment);
+    let nodes = model.circuit.nodes();
+    let mut needed = vec![false; nodes.len()];
+    let mut need = |lit: Lit| needed[lit.node()] = true;
+    for &index in charges {
+        let charge = &model.charges[index];
+        let (reached, fires) = (values.get(charge.reached), values.get(charge.fires));
+        // Firing implies being reached.
+        if fires && charge.on > charge.off {
+            need(charge.fires);
+        } else if reached {
+            need(charge.reached);
+            if charge.on < charge.off && !fires {
+                need(charge.fires);
+            }
+        }
+    }
+    model.constraints.iter().copied().for_each(&mut need);
+    let mut variables = vec![false; model.variables.len()];
+    // Gates come behind their inputs, so one pass from the end sees every need.
+    for index in (0..nodes.len()).rev() {
+        if !needed[index] {
+            continue;
+        }
+        match nodes[index] {
+            Node::True => {}
+            Node::Atom(atom) => variables[atom.variable().0 as usize] = true,
+            Node::And(a, b) => match (values.get(a), values.get(b)) {
+                (true, true) => {
+                    needed[a.node()] = true;
+                    needed[b.node()] = true;
+                }
+                (false, true) => needed[a.node()] = true,
+                (true, false) => needed[b.node()] = true,
+                // Either will do: one that is needed anyway, else the one nearer the leaves.
+                (false, false) => {
+                    if !needed[a.node()] && !needed[b.node()] {
+                        needed[a.node().min(b.node())] = true;
+                    }
+                }
+            },
+        }
+    }
+    variables
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Atom, Charge, Origin, VarId, VarKind, Variable};
+    use crate::program::{AreaId, Cell};
+    use crate::time::Picos;
+
+    #[test]
+    fn only_what_a_running_charge_needs_decides() {
+        let mut model = ScanModel::default();
+        for index in 0..4 {
+            model.variables.push(Variable {
+                kind: VarKind::Bit,
+                origin: Origin::Start(Cell { area: AreaId(0), index }),
+                name: format!("X{index}"),
+            });
+        }
+        let x: Vec<Lit> = (0..4).map(|v| model.circuit.atom(Atom::Bit(VarId(v)))).collect();
+        let either = model.circuit.or(x[0], x[1]);
+        let both = model.circuit.and(x[2], x[3]);
+        for (fires, on, off) in [(either, 5, 1), (both, 9, 1)] {
+            model.charges.push(Charge {
+                instruction: 0,
+                frames: Vec::new(),
+                reached: Lit::TRUE,
+                fires,
+                on: Picos(on),
+                off: Picos(off),
+            });
+        }
+        let decide = |values: [u16; 4]| deciding(&model, &Assignment(values.into()), &[0, 1]);
+        // The second charge costs its lesser time whatever happens; of X0 and X1 one is enough.
+        assert_eq!(decide([1, 1, 1, 0]), [true, false, false, false]);
+        assert_eq!(decide([0, 1, 1, 1]), [false, true, true, true]);
+        assert_eq!(decide([0, 0, 0, 0]), [false; 4]);
+    }
+}

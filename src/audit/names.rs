@@ -1,0 +1,155 @@
+//! The names that people know things by: devices with their comments, and the ways to an instruction.
+
+use crate::model::{Origin, Variable};
+use crate::program::{Cell, Frame, Program, Radix, Step};
+use std::collections::BTreeMap;
+
+/// Looks up device comments and tells places.
+pub struct Names<'a> {
+    program: &'a Program,
+    comments: BTreeMap<String, &'a str>,
+}
+
+impl<'a> Names<'a> {
+    /// Over a program and the comments it came with.
+    pub fn new(program: &'a Program) -> Names<'a> {
+        let comments = program
+            .comments
+            .iter()
+            .map(|(name, comment)| (plain(program, name), comment.trim()))
+            .filter(|(_, comment)| !comment.is_empty())
+            .collect();
+        Names { program, comments }
+    }
+
+    /// The comment of a device or of what is named after one (`T0 contact`); empty if there is none.
+    pub fn comment(&self, name: &str) -> String {
+        let device = name.split(' ').next().unwrap_or_default();
+        let comment = self.comments.get(&plain(self.program, device));
+        comment.map_or(String::new(), |comment| (*comment).to_owned())
+    }
+
+    /// The devices named by an instruction's text that have a comment, each with it.
+    pub fn comments_in(&self, text: &str) -> Vec<String> {
+        let mut found: Vec<String> = Vec::new();
+        for operand in text.split(' ').skip(1) {
+            let device = base(operand);
+            let comment = self.comment(device);
+            let entry = format!("{device} {comment}");
+            if !comment.is_empty() && !found.contains(&entry) {
+                found.push(entry);
+            }
+        }
+        found
+    }
+
+    /// The device that a free variable is about.
+    pub fn device(&self, variable: &Variable) -> String {
+        let cell = match &variable.origin {
+            Origin::Start(cell) | Origin::Forgotten(cell, _) => Some(*cell),
+            Origin::Choice(key) => key.cell,
+        };
+        cell.map_or_else(|| variable.name.clone(), |cell: Cell| self.program.cell_name(cell))
+    }
+
+    /// The calls, loop turns and interrupts on the way to an instruction.
+    pub fn via(&self, frames: &[Frame]) -> Vec<String> {
+        frames.iter().map(|frame| self.frame(*frame)).collect()
+    }
+
+    fn frame(&self, frame: Frame) -> String {
+        let interrupt = self.program.interrupts.iter().find(|one| one.entry == frame.at);
+        let at = &self.program.instructions[frame.at];
+        match (&at.step, interrupt) {
+            (Step::Call { .. }, _) => format!("{} in line {}", at.text, at.place.line),
+            (Step::ForBegin { .. }, _) => {
+                format!("{} in line {}, turn {}", at.text, at.place.line, frame.turn + 1)
+            }
+            (_, Some(interrupt)) => format!("{}, run {}", interrupt.name, frame.turn + 1),
+            _ => format!("{} in line {}", at.text, at.place.line),
+        }
+    }
+}
+
+/// A device's name as `Program::cell_name` writes it, where it is one; else as it stands.
+fn plain(program: &Program, name: &str) -> String {
+    let name = name.trim().to_uppercase();
+    let mut areas: Vec<&crate::program::Area> = program.areas.iter().collect();
+    areas.sort_by_key(|area| std::cmp::Reverse(area.name.len()));
+    for area in areas {
+        let radix = match area.radix {
+            Radix::Decimal => 10,
+            Radix::Hexadecimal => 16,
+            Radix::Octal => 8,
+        };
+        let rest = name.strip_prefix(area.name.as_str());
+        if let Some(rest) = rest
+            && u32::from_str_radix(rest, radix).is_ok()
+        {
+            let digits = rest.trim_start_matches('0');
+            return format!("{}{}", area.name, if digits.is_empty() { "0" } else { digits });
+        }
+    }
+    name
+}
+
+/// The device within an operand: without the digits of a group in front, an index or a bit behind.
+fn base(operand: &str) -> &str {
+    let mut device = operand.trim_start_matches('@');
+    if let Some(rest) = device.strip_prefix('K') {
+        let behind = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+        if !behind.is_empty() && behind.len() < rest.len() {
+            device = behind;
+        }
+    }
+    device = device.split('.').next().unwrap_or(device);
+    match device.rfind('Z') {
+        Some(at) if at > 0 && device[..at].ends_with(|c: char| c.is_ascii_hexdigit()) => {
+            &device[..at]
+        }
+        _ => device,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::{Area, AreaKind};
+
+    fn program(comments: &[(&str, &str)]) -> Program {
+        let area = |name: &str, radix| Area { name: name.to_owned(), kind: AreaKind::Bit, radix };
+        Program {
+            areas: vec![
+                area("X", Radix::Hexadecimal),
+                area("D", Radix::Decimal),
+                area("Z", Radix::Decimal),
+                area("ZR", Radix::Decimal),
+            ],
+            comments: comments
+                .iter()
+                .map(|&(name, comment)| (name.to_owned(), comment.to_owned()))
+                .collect(),
+            ..Program::default()
+        }
+    }
+
+    #[test]
+    fn a_comment_is_found_however_the_device_is_written() {
+        let program =
+            program(&[("X00A", "start"), ("D100", "step"), ("ZR5", "recipe"), ("D1", " ")]);
+        let names = Names::new(&program);
+        for (name, comment) in [
+            ("XA", "start"),
+            ("X0A", "start"),
+            ("D100", "step"),
+            ("D100 behind line 3", "step"),
+            ("D1", ""),
+        ] {
+            assert_eq!(names.comment(name), comment, "{name}");
+        }
+        assert_eq!(
+            names.comments_in("MOV K4X0A D100Z2 ZR5.F D1 D100"),
+            ["X0A start", "D100 step", "ZR5 recipe"]
+        );
+    }
+}

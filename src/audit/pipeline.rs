@@ -1,0 +1,346 @@
+//! The road from source text to an audit.
+
+use super::Audit;
+use super::assemble::Findings;
+use crate::diagnostic::Diagnostic;
+use crate::dialect::{self, Input, Project};
+use crate::facts::Facts;
+use crate::groups;
+use crate::model::{Assignment, ScanModel};
+use crate::price::{self, Prices};
+use crate::program::Program;
+use crate::replay::{Replay, replay};
+use crate::scan::{ScanError, scan_model};
+use crate::solve::{Group, Limits, Maximum, Method, maxima};
+use crate::table::{Evidence, Override, Table};
+use crate::time::Picos;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// What to audit and how.
+pub struct Request<'a> {
+    /// The project's files.
+    pub inputs: &'a [Input],
+    /// The dialect, if not to be found from the content.
+    pub dialect: Option<&'a str>,
+    /// The CPU, if the source does not name it or names it wrongly.
+    pub cpu: Option<&'a str>,
+    /// The timing table, if not to be found by the CPU.
+    pub table: Option<&'a Table>,
+    /// Times that the user stated.
+    pub times: &'a [Override],
+    /// What the user stated about the plant.
+    pub facts: &'a Facts,
+    /// Whether assumed times are refused.
+    pub strict_times: bool,
+    /// Which search to use.
+    pub method: Method,
+    /// How long the search may take; the bound is valid whenever it stops.
+    pub time_limit: Option<Duration>,
+    /// Asked now and then; true stops the search as the time limit does.
+    pub cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// Told how far the audit is.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+/// How far an audit is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// A stage begins.
+    Stage(&'static str),
+    /// The bounds of the whole scan have come closer.
+    Bounds {
+        /// No scan takes longer.
+        upper: Picos,
+        /// Some scan takes as long.
+        lower: Picos,
+        /// Groups whose maximum is known.
+        solved: usize,
+        /// All groups.
+        groups: usize,
+    },
+}
+
+/// Why there is no audit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Failure {
+    /// The input can't be taken; all faults that were found.
+    Input(Vec<Diagnostic>),
+    /// The program contradicts itself: the analysis and the interpreter disagree.
+    Internal(String),
+}
+
+impl From<Vec<Diagnostic>> for Failure {
+    fn from(faults: Vec<Diagnostic>) -> Failure {
+        Failure::Input(faults)
+    }
+}
+
+impl From<Diagnostic> for Failure {
+    fn from(fault: Diagnostic) -> Failure {
+        Failure::Input(vec![fault])
+    }
+}
+
+/// Audits a project.
+///
+/// # Errors
+/// All faults of the input at once, or that the analysis and the interpreter disagree.
+pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
+    let start = Instant::now();
+    let deadline = request.time_limit.map(|limit| start + limit);
+    let stage = |name| (request.progress)(Progress::Stage(name));
+
+    stage("reading");
+    let project = dialect::read(request.inputs, request.dialect)?;
+    let (program, table, warnings) = understand(&project, request)?;
+
+    stage("pricing");
+    let prices = price::price(&program, &table, request.facts)?;
+    if request.strict_times {
+        refuse_assumed(&program, &prices)?;
+    }
+    let times = prices.times();
+
+    stage("following the scan");
+    let model = scan_model(&program, &times).map_err(|error| cannot_follow(&program, &error))?;
+    let groups = groups::groups(&model);
+
+    stage("searching");
+    let maxima = search(request, &model, &groups, deadline);
+    let assignment = together(&model, &groups, &maxima);
+
+    stage("replaying");
+    let witness = groups::witness(&model, &assignment);
+    let replayed = replay(&program, &times, &witness);
+    confirm(&program, &model, &groups, &maxima, &assignment, &replayed)?;
+
+    let findings = Findings {
+        program: &program,
+        table: &table,
+        prices: &prices,
+        model: &model,
+        groups: &groups,
+        maxima: &maxima,
+        assignment: &assignment,
+    };
+    let mut audit = findings.audit(warnings);
+    audit.facts.extend(request.times.iter().map(|Override { name, on, off }| {
+        let idle = if on == off { String::new() } else { format!(", {off} where it does not run") };
+        format!("{name} takes {on}{idle}")
+    }));
+    audit.elapsed = start.elapsed();
+    Ok(audit)
+}
+
+/// The program that the source means, the table that prices it, and what was noticed on the way.
+fn understand(
+    project: &Project,
+    request: &Request<'_>,
+) -> Result<(Program, Table, Vec<Diagnostic>), Failure> {
+    match project {
+        Project::Melsec(project) => {
+            let cpu = project.files.iter().find_map(|file| file.cpu.as_deref());
+            let table = choose_table(request, cpu)?;
+            let program = decode(project, &table, request)?;
+            Ok((program, table, project.warnings.clone()))
+        }
+        Project::Minasec(source) => {
+            let program = dialect::minasec::decode::decode(source);
+            let table = choose_table(request, program.cpu.as_deref())?;
+            Ok((program, table, Vec::new()))
+        }
+    }
+}
+
+fn decode(
+    _: &dialect::melsec::source::RawProject,
+    _: &Table,
+    _: &Request<'_>,
+) -> Result<Program, Failure> {
+    Err(Failure::Internal("MELSEC instructions have no meaning yet".to_owned()))
+}
+
+/// The table that the user names, else the built-in one for the CPU, with the user's times in it.
+fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table, Failure> {
+    let file = request.inputs.first().map_or("", |input| &input.name);
+    let cpu = request.cpu.or(source_cpu);
+    let mut table = match (request.table, cpu) {
+        (Some(table), _) => table.clone(),
+        (None, Some(cpu)) => Table::for_cpu(cpu).and_then(Table::builtin).ok_or_else(|| {
+            let message = format!("there is no timing table for the CPU {cpu}");
+            Diagnostic::file("no-table", file, message, Table::advice(cpu))
+        })?,
+        (None, None) => {
+            let names = crate::table::builtin::names().join(", ");
+            return Err(Failure::from(Diagnostic::file(
+                "no-table",
+                file,
+                "the source does not name its CPU, so its instructions have no times",
+                format!(
+                    "name the CPU with --cpu, or a table with --table: one of {names}, or a file of your own"
+                ),
+            )));
+        }
+    };
+    for time in request.times {
+        table.amend(&time.name, time.on, time.off);
+    }
+    Ok(table)
+}
+
+fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
+    let mut first: std::collections::BTreeMap<&str, (usize, usize)> =
+        std::collections::BTreeMap::new();
+    for (index, price) in prices.instructions.iter().enumerate() {
+        if let Some(price) = price
+            && price.evidence == Evidence::Assumed
+        {
+            first.entry(&price.row).or_insert((index, 0)).1 += 1;
+        }
+    }
+    let help =
+        "give a time with --time or in a table of your own (--table), or leave --strict-times out";
+    let mut faults: Vec<Diagnostic> = first
+        .into_iter()
+        .map(|(row, (index, count))| {
+            let instruction = &program.instructions[index];
+            let place = instruction.place;
+            let more = if count > 1 { format!(" (and {} more)", count - 1) } else { String::new() };
+            Diagnostic::line(
+                "assumed-time",
+                &program.files[place.file as usize].name,
+                place.line,
+                &instruction.text,
+                format!("the time of row {row} is assumed{more}"),
+                help,
+            )
+            .at_step(place.step)
+        })
+        .collect();
+    for term in prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed) {
+        let message = format!("the scan's term {} is assumed: {}", term.name, term.why);
+        faults.push(Diagnostic::file("assumed-time", "", message, help));
+    }
+    if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
+}
+
+fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
+    let (ScanError::TooLong { instruction, .. } | ScanError::NoResult { instruction }) = error;
+    let at = &program.instructions[*instruction];
+    let file = &program.files[at.place.file as usize].name;
+    let help = match error {
+        ScanError::TooLong { .. } => {
+            "state a smaller range for the word that counts the loop, or split the program"
+        }
+        ScanError::NoResult { .. } => {
+            "a rung begins with LD; a jump must not go into the middle of one"
+        }
+    };
+    let fault = Diagnostic::line("scan", file, at.place.line, &at.text, error.to_string(), help);
+    Failure::from(fault.at_step(at.place.step))
+}
+
+fn search(
+    request: &Request<'_>,
+    model: &ScanModel,
+    groups: &[Group],
+    deadline: Option<Instant>,
+) -> Vec<Maximum> {
+    let dearest =
+        |group: &Group| group.charges.iter().map(|&c| model.charges[c].dearer()).sum::<Picos>();
+    let known: Vec<(Picos, Picos)> =
+        groups.iter().map(|group| (dearest(group), Picos::ZERO)).collect();
+    let known = Mutex::new(known);
+    let each = |group: usize, upper: Picos, lower: Picos| {
+        let Ok(mut known) = known.lock() else { return };
+        known[group] = (upper, lower);
+        (request.progress)(Progress::Bounds {
+            upper: known.iter().map(|bounds| bounds.0).sum(),
+            lower: known.iter().map(|bounds| bounds.1).sum(),
+            solved: known.iter().filter(|(upper, lower)| upper == lower).count(),
+            groups: groups.len(),
+        });
+    };
+    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
+    maxima(model, groups, request.method, &limits, &each)
+}
+
+/// The groups' best assignments in one: they share no variable.
+fn together(model: &ScanModel, groups: &[Group], maxima: &[Maximum]) -> Assignment {
+    let mut all = vec![0; model.variables.len()];
+    for (group, maximum) in groups.iter().zip(maxima) {
+        for variable in &group.variables {
+            let index = variable.0 as usize;
+            all[index] = maximum.best.0[index];
+        }
+    }
+    Assignment(all)
+}
+
+/// Holds the scan that was replayed against what the analysis says that it costs.
+fn confirm(
+    program: &Program,
+    model: &ScanModel,
+    groups: &[Group],
+    maxima: &[Maximum],
+    assignment: &Assignment,
+    replayed: &Replay,
+) -> Result<(), Failure> {
+    let all: Vec<usize> = (0..model.charges.len()).collect();
+    let said = model.cost(&all, assignment);
+    if replayed.total != said {
+        return Err(Failure::Internal(format!(
+            "the interpreter's scan takes {}, the analysis says {said}{}",
+            replayed.total,
+            first_difference(program, model, assignment, replayed)
+        )));
+    }
+    let values = model.circuit.evaluate(assignment);
+    for (group, maximum) in groups.iter().zip(maxima) {
+        // A search that ended before it found any allowed scan has no lower bound, and says 0.
+        let allowed = group.constraints.iter().all(|&c| values.get(model.constraints[c]));
+        let cost = model.cost(&group.charges, assignment);
+        if allowed && cost != maximum.lower || maximum.lower > maximum.upper {
+            return Err(Failure::Internal(format!(
+                "a group's best scan costs {cost}, its search says {} to {}",
+                maximum.lower, maximum.upper
+            )));
+        }
+        if !allowed && maximum.lower > Picos::ZERO {
+            return Err(Failure::Internal("a group's best scan breaks a stated fact".to_owned()));
+        }
+    }
+    Ok(())
+}
+
+/// The first execution that the interpreter and the analysis price differently, for the message.
+fn first_difference(
+    program: &Program,
+    model: &ScanModel,
+    assignment: &Assignment,
+    replayed: &Replay,
+) -> String {
+    let values = model.circuit.evaluate(assignment);
+    let mut costs: std::collections::BTreeMap<(usize, Vec<crate::program::Frame>), (Picos, Picos)> =
+        std::collections::BTreeMap::new();
+    for charge in &model.charges {
+        let cost = match (values.get(charge.fires), values.get(charge.reached)) {
+            (true, _) => charge.on,
+            (false, true) => charge.off,
+            (false, false) => Picos::ZERO,
+        };
+        costs.entry((charge.instruction, charge.frames.clone())).or_default().0 += cost;
+    }
+    for event in &replayed.events {
+        costs.entry((event.instruction, event.frames.to_vec())).or_default().1 += event.cost;
+    }
+    let different = costs.iter().find(|(_, (said, ran))| said != ran);
+    different.map_or(String::new(), |((instruction, _), (said, ran))| {
+        let at = &program.instructions[*instruction];
+        format!(
+            "; first at {}:{} {}: {ran} and {said}",
+            program.files[at.place.file as usize].name, at.place.line, at.text
+        )
+    })
+}

@@ -1,0 +1,36 @@
+//! `scanbound check`: whether the project keeps to a limit.
+
+use super::options::ProjectOptions;
+use super::{Failure, Outcome};
+use clap::Args;
+use scanbound::time::Picos;
+use scanbound::verdict::{Check, Margin, Verdict};
+
+/// The arguments of `check`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The limit that no scan may pass, such as 10ms
+    #[arg(long, value_name = "DURATION", value_parser = limit)]
+    limit: Picos,
+    /// What is added to the scan before it is held against the limit, such as 10%
+    #[arg(long, value_name = "PERCENT", default_value = "0%")]
+    margin: Margin,
+    #[command(flatten)]
+    project: ProjectOptions,
+}
+
+fn limit(text: &str) -> Result<Picos, String> {
+    Picos::from_duration_text(text).map_err(|error| format!("{error}, such as 10ms"))
+}
+
+/// Audits the project, judges and reports.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let audit = arguments.project.audit()?;
+    let check = Check::new(&audit, arguments.limit, arguments.margin);
+    arguments.project.report(&audit, Some(&check))?;
+    Ok(match check.verdict {
+        Verdict::Proved => Outcome::Done,
+        Verdict::Refuted => Outcome::Refuted,
+        Verdict::Undecided(_) => Outcome::Undecided,
+    })
+}

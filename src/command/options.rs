@@ -1,0 +1,169 @@
+//! The options that `audit` and `check` have in common, and the audit that they ask for.
+
+use super::{Failure, output, progress, tables};
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use scanbound::audit::{Audit, Request, audit};
+use scanbound::facts::Facts;
+use scanbound::input::gather;
+use scanbound::report::{csv, json, text};
+use scanbound::solve::Method;
+use scanbound::table::{Override, parse_override};
+use scanbound::time::Picos;
+use scanbound::verdict::Check;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// The project and how it is audited.
+#[derive(Debug, Args)]
+pub struct ProjectOptions {
+    /// Program files of one project, in the order in which they run; a directory stands for the programs in it
+    #[arg(value_name = "PROGRAM", required = true)]
+    programs: Vec<PathBuf>,
+    /// Timing table: a built-in one (see `scanbound tables`) or a CSV file [default: by the program's CPU]
+    #[arg(long, value_name = "NAME|FILE")]
+    table: Option<String>,
+    /// The CPU, where the program does not name it
+    #[arg(long, value_name = "NAME")]
+    cpu: Option<String>,
+    /// The dialect [default: found from the content]
+    #[arg(long, value_name = "NAME")]
+    dialect: Option<String>,
+    /// What the program does not say: ranges of words, interrupts, I/O points (TOML)
+    #[arg(long, value_name = "FILE")]
+    facts: Option<PathBuf>,
+    /// How often an interrupt routine runs in one scan at most; may be repeated
+    #[arg(long, value_name = "LABEL=COUNT", value_parser = interrupt)]
+    interrupts: Vec<(String, u32)>,
+    /// The time of an instruction where it runs and where it does not; may be repeated
+    #[arg(long, value_name = "NAME=ON[/OFF]", value_parser = parse_override)]
+    time: Vec<Override>,
+    /// Refuse times that the table only assumes
+    #[arg(long)]
+    strict_times: bool,
+    /// When the search ends with what is proved by then
+    #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = duration)]
+    time_limit: Duration,
+    /// How many threads to use [default: one a processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// How the maximum of a group is searched for
+    #[arg(long, value_enum, default_value = "auto")]
+    method: MethodName,
+    /// How the report is written
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// Write the report to a file, whole or not at all
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// How many groups, and rungs of each, the text shows
+    #[arg(long, value_name = "N", default_value_t = text::Extent::default().top)]
+    top: usize,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum MethodName {
+    /// What suits the group
+    Auto,
+    /// Take away what conflicts, one at a time
+    Subsets,
+    /// Guided by unsatisfiable cores
+    Cores,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Format {
+    /// To be read
+    Text,
+    /// For programs (docs/json.md)
+    Json,
+    /// A row a charge, for spreadsheets
+    Csv,
+}
+
+fn interrupt(text: &str) -> Result<(String, u32), String> {
+    let form = || "give the routine's label and a count, such as I0=2".to_owned();
+    let (label, count) = text.split_once('=').ok_or_else(form)?;
+    let count = count.trim().parse().map_err(|_| form())?;
+    Ok((label.trim().to_uppercase(), count))
+}
+
+fn duration(text: &str) -> Result<Duration, String> {
+    let time = Picos::from_duration_text(text).map_err(|error| format!("{error}, such as 60s"))?;
+    Ok(Duration::from_nanos(time.0.div_ceil(1_000)))
+}
+
+impl ProjectOptions {
+    /// Reads the files and audits them.
+    pub fn audit(&self) -> Result<Audit, Failure> {
+        let mut facts = facts(self.facts.as_deref())?;
+        facts.interrupts.extend(self.interrupts.iter().cloned());
+        let table = self.table.as_deref().map(tables::find).transpose()?;
+        let gathered = gather(&self.programs)?;
+        let mut warnings = gathered.warnings;
+        let table = table.map(|parsed| {
+            warnings.extend(parsed.warnings);
+            parsed.table
+        });
+        let stop = stop_on_interrupt()?;
+        let line = progress::Line::new();
+        let request = Request {
+            inputs: &gathered.inputs,
+            dialect: self.dialect.as_deref(),
+            cpu: self.cpu.as_deref(),
+            table: table.as_ref(),
+            times: &self.time,
+            facts: &facts,
+            strict_times: self.strict_times,
+            method: match self.method {
+                MethodName::Auto => Method::Auto,
+                MethodName::Subsets => Method::Subsets,
+                MethodName::Cores => Method::Cores,
+            },
+            time_limit: Some(self.time_limit),
+            cancelled: &|| stop.load(Ordering::Relaxed),
+            progress: &|progress| line.show(progress),
+        };
+        let threads = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.jobs.map_or(0, usize::from))
+            .build()
+            .context("the threads cannot be started")?;
+        let mut audit = threads.install(|| audit(&request))?;
+        audit.warnings.splice(..0, warnings);
+        Ok(audit)
+    }
+
+    /// Writes the report in the format asked for.
+    pub fn report(&self, audit: &Audit, check: Option<&Check>) -> Result<(), Failure> {
+        let extent = text::Extent { top: self.top, ..text::Extent::default() };
+        let report = match self.format {
+            Format::Text => text::render(audit, check, extent),
+            Format::Json => json::render(audit, check),
+            Format::Csv => csv::render(audit),
+        };
+        output::result(&report, self.output.as_deref())
+    }
+}
+
+fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
+    let Some(path) = path else { return Ok(Facts::default()) };
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("the facts file {name} cannot be read"))?;
+    Ok(Facts::parse(&name, &text)?)
+}
+
+/// Becomes true at the first Ctrl-C, which ends the search with what is proved; the second ends the program.
+fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .context("Ctrl-C cannot be watched for")?;
+    Ok(stop)
+}

@@ -1,0 +1,40 @@
+//! How far the audit is, on a line of stderr, if that is a terminal.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use scanbound::audit::Progress;
+use std::io::IsTerminal;
+use std::time::Duration;
+
+/// The progress line; shows nothing where stderr is no terminal.
+pub struct Line(ProgressBar);
+
+impl Line {
+    /// Begins the line.
+    pub fn new() -> Line {
+        if !std::io::stderr().is_terminal() {
+            return Line(ProgressBar::hidden());
+        }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {wide_msg}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(120));
+        Line(bar)
+    }
+
+    /// Shows how far it is.
+    pub fn show(&self, progress: Progress) {
+        self.0.set_message(match progress {
+            Progress::Stage(stage) => stage.to_owned(),
+            Progress::Bounds { upper, lower, solved, groups } => {
+                format!("searching: {lower} to {upper}, {solved} of {groups} groups solved")
+            }
+        });
+    }
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}

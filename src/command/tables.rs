@@ -1,0 +1,62 @@
+//! `scanbound tables`: lists the timing tables, shows one, checks a user's.
+
+use super::{Failure, Outcome, output};
+use clap::Args;
+use scanbound::diagnostic::Diagnostic;
+use scanbound::report::tables;
+use scanbound::table::{Parsed, Table, builtin};
+
+/// The arguments of `tables`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The table to show, a built-in one or a file [default: list the built-in ones]
+    #[arg(value_name = "NAME|FILE")]
+    name: Option<String>,
+    /// Check a table of your own: show its faults, or count its rows
+    #[arg(long, value_name = "FILE", conflicts_with = "name")]
+    check: Option<String>,
+}
+
+/// Lists, shows or checks.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let text = match (&arguments.check, &arguments.name) {
+        (Some(file), _) => {
+            let parsed = read(file)?;
+            output::tell(&parsed.warnings);
+            tables::checked(&parsed.table)
+        }
+        (None, Some(name)) => tables::one(&find(name)?.table),
+        (None, None) => tables::list(&builtin::list()),
+    };
+    output::result(&text, None)?;
+    Ok(Outcome::Done)
+}
+
+/// A built-in table by its name, or one read from a file.
+pub fn find(name: &str) -> Result<Parsed, Failure> {
+    match Table::builtin(name) {
+        Some(table) => Ok(Parsed { table, warnings: Vec::new() }),
+        None => read(name),
+    }
+}
+
+fn read(name: &str) -> Result<Parsed, Failure> {
+    let bytes = std::fs::read(name).map_err(|error| {
+        let names = builtin::names();
+        let likeness = |known: &str| strsim::jaro_winkler(known, &name.to_ascii_lowercase());
+        let near = names
+            .iter()
+            .filter(|known| likeness(known) > 0.75)
+            .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+        let meant = near.map_or(String::new(), |known| format!("did you mean {known}? "));
+        Failure::Input(vec![Diagnostic::file(
+            "no-table",
+            "",
+            format!(
+                "'{name}' is neither a built-in timing table nor a file that can be read: {error}"
+            ),
+            format!("{meant}built in are {}", names.join(", ")),
+        )])
+    })?;
+    Ok(Table::parse(name, &bytes)?)
+}
