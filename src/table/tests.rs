@@ -275,3 +275,15 @@ fn no_cpu_has_two_tables() {
         assert!(table.rows.iter().any(|(_, count)| *count > 0));
     }
 }
+
+#[test]
+fn published_times_are_below_the_class_that_stands_for_their_like() {
+    let table = Table::builtin("iqr").unwrap();
+    let clock = table.row("@clock").unwrap();
+    let published = table.rows().iter().filter(|row| row.evidence == Evidence::Published);
+    let instructions: Vec<_> = published.filter(|row| !row.name.starts_with('@')).collect();
+    assert_eq!(instructions.len(), 10);
+    for row in instructions {
+        assert!(row.on <= clock.on, "{}", row.name);
+    }
+}
