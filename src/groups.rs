@@ -1,9 +1,7 @@
 //! Slices a scan's charges into groups that share no free variable, and reads witnesses off assignments.
 
-use crate::model::Assignment;
-use crate::model::{Atom, Lit, Node, Origin, ScanModel, VarId};
+use crate::model::{Assignment, Atom, Group, Lit, Node, Origin, ScanModel, VarId};
 use crate::program::{ChoiceKey, Witness};
-use crate::solve::Group;
 use petgraph::unionfind::UnionFind;
 use std::collections::BTreeMap;
 

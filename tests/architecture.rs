@@ -49,10 +49,11 @@ const DIALECTS: &[&str] =
 /// The modules that may know dialects: those before the program's end and those that talk to the user.
 const KNOW_DIALECTS: &[&str] = &["dialect", "audit", "command", "main"];
 
-/// Modules that may use floating point: to show shares, and where the PLC itself computes with reals.
+/// Where floating point may be used: to show shares and to share out the search's own time, and where the PLC
+/// itself computes with reals. Beginnings of paths.
 const FLOATS: &[(&str, &[&str])] = &[
-    ("f64", &["report", "render", "command"]),
-    ("f32", &["dialect", "scan", "replay", "report", "render", "command"]),
+    ("f64", &["src/report", "src/render", "src/command", "src/solve/maxima.rs"]),
+    ("f32", &["src/dialect", "src/scan", "src/replay", "src/report", "src/render", "src/command"]),
 ];
 
 struct Source {
@@ -250,7 +251,7 @@ fn dialects_do_not_know_each_other() {
 fn times_never_pass_through_floating_point() {
     let mut faults = Vec::new();
     for (float, allowed) in FLOATS {
-        for s in library().iter().filter(|s| !allowed.contains(&s.module())) {
+        for s in library().iter().filter(|s| !allowed.iter().any(|at| s.path.starts_with(at))) {
             let bad = s.code().filter(|(_, line)| has_word(line, float));
             faults.extend(bad.map(|(number, line)| format!("{}:{number}: {line}", s.path)));
         }

@@ -97,6 +97,17 @@ pub struct ScanModel {
     pub forgotten: Vec<Forgotten>,
 }
 
+/// Charges that hang together by free variables. Groups share no variable.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Group {
+    /// Indices into `ScanModel::charges`, ascending; none is constant.
+    pub charges: Vec<usize>,
+    /// The free variables they depend on, through guards or constraints, ascending.
+    pub variables: Vec<VarId>,
+    /// Indices into `ScanModel::constraints` that concern these variables.
+    pub constraints: Vec<usize>,
+}
+
 /// A value for every free variable, by `VarId`: bits 0 or 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assignment(pub Vec<u16>);

@@ -1,6 +1,7 @@
 //! The maxima of all groups, side by side under one deadline.
 
-use super::{Group, Limits, Maximum, Method, maximum};
+use super::{Limits, Maximum, Method, maximum};
+use crate::model::Group;
 use crate::model::ScanModel;
 use crate::time::Picos;
 use std::cmp::Reverse;

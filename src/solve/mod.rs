@@ -10,21 +10,10 @@ mod subsets;
 pub use maxima::maxima;
 pub use problem::{Item, Problem};
 
-use crate::model::{Assignment, ScanModel, VarId};
+use crate::model::{Assignment, Group, ScanModel};
 use crate::time::Picos;
 use bounds::Bounds;
 use std::time::Instant;
-
-/// Charges that hang together by free variables. Groups share no variable.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Group {
-    /// Indices into `ScanModel::charges`, ascending; none is constant.
-    pub charges: Vec<usize>,
-    /// The free variables they depend on, through guards or constraints, ascending.
-    pub variables: Vec<VarId>,
-    /// Indices into `ScanModel::constraints` that concern these variables.
-    pub constraints: Vec<usize>,
-}
 
 /// Which search to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

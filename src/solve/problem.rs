@@ -1,6 +1,6 @@
 //! A group's question in normal form: a constant and a sum of weighted guards over a circuit of its own.
 
-use super::Group;
+use crate::model::Group;
 use crate::model::{Assignment, Circuit, Lit, Node, ScanModel};
 use crate::time::Picos;
 use rustc_hash::FxHashMap;

@@ -1,6 +1,7 @@
 //! Random small models, and their maxima found by trying every assignment.
 
-use super::{Group, Limits, Maximum, Method, maximum};
+use super::{Limits, Maximum, Method, maximum};
+use crate::model::Group;
 use crate::model::{Assignment, Atom, Charge, Lit, Origin, ScanModel, VarId, VarKind, Variable};
 use crate::program::{AreaId, Cell};
 use crate::time::Picos;

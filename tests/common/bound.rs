@@ -1,10 +1,10 @@
 //! From a program with its times to the bound, as the library's stages give it.
 
 use scanbound::groups::{groups, witness};
-use scanbound::model::{Assignment, ScanModel, VarId};
+use scanbound::model::{Assignment, Group, ScanModel, VarId};
 use scanbound::program::{Program, Witness};
 use scanbound::scan::{ScanError, scan_model};
-use scanbound::solve::{Group, Limits, Method, maximum};
+use scanbound::solve::{Limits, Method, maximum};
 use scanbound::time::Picos;
 
 pub type Times = Vec<(Picos, Picos)>;

@@ -3,7 +3,6 @@
 use super::source::RawInstruction;
 use super::words;
 use crate::dialect::Faults;
-use crate::dialect::minasec;
 
 /// How many instruction lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 40;
@@ -26,7 +25,7 @@ pub(super) fn sniff(beginning: &str) -> bool {
         let Ok(mut found) = words::split(code(line)) else { continue };
         take_step(&mut found);
         let Some((first, operands)) = found.split_first() else { continue };
-        if minasec::assembly::is_store(first, operands) {
+        if is_store(first, operands) {
             return false;
         }
         seen += 1;
@@ -40,6 +39,11 @@ pub(super) fn sniff(beginning: &str) -> bool {
         }
     }
     known > 0 && known * 2 >= seen
+}
+
+/// A store of an accumulator, by which lists of other machines begin alike but are told from MELSEC's.
+fn is_store(mnemonic: &str, operands: &[&str]) -> bool {
+    operands.len() == 1 && ["ST", "STI"].iter().any(|store| mnemonic.eq_ignore_ascii_case(store))
 }
 
 fn is_common(word: &str, operands: &[&str]) -> bool {

@@ -35,11 +35,6 @@ pub(super) fn sniff(beginning: &str) -> bool {
     if stores > 0 { known * 2 >= seen } else { seen > 0 && known == seen && named == seen }
 }
 
-/// Whether a line has one of the machine's two stores, which no list of another dialect has.
-pub(in crate::dialect) fn is_store(mnemonic: &str, operands: &[&str]) -> bool {
-    operands.len() == 1 && Opcode::from_mnemonic(mnemonic).is_some_and(Opcode::is_store)
-}
-
 /// Reads a program.
 ///
 /// # Errors
