@@ -7,10 +7,10 @@ use super::{
     RungUse, Share, TableUse, Tie, Value, Where,
 };
 use crate::diagnostic::Diagnostic;
-use crate::model::{Assignment, Atom, Node, Origin, ScanModel, VarKind};
+use crate::model::{Assignment, Atom, Group, Node, Origin, ScanModel, VarKind};
 use crate::price::{Price, Prices};
 use crate::program::{Place, Program};
-use crate::solve::{Group, Maximum};
+use crate::solve::Maximum;
 use crate::table::{Evidence, Table};
 use crate::time::Picos;
 use std::cmp::Reverse;
