@@ -472,6 +472,8 @@ fn a_large_file_of_garbage_is_refused_briefly() {
     let name = "garbage.csv".to_owned();
     assert_eq!(read_project(&[Input { name, bytes }], None).unwrap_err().len(), 1);
     let heading = works2("");
+    let text = format!("{heading}\n{}", ",".repeat(50 << 20));
+    assert_eq!(faults(text), [("long-line", Some(5))]);
     let text = format!("{heading}{}", "garbage garbage\n".repeat(200_000));
     let found = read("a.csv", text).unwrap_err();
     assert_eq!(found.len(), 51);

@@ -153,6 +153,9 @@ pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<
             body.row(&record, layout.columns, lines.line, start);
         }
         index += 1;
+        if words::are_too_many(&body.instructions, body.faults) {
+            return body.instructions;
+        }
     }
     body.close();
     if is_open(&text[start..], layout.delimiter) {

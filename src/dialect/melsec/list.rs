@@ -16,8 +16,11 @@ const COMMON: [&str; 62] = [
     "END", "NOP", "NOPLF", "MOV", "MOVP", "DMOV", "DMOVP", "INC", "INCP", "BMOV", "FMOV",
 ];
 
+/// Words that MELSEC does not have, but lists that begin with LD as well do.
+const NOT_OURS: [&str; 2] = ["ST", "STI"];
+
 /// Whether the beginning of a file is list text: its first instruction is one that a MELSEC program can
-/// begin with, and at least half of the first lines are common instructions. MELSEC has no `ST X00`.
+/// begin with, and at least half of the first lines are common instructions.
 pub(super) fn sniff(beginning: &str) -> bool {
     let mut known = 0_usize;
     let mut seen = 0_usize;
@@ -25,7 +28,7 @@ pub(super) fn sniff(beginning: &str) -> bool {
         let Ok(mut found) = words::split(code(line)) else { continue };
         take_step(&mut found);
         let Some((first, operands)) = found.split_first() else { continue };
-        if is_store(first, operands) {
+        if NOT_OURS.iter().any(|word| first.eq_ignore_ascii_case(word)) {
             return false;
         }
         seen += 1;
@@ -39,11 +42,6 @@ pub(super) fn sniff(beginning: &str) -> bool {
         }
     }
     known > 0 && known * 2 >= seen
-}
-
-/// A store of an accumulator, by which lists of other machines begin alike but are told from MELSEC's.
-fn is_store(mnemonic: &str, operands: &[&str]) -> bool {
-    operands.len() == 1 && ["ST", "STI"].iter().any(|store| mnemonic.eq_ignore_ascii_case(store))
 }
 
 fn is_common(word: &str, operands: &[&str]) -> bool {
@@ -71,6 +69,9 @@ pub(super) fn read(text: &str, faults: &mut Faults<'_>) -> Vec<RawInstruction> {
     for line in text.lines() {
         number = number.saturating_add(1);
         read_line(line, number, &mut instructions, faults);
+        if words::are_too_many(&instructions, faults) {
+            return instructions;
+        }
     }
     words::check(&instructions, number, faults);
     instructions

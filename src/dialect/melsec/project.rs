@@ -1,7 +1,7 @@
 //! Reads a MELSEC project from its files: the programs in the given order, and the device comments.
 
 use super::source::{RawFile, RawInstruction, RawProject};
-use super::{comments, csv, list};
+use super::{comments, csv, list, words};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::dialect::{Dialect, Faults, Input, decoded, shown, stem};
 
@@ -39,6 +39,9 @@ pub fn read(
 
 fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Option<RawFile> {
     let text = decoded(input).map_err(|fault| faults.push(fault)).ok()?;
+    if words::has_long_line(&text, faults) {
+        return None;
+    }
     let (cpu, instructions): (Option<String>, Vec<RawInstruction>) = if dialect.name == super::LIST
     {
         (None, list::read(&text, faults))

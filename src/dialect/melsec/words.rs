@@ -4,6 +4,11 @@ use super::source::RawInstruction;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::{Faults, shown};
 
+/// More instructions than this are no program: the largest CPUs hold 1,200 K steps.
+const MOST: usize = 2_000_000;
+/// No line is longer, in bytes.
+const LONGEST: usize = 64 * 1024;
+
 /// Words apart by blanks or TABs; a word that begins with `"` runs to the `"` that ends it, blanks and
 /// all. `Err` holds the part from a quotation mark that nothing closes.
 pub(super) fn split(text: &str) -> Result<Vec<&str>, &str> {
@@ -55,6 +60,43 @@ pub(super) fn instruction(
         text.push_str(operand);
     }
     RawInstruction { line, step, mnemonic: mnemonic.to_owned(), operands, text }
+}
+
+/// Whether there are more instructions than any CPU holds; then they are an error, and the file is read no
+/// further.
+pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<'_>) -> bool {
+    let too_many = instructions.len() > MOST;
+    if too_many {
+        faults.push(Diagnostic::file(
+            "too-many",
+            faults.file(),
+            format!("the program has more than {MOST} instructions"),
+            "no CPU holds as many: check the file",
+        ));
+    }
+    too_many
+}
+
+/// Whether a line is longer than any that a tool writes; it is an error then.
+pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
+    let mut at = 0;
+    let mut starts = text.split(['\n', '\r']).map(|line| {
+        let start = at;
+        at += line.len() + 1;
+        (start, line)
+    });
+    let long = starts.find(|(_, line)| line.len() > LONGEST);
+    if let Some((at, line)) = long {
+        let number = text[..at].bytes().filter(|&b| b == b'\n').count() + 1;
+        faults.at(
+            "long-line",
+            u32::try_from(number).unwrap_or(u32::MAX),
+            line,
+            "this line is far too long",
+            "the file is damaged or something else than a program: export it again",
+        );
+    }
+    long.is_some()
 }
 
 /// What holds for a whole file: step numbers rise, END is there, and nothing follows it.
