@@ -275,6 +275,11 @@ fn cpus_as_files_name_them() {
         ("\"PLC Type:FX3U(C)\"", Some("FX3U(C)"), "melsec-csv"),
         ("\"PLC Information:\"", None, "melsec-csv"),
         ("\"Module Type Information:\"\t\"FX5U\"", Some("FX5U"), "melsec-gx3-csv"),
+        (
+            "\"Machine: FX3U\"\r\n\"PLC Information:\"\t\"QCPU (Q mode) Q03UDV\"",
+            Some("Q03UDV"),
+            "melsec-csv",
+        ),
         ("\"Something else:\"\t\"RCPU R120\"", Some("R120"), "melsec-gx3-csv"),
     ] {
         let text = format!(
@@ -318,6 +323,20 @@ fn list_text() {
     let at: Vec<(u32, Option<u32>)> =
         project.files[0].instructions.iter().take(4).map(|i| (i.line, i.step)).collect();
     assert_eq!(at, [(2, Some(0)), (3, Some(1)), (4, Some(2)), (6, None)]);
+}
+
+#[test]
+fn a_list_of_mostly_application_instructions() {
+    for text in [
+        "LD SM400\nWAND D0 D1\n+ K1 D2\nSwOp0 D0\nFB1 D2\nBKAND D0 D10 D20 K5\nEND\n",
+        "P0\nRET\nEND\n",
+        "EI\nFB1 D0\nEND",
+        "ld x0\nout y0\nend\n",
+        "END",
+    ] {
+        let project = read("a.il", text).unwrap();
+        assert_eq!(project.files[0].instructions.len(), text.lines().count(), "{text}");
+    }
 }
 
 #[test]
@@ -396,6 +415,7 @@ fn comments_give_devices_their_names() {
         ("\"软元件名\"\t\"注释\"\r\n\"X0\"\t\"start\"\r\n", Form::Page(GBK)),
         ("디바이스명,코멘트\nX0,start\n", Form::Page(EUC_KR)),
         ("Device,Label,Comment\nX0,PB1,start\n", Form::Utf8),
+        ("MAIN\nThiết bị,Chú thích\nX0,start\nX1,\n", Form::Utf8),
         ("Device Name,Comment1,Comment2\nX0,,\"start\"\nX0,,again\n", Form::Utf8Bom),
     ] {
         let comments = input("COMMENT.csv", encode(text, form));
@@ -422,6 +442,8 @@ fn what_is_no_program_is_refused_with_a_reason() {
     assert_eq!(code(b"\x7FELF\x02\x01\x01\0\0\0\0\0\0\0\0\0"), "binary-file");
     assert_eq!(code(b"PK\x03\x04\x14\0\x08\x08"), "binary-file");
     assert_eq!(code("Dear all,\nplease find attached".as_bytes()), "unknown-dialect");
+    assert_eq!(code(b"or just call the customer, and set it out\n"), "unknown-dialect");
+    assert_eq!(code(b"Part,Count\nM8 screws,100\nM10,5\n"), "unknown-dialect");
     assert_eq!(code("LD 00305\nAND NOT 00001\nOUT 00300\n".as_bytes()), "unknown-dialect");
     assert_eq!(code("Device Name,Comment\nX0,start\n".as_bytes()), "comments-alone");
     assert_eq!(code(b"LD X0\nOUT Y0\n\xFF\xFF\nEND\n"), "encoding");

@@ -25,6 +25,8 @@ const COMMENT_HEADS: [&str; 6] = ["comment", "コメント", "注释", "註解",
 pub(super) const MARKS: [&str; 5] = ["コメント", "注释", "軟元件", "코멘트", "주석"];
 /// The heads stand within the first so many rows.
 const HEADING_ROWS: usize = 4;
+/// So many rows behind them are looked at where the heads are not known.
+const LOOKED_AT: usize = 6;
 
 /// How a comment file is laid out.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,13 +45,38 @@ pub(super) fn sniff(beginning: &str) -> bool {
 fn layout(beginning: &str) -> Option<Layout> {
     let end = beginning.char_indices().nth(8192).map_or(beginning.len(), |(at, _)| at);
     [b'\t', b',', b';'].into_iter().find_map(|delimiter| {
-        reader(&beginning[..end], delimiter)
+        let records: Vec<StringRecord> = reader(&beginning[..end], delimiter)
             .into_records()
-            .take(HEADING_ROWS)
+            .take(HEADING_ROWS + LOOKED_AT)
             .map_while(Result::ok)
-            .enumerate()
-            .find_map(|(index, record)| heads(index, &record, delimiter))
+            .collect();
+        let heading = &records[..records.len().min(HEADING_ROWS)];
+        let known =
+            heading.iter().enumerate().find_map(|(index, record)| heads(index, record, delimiter));
+        known.or_else(|| shape(&records, delimiter))
     })
+}
+
+/// Heads in a language not known here: behind them each row begins with a device and has a text.
+fn shape(records: &[StringRecord], delimiter: u8) -> Option<Layout> {
+    let is_row = |record: &StringRecord| record.len() >= 2 && is_device(&record[0]);
+    let heading = records.iter().take(HEADING_ROWS + 1).position(is_row)?;
+    let columns = records[heading].len();
+    let heads = records.get(heading.checked_sub(1)?)?;
+    let named = heads.len() == columns && !heads[0].contains(|c: char| c.is_ascii_digit());
+    (named && records[heading..].iter().all(is_row)).then(|| Layout {
+        delimiter,
+        heading,
+        columns: (1..columns).collect(),
+    })
+}
+
+/// Whether a word is the name of a device, such as `X1F`, `ZR100` or `D0.5`.
+fn is_device(word: &str) -> bool {
+    let number = word.trim_start_matches(|c: char| c.is_ascii_uppercase());
+    (1..=2).contains(&(word.len() - number.len()))
+        && number.starts_with(|c: char| c.is_ascii_digit())
+        && number.chars().all(|c| c.is_ascii_hexdigit() || c == '.')
 }
 
 fn heads(index: usize, record: &StringRecord, delimiter: u8) -> Option<Layout> {

@@ -95,12 +95,17 @@ fn layout_with(beginning: &str, delimiter: u8) -> Option<Layout> {
 
 /// The tool and the CPU, from the rows above the heads.
 fn machine(above: &[StringRecord], heads: &StringRecord) -> (Tool, Option<String>) {
-    for row in above.iter().rev() {
+    for (index, row) in above.iter().enumerate().rev() {
         let Some((label, inline)) = row[0].split_once([':', '：']) else { continue };
         let label = plain(label);
+        // The first row is the project's title, which may hold anything.
+        let known =
+            WORKS2_MARKS.contains(&label.as_str()) || WORKS3_MARKS.contains(&label.as_str());
+        if index == 0 && !known {
+            continue;
+        }
         let value = row.iter().skip(1).find(|cell| !cell.trim().is_empty()).unwrap_or(inline);
         let works3 = WORKS3_MARKS.contains(&label.as_str())
-            || label.starts_with("moduletype")
             || (!WORKS2_MARKS.contains(&label.as_str()) && is_works3_cpu(value));
         return (if works3 { Tool::Works3 } else { Tool::Works2 }, cpu(value));
     }

@@ -20,9 +20,9 @@ const COMMON: [&str; 62] = [
 const NOT_OURS: [&str; 2] = ["ST", "STI"];
 
 /// Whether the beginning of a file is list text: its first instruction is one that a MELSEC program can
-/// begin with, and at least half of the first lines are common instructions.
+/// begin with, and at least half of the first lines are common ones or mnemonics with devices.
 pub(super) fn sniff(beginning: &str) -> bool {
-    let mut known = 0_usize;
+    let mut likely = 0_usize;
     let mut seen = 0_usize;
     for line in beginning.lines() {
         let Ok(mut found) = words::split(code(line)) else { continue };
@@ -32,19 +32,21 @@ pub(super) fn sniff(beginning: &str) -> bool {
             return false;
         }
         seen += 1;
-        if is_common(first, operands) {
-            known += 1;
-        } else if seen == 1 {
+        let devices = operands.iter().all(|operand| is_device(operand));
+        let common = is_common(first) && devices;
+        if seen == 1 && !common {
             return false;
         }
+        let other = words::can_be_mnemonic(first) && devices && !operands.is_empty();
+        likely += usize::from(common || other);
         if seen == LOOKED_AT {
             break;
         }
     }
-    known > 0 && known * 2 >= seen
+    seen > 0 && likely * 2 >= seen
 }
 
-fn is_common(word: &str, operands: &[&str]) -> bool {
+fn is_common(word: &str) -> bool {
     let upper = word.trim_end_matches(':').to_ascii_uppercase();
     if words::is_pointer(&upper) {
         return true;
@@ -53,13 +55,15 @@ fn is_common(word: &str, operands: &[&str]) -> bool {
         .iter()
         .filter_map(|stem| upper.strip_prefix(stem))
         .any(|rest| rest.trim_start_matches(['D', 'E', '$']).starts_with(['=', '<', '>']));
-    // Other makers' lists have LD and OUT too, but with bare numbers; prose has words without a number.
-    let device = |operand: &&str| {
-        operand.starts_with('"')
-            || (!operand.starts_with(|c: char| c.is_ascii_digit())
-                && operand.contains(|c: char| c.is_ascii_digit()))
-    };
-    (contact || COMMON.contains(&upper.as_str())) && operands.iter().all(device)
+    contact || COMMON.contains(&upper.as_str())
+}
+
+/// Whether a word looks like a device, constant or string of MELSEC. Other makers' lists have LD and OUT
+/// too, but with bare numbers; prose has words without a number.
+fn is_device(word: &str) -> bool {
+    word.starts_with('"')
+        || (!word.starts_with(|c: char| c.is_ascii_digit())
+            && word.contains(|c: char| c.is_ascii_digit()))
 }
 
 /// Reads a file of list text.
