@@ -271,7 +271,7 @@ fn fault(program: &Program, table: &Table, at: &Instruction, why: NoPrice) -> Di
         NoPrice::Missing | NoPrice::Free => (
             format!("the table {} has no time for {name}", table.name),
             format!(
-                "add the row {name},ON,OFF in microseconds to a table, or give {name}=12.5us on the command line"
+                "add the row {name},ON,OFF in microseconds to a table, or give --time {name}=12.5us"
             ),
         ),
     };
