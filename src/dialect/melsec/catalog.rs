@@ -34,8 +34,24 @@ pub enum Amount {
         /// The counting operand, from 0.
         operand: usize,
     },
+    /// Two to the power of what another operand counts.
+    Power {
+        /// The counting operand, from 0.
+        operand: usize,
+    },
     /// Not known: anything from the device to its area's end.
     Unknown,
+}
+
+impl Amount {
+    /// The operand, from 0, that the amount depends on.
+    #[must_use]
+    pub fn counter(self) -> Option<usize> {
+        match self {
+            Amount::Counted { operand, .. } | Amount::Power { operand } => Some(operand),
+            Amount::Fixed(_) | Amount::Unknown => None,
+        }
+    }
 }
 
 /// How far an operand reaches from the device that is written there.
@@ -247,7 +263,7 @@ fn close(mnemonic: &str) -> Option<String> {
 ///
 /// Roles: `s` read, `d` written, `sd` both, `n` count, `x` other. Extents: `b` a bit, `w` a word, `v` a
 /// device, with a fixed number before (`7w`) or a counting operand, from 1, behind (`w*3`, `2w*3` for
-/// two words each, `w*?` for an unknown number); `e` a real (two words), `$` text.
+/// two words each, `b*^3` for two to its power, `w*?` for an unknown number); `e` a real (two words), `$` text.
 #[derive(Debug, Deserialize)]
 struct Row {
     mnemonic: String,
@@ -280,10 +296,8 @@ fn entry(row: Row) -> Result<Entry, String> {
     let operands: Vec<Operand> =
         row.operands.split_whitespace().map(operand).collect::<Result<_, _>>()?;
     let counters = operands.iter().filter_map(|operand| match operand.extent {
-        Extent::Bits(Amount::Counted { operand, .. })
-        | Extent::Words(Amount::Counted { operand, .. })
-        | Extent::Devices(Amount::Counted { operand, .. }) => Some(operand),
-        _ => None,
+        Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount.counter(),
+        Extent::Text => None,
     });
     let units = match row.units {
         Some(number) => Some(number.checked_sub(1).ok_or("units are counted from 1")?),
@@ -342,8 +356,12 @@ fn extent_of(text: &str) -> Option<Extent> {
         None => Amount::Fixed(unit),
         Some("?") => Amount::Unknown,
         Some(counter) => {
-            let operand = counter.parse::<usize>().ok()?.checked_sub(1)?;
-            Amount::Counted { unit, operand }
+            let number = counter.strip_prefix('^');
+            let operand = number.unwrap_or(counter).parse::<usize>().ok()?.checked_sub(1)?;
+            match number {
+                Some(_) => Amount::Power { operand },
+                None => Amount::Counted { unit, operand },
+            }
         }
     };
     match kind {

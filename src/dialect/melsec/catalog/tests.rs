@@ -127,6 +127,26 @@ fn extents_count_by_operands() {
 }
 
 #[test]
+fn destinations_reach_as_far_as_the_manuals_say() {
+    for (mnemonic, operands, number, extent) in [
+        ("MAX", 3, 2, Extent::Words(Amount::Fixed(3))), // value, position, how many
+        ("DMAX", 3, 2, Extent::Words(Amount::Fixed(4))),
+        ("/", 3, 3, Extent::Words(Amount::Fixed(2))), // quotient, remainder
+        ("D/", 3, 3, Extent::Words(Amount::Fixed(4))),
+        ("DATERD", 1, 1, Extent::Words(Amount::Fixed(7))),
+        ("CMP", 3, 3, Extent::Bits(Amount::Fixed(3))),
+        ("BINDA", 2, 2, Extent::Words(Amount::Fixed(4))), // sign, five digits, NUL
+        ("DBINDA", 2, 2, Extent::Words(Amount::Fixed(6))),
+        ("DECO", 3, 2, Extent::Bits(Amount::Power { operand: 2 })),
+        ("BKRST", 2, 1, Extent::Devices(Amount::Counted { unit: 1, operand: 1 })),
+        ("ZP.OPEN", 4, 4, Extent::Bits(Amount::Fixed(2))), // done, failed
+    ] {
+        let found = find(mnemonic, operands).unwrap();
+        assert_eq!(found.entry.operands[number - 1].extent, extent, "{mnemonic}");
+    }
+}
+
+#[test]
 fn the_number_of_operands_is_checked() {
     assert_eq!(find("+", 4).err(), Some(NotFound::OperandCount { expected: vec![2, 3] }));
     assert_eq!(find("MOVP", 3).err(), Some(NotFound::OperandCount { expected: vec![2] }));
