@@ -494,12 +494,12 @@ fn a_large_file_of_garbage_is_refused_briefly() {
     let name = "garbage.csv".to_owned();
     assert_eq!(read_project(&[Input { name, bytes }], None).unwrap_err().len(), 1);
     let heading = works2("");
-    let text = format!("{heading}\n{}", ",".repeat(50 << 20));
+    let text = format!("{heading}\n{}", ",".repeat(1 << 20));
     assert_eq!(faults(text), [("long-line", Some(5))]);
-    let text = format!("{heading}{}", "garbage garbage\n".repeat(200_000));
+    let text = format!("{heading}{}", "garbage garbage\n".repeat(20_000));
     let found = read("a.csv", text).unwrap_err();
     assert_eq!(found.len(), 51);
-    assert!(found[50].message.contains("199951 more"), "{}", found[50].message);
+    assert!(found[50].message.contains("19951 more"), "{}", found[50].message);
 }
 
 fn operand() -> impl Strategy<Value = String> {
@@ -547,6 +547,8 @@ fn same(instructions: &[RawInstruction], program: &[Line]) {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
     #[test]
     fn what_is_written_is_read(mut program in prop::collection::vec(any_line(), 0..30), language in 0_usize..4, form in 0_usize..4, comma: bool) {
         program.push(line(&["END"]));
