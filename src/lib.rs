@@ -6,8 +6,10 @@
 //! witness; [`report`] shows the result.
 
 pub mod audit;
+pub mod column;
 pub mod diagnostic;
 pub mod dialect;
+pub mod emulate;
 pub mod facts;
 pub mod groups;
 pub mod input;

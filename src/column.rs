@@ -1,0 +1,147 @@
+//! Columns of CSV files whose heads name a unit of time, and the times in them.
+
+use std::fmt;
+
+/// A unit of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unit {
+    /// As it is written.
+    pub name: &'static str,
+    /// So many picoseconds are ten to this power.
+    digits: u32,
+}
+
+/// The units that are known.
+pub const UNITS: [Unit; 5] = [
+    Unit { name: "s", digits: 12 },
+    Unit { name: "ms", digits: 9 },
+    Unit { name: "us", digits: 6 },
+    Unit { name: "ns", digits: 3 },
+    Unit { name: "ps", digits: 0 },
+];
+
+impl Unit {
+    /// The unit of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Unit> {
+        let name = match name.trim() {
+            "µs" | "μs" | "usec" => "us",
+            "sec" | "seconds" => "s",
+            "msec" => "ms",
+            "nsec" => "ns",
+            name => name,
+        };
+        UNITS.into_iter().find(|unit| unit.name == name)
+    }
+
+    /// The unit that a column's head names behind its words: `scan_us`, `Time [s]`, `t (ms)`, `Time, us`.
+    #[must_use]
+    pub fn of_head(head: &str) -> Option<Unit> {
+        let head = head.trim().trim_end_matches([']', ')']);
+        let at = head.rfind([' ', '_', '[', '(', ',', '/', '-'])?;
+        Unit::from_name(&head[at + 1..])
+    }
+
+    /// The head's words without its unit, in small letters.
+    #[must_use]
+    pub fn words_of_head(head: &str) -> String {
+        let whole = head.trim();
+        let words = match Unit::of_head(whole) {
+            Some(_) => {
+                whole.rfind([' ', '_', '[', '(', ',', '/', '-']).map_or(whole, |at| &whole[..at])
+            }
+            None => whole,
+        };
+        words.trim_matches([' ', '_', '[', '(', ',', '/', '-']).to_lowercase()
+    }
+
+    /// Reads a decimal number of this unit, with sign and exponent, in picoseconds; finer digits are rounded
+    /// to the nearest. `None` if it is no such number, or too large.
+    #[must_use]
+    pub fn read(self, text: &str) -> Option<i128> {
+        let text = text.trim();
+        let (mantissa, exponent) = match text.split_once(['e', 'E']) {
+            Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
+            None => (text, 0),
+        };
+        let (negative, mantissa) = match mantissa.strip_prefix('-') {
+            Some(rest) => (true, rest),
+            None => (false, mantissa.strip_prefix('+').unwrap_or(mantissa)),
+        };
+        let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+        let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+        if !digits(whole) || !digits(fraction) || (whole.is_empty() && fraction.is_empty()) {
+            return None;
+        }
+        let digits = format!("{whole}{fraction}");
+        let digits = digits.trim_start_matches('0');
+        // So many of the digits stand in front of the picoseconds' point.
+        let point = i64::try_from(digits.len()).ok()? - i64::try_from(fraction.len()).ok()?
+            + i64::from(exponent)
+            + i64::from(self.digits);
+        let value: i128 = if digits.is_empty() || point < 0 {
+            0
+        } else if point > 30 {
+            return None;
+        } else {
+            let kept = usize::try_from(point).ok()?;
+            let padded = format!("{digits:0<kept$}");
+            let value = format!("0{}", &padded[..kept]).parse::<i128>().ok()?;
+            let round = padded[kept..].starts_with(|c| c >= '5');
+            value + i128::from(round)
+        };
+        Some(if negative { -value } else { value })
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heads_name_their_unit_in_any_of_the_usual_ways() {
+        for (head, words, unit) in [
+            ("scan_us", "scan", "us"),
+            ("Time [s]", "time", "s"),
+            ("t (ms)", "t", "ms"),
+            ("Scan time, µs", "scan time", "us"),
+            ("Time[ns]", "time", "ns"),
+        ] {
+            assert_eq!(Unit::of_head(head).map(|unit| unit.name), Some(unit), "{head}");
+            assert_eq!(Unit::words_of_head(head), words);
+        }
+        for head in ["scan", "scan time", "logic", "us", "scan_min", ""] {
+            assert_eq!(Unit::of_head(head), None, "{head}");
+        }
+        assert_eq!(Unit::words_of_head("D0"), "d0");
+    }
+
+    #[test]
+    fn times_are_read_to_the_nearest_picosecond() {
+        let us = Unit::from_name("us").expect("a unit");
+        let s = Unit::from_name("s").expect("a unit");
+        for (unit, text, ps) in [
+            (us, "8448", 8_448_000_000),
+            (us, " 8448.0000015 ", 8_448_000_002),
+            (us, "-.5", -500_000),
+            (s, "8.448e-03", 8_448_000_000),
+            (s, "1E2", 100_000_000_000_000),
+            (s, "0.0000000000004", 0),
+            (s, "0.0000000000005", 1),
+            (s, "1e-99", 0),
+            (s, "0", 0),
+            (s, "+000.1000", 100_000_000_000),
+        ] {
+            assert_eq!(unit.read(text), Some(ps), "{text}");
+        }
+        for text in ["", "-", ".", "1,5", "abc", "1e", "1e40", "0x1", "1 2", "nan"] {
+            assert_eq!(s.read(text), None, "{text}");
+        }
+    }
+}
