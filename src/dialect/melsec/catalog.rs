@@ -145,11 +145,16 @@ pub struct Entry {
     pub class: String,
     /// The operand, from 0, that counts the units of a time per unit.
     pub units: Option<usize>,
+    /// How many units each counted thing has: 2 where double words are counted.
+    pub unit_size: u64,
+    /// The most units there can be, where no operand counts them.
+    pub most_units: Option<u64>,
     /// What happens to the destinations.
     pub operation: Operation,
     /// Whether a pulse form exists.
     pub pulse: bool,
-    /// Areas any cell of which may be written too, as `Operation::Forget`; `*` stands for all areas.
+    /// Areas, by their names in the program, any cell of which may be written too, as `Operation::Forget`;
+    /// `*` stands for all areas.
     pub also: Vec<String>,
 }
 
@@ -187,6 +192,8 @@ static CATALOG: LazyLock<BTreeMap<String, Vec<Entry>>> = LazyLock::new(|| {
 const DEDICATED: [&str; 10] = ["G.", "GP.", "Z.", "ZP.", "J.", "JP.", "D.", "DP.", "S.", "SP."];
 /// The class of those.
 const DEDICATED_CLASS: &str = "dedicated";
+/// No dedicated instruction moves more words: what a socket of a built-in Ethernet port sends or receives.
+const DEDICATED_WORDS: u64 = 5120;
 /// A mnemonic is worth suggesting if a letter in so many would have to change.
 const LETTERS_PER_SLIP: usize = 3;
 
@@ -241,6 +248,8 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
         operands: vec![operand; operands],
         class: DEDICATED_CLASS.to_owned(),
         units: None,
+        unit_size: 1,
+        most_units: Some(DEDICATED_WORDS),
         operation: Operation::Forget,
         pulse: true,
         also: Vec::new(),
@@ -264,13 +273,15 @@ fn close(mnemonic: &str) -> Option<String> {
 /// Roles: `s` read, `d` written, `sd` both, `n` count, `x` other. Extents: `b` a bit, `w` a word, `v` a
 /// device, with a fixed number before (`7w`) or a counting operand, from 1, behind (`w*3`, `2w*3` for
 /// two words each, `b*^3` for two to its power, `w*?` for an unknown number); `e` a real (two words), `$` text.
+///
+/// Units: the counting operand, from 1; `2*3` if what it counts has two units each; `<=8` for at most so many.
 #[derive(Debug, Deserialize)]
 struct Row {
     mnemonic: String,
     pulse: String,
     operands: String,
     class: String,
-    units: Option<usize>,
+    units: String,
     effect: Operation,
     also: String,
 }
@@ -299,12 +310,9 @@ fn entry(row: Row) -> Result<Entry, String> {
         Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount.counter(),
         Extent::Text => None,
     });
-    let units = match row.units {
-        Some(number) => Some(number.checked_sub(1).ok_or("units are counted from 1")?),
-        None => None,
-    };
+    let units = units_of(&row.units).ok_or_else(|| format!("units {}", row.units))?;
     if counters
-        .chain(units)
+        .chain(units.operand)
         .any(|counter| operands.get(counter).is_none_or(|by| by.role != Role::Count))
     {
         return Err("counted by an operand that is no count".to_owned());
@@ -318,11 +326,33 @@ fn entry(row: Row) -> Result<Entry, String> {
         mnemonic: row.mnemonic,
         operands,
         class: row.class,
-        units,
+        units: units.operand,
+        unit_size: units.size,
+        most_units: units.most,
         operation: row.effect,
         pulse,
-        also: row.also.split_whitespace().map(str::to_owned).collect(),
+        also: row.also.split_terminator(';').map(str::to_owned).collect(),
     })
+}
+
+/// The units column.
+struct Counting {
+    operand: Option<usize>,
+    size: u64,
+    most: Option<u64>,
+}
+
+fn units_of(text: &str) -> Option<Counting> {
+    let none = Counting { operand: None, size: 1, most: None };
+    if text.is_empty() {
+        return Some(none);
+    }
+    if let Some(most) = text.strip_prefix("<=") {
+        return Some(Counting { most: Some(most.parse().ok()?), ..none });
+    }
+    let (size, operand) = text.split_once('*').unwrap_or(("1", text));
+    let operand = operand.parse::<usize>().ok()?.checked_sub(1)?;
+    Some(Counting { operand: Some(operand), size: size.parse().ok()?, ..none })
 }
 
 fn operand(token: &str) -> Result<Operand, String> {

@@ -121,7 +121,10 @@ fn extents_count_by_operands() {
     let counted = Extent::Words(Amount::Counted { unit: 1, operand: 2 });
     assert_eq!(bmov.operands[0], Operand { role: Role::Source, extent: counted });
     assert_eq!(bmov.operands[1], Operand { role: Role::Destination, extent: counted });
-    assert_eq!(bmov.units, Some(2));
+    assert_eq!((bmov.units, bmov.unit_size, bmov.most_units), (Some(2), 1, None));
+    let dfmov = find("DFMOV", 3).unwrap().entry;
+    assert_eq!((dfmov.units, dfmov.unit_size), (Some(2), 2));
+    assert_eq!(find("BINDA", 2).unwrap().entry.most_units, Some(6));
     let product = find("D*", 3).unwrap().entry;
     assert_eq!(product.operands[2].extent, Extent::Words(Amount::Fixed(4)));
 }
@@ -176,6 +179,27 @@ fn an_unlisted_dedicated_instruction_may_write_all_its_operands() {
     assert!(matches!(find("G.", 0), Err(NotFound::Unknown { .. })));
 }
 
+/// A class with a time per unit needs to know how many there are: from an operand, by a limit or from the text.
+#[test]
+fn instructions_of_many_units_tell_how_many() {
+    for entry in CATALOG.values().flatten() {
+        if ["block", "search", "string", "module", "table"].contains(&entry.class.as_str()) {
+            let reads_text = entry
+                .operands
+                .iter()
+                .any(|it| it.extent == Extent::Text && it.role != Role::Destination);
+            let told = entry.units.is_some() || entry.most_units.is_some() || reads_text;
+            assert!(told, "{}", entry.mnemonic);
+        }
+    }
+}
+
+#[test]
+fn areas_that_are_written_besides_are_told_apart() {
+    assert_eq!(find("ZPOP", 1).unwrap().entry.also, ["Z", "V index ", "LZ"]);
+    assert_eq!(find("COM", 0).unwrap().entry.also, ["*"]);
+}
+
 #[test]
 fn faulty_rows_are_refused() {
     let row = |row: &str| read(&format!("mnemonic,pulse,operands,class,units,effect,also\n{row}"));
@@ -187,6 +211,8 @@ fn faulty_rows_are_refused() {
         "A,P,d:w*2 s,block,,forget,",
         "A,P,d:w*0 n,block,,forget,",
         "A,P,s:w d:w,block,3,forget,",
+        "A,P,s:w d:w n,block,0,forget,",
+        "A,P,s:w d:w n,block,<3,forget,",
         "A,P,d:w,move,,spoil,",
         "A,P,d:w,move,,forget,\nA,,s:w,move,,forget,",
     ] {
