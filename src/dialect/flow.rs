@@ -1,0 +1,202 @@
+//! Where control can go in a program: loops, jumps, calls, a routine's extent, and loops taken in bulk.
+
+use crate::program::{BitTarget, ChoiceId, Program, Region, Step, WordTarget, Write};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// More single ranges of an area than this are forgotten as the whole area.
+const MOST_RANGES: usize = 256;
+
+/// All loops, as the indices of their beginning and end, outer before inner.
+pub(super) fn loops(program: &Program) -> Vec<(usize, usize)> {
+    let begins = program.instructions.iter().enumerate();
+    begins
+        .filter_map(|(at, instruction)| match instruction.step {
+            Step::ForBegin { end, .. } => Some((at, end)),
+            _ => None,
+        })
+        .collect()
+}
+
+/// All jumps, as the indices of the jump and its target.
+pub(super) fn jumps(program: &Program) -> Vec<(usize, usize)> {
+    let steps = program.instructions.iter().enumerate();
+    steps
+        .filter_map(|(at, instruction)| match instruction.step {
+            Step::Jump { target, .. } => Some((at, target)),
+            _ => None,
+        })
+        .collect()
+}
+
+/// All calls, as the indices of the call and its routine.
+pub(super) fn calls(program: &Program) -> Vec<(usize, usize)> {
+    let steps = program.instructions.iter().enumerate();
+    steps
+        .filter_map(|(at, instruction)| match instruction.step {
+            Step::Call { target, .. } => Some((at, target)),
+            _ => None,
+        })
+        .collect()
+}
+
+/// The last instruction of a routine: its first return that no jump within it leads past.
+pub(super) fn extent(program: &Program, entry: usize) -> Option<usize> {
+    let returns = |from: usize| {
+        program.instructions[from..].iter().position(|i| i.step == Step::Return).map(|offset| from + offset)
+    };
+    let mut end = returns(entry)?;
+    let mut at = entry;
+    while at <= end {
+        if let Step::Jump { target, .. } = program.instructions[at].step {
+            if target > end {
+                end = returns(target)?;
+            }
+        }
+        at += 1;
+    }
+    Some(end)
+}
+
+/// A call that leads back to the routine in which it stands, if there is one.
+pub(super) fn recursion(program: &Program) -> Option<usize> {
+    let calls = calls(program);
+    // From routine to the routines called within it, and by which instruction.
+    let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
+    let mut edges: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
+    for &entry in &entries {
+        let end = extent(program, entry)?;
+        let within = calls.iter().filter(|&&(at, _)| (entry..=end).contains(&at)).copied().collect();
+        edges.insert(entry, within);
+    }
+    let graph = petgraph::graphmap::DiGraphMap::<usize, usize>::from_edges(
+        edges.iter().flat_map(|(&from, to)| to.iter().map(move |&(at, target)| (from, target, at))),
+    );
+    let circle = petgraph::algo::tarjan_scc(&graph)
+        .into_iter()
+        .find(|part| part.len() > 1 || part.iter().any(|&entry| graph.contains_edge(entry, entry)))?;
+    let first = circle.iter().copied().min()?;
+    edges[&first].iter().find(|(_, target)| circle.contains(target)).map(|&(at, _)| at)
+}
+
+/// How many instructions run between two, both included, at most, loops unrolled and calls followed.
+/// Programs with recursion are not asked.
+pub(super) fn unrolled(program: &Program, from: usize, to: usize) -> u64 {
+    let mut known = BTreeMap::new();
+    unrolled_between(program, from, to, &mut known)
+}
+
+fn unrolled_between(program: &Program, from: usize, to: usize, known: &mut BTreeMap<usize, u64>) -> u64 {
+    let mut total = 0u64;
+    let mut at = from;
+    while at <= to {
+        total = total.saturating_add(1);
+        match program.instructions[at].step {
+            Step::ForBegin { most, end, .. } => {
+                let body = unrolled_between(program, at + 1, end, known);
+                total = total.saturating_add(body.saturating_mul(u64::from(most)));
+                at = end;
+            }
+            Step::Bulk { end, .. } => at = end,
+            Step::Call { target, .. } => {
+                let size = match (known.get(&target), extent(program, target)) {
+                    (Some(&size), _) => size,
+                    (None, Some(end)) => unrolled_between(program, target, end, known),
+                    (None, None) => 0,
+                };
+                known.insert(target, size);
+                total = total.saturating_add(size);
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    total
+}
+
+/// The loop between two instructions as one step that charges everything in it `turns` times; `None` if
+/// a return or an end stands in it, or it is beyond all numbers.
+pub(super) fn bulk(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
+    let mut gathered = Gathered { program, charges: BTreeMap::new(), regions: BTreeSet::new(), targets: BTreeSet::new() };
+    gathered.gather(begin + 1, end, turns)?;
+    let Gathered { charges, regions, targets, .. } = gathered;
+    let mut choice = || {
+        program.choices += 1;
+        ChoiceId(program.choices - 1)
+    };
+    let exits = targets.into_iter().filter(|target| *target > end).map(|target| (choice(), target)).collect();
+    let choice = choice();
+    Some(Step::Bulk { end, charges: charges.into_iter().collect(), forgets: merged(regions), choice, exits })
+}
+
+struct Gathered<'p> {
+    program: &'p Program,
+    charges: BTreeMap<usize, u64>,
+    regions: BTreeSet<Region>,
+    targets: BTreeSet<usize>,
+}
+
+impl Gathered<'_> {
+    fn gather(&mut self, from: usize, to: usize, times: u64) -> Option<()> {
+        let mut at = from;
+        while at <= to {
+            let charged = self.charges.entry(at).or_default();
+            *charged = charged.checked_add(times).filter(|&times| times < 1 << 40)?;
+            self.regions.extend(written(self.program, at));
+            match &self.program.instructions[at].step {
+                Step::ForBegin { most, end, .. } => {
+                    self.gather(at + 1, *end, times.checked_mul(u64::from(*most))?)?;
+                    at = *end;
+                }
+                Step::Call { target, .. } => {
+                    let last = extent(self.program, *target)?;
+                    // The routine's own return is no way out of the loop.
+                    self.gather(*target, last - 1, times)?;
+                    let charged = self.charges.entry(last).or_default();
+                    *charged = charged.checked_add(times)?;
+                }
+                Step::Jump { target, .. } => {
+                    self.targets.insert(*target);
+                }
+                Step::Return | Step::End | Step::Bulk { .. } => return None,
+                _ => {}
+            }
+            at += 1;
+        }
+        Some(())
+    }
+}
+
+/// The cells that an instruction's effects may write.
+pub(super) fn written(program: &Program, at: usize) -> Vec<Region> {
+    let one = |first| Region::Range { first, count: 1 };
+    let mut regions = Vec::new();
+    for effect in &program.instructions[at].effects {
+        match &effect.write {
+            Write::Bit(BitTarget::Cell(cell) | BitTarget::WordBit(cell, _), _) => regions.push(one(*cell)),
+            Write::Words(targets, _) => regions.extend(targets.iter().filter_map(|target| match *target {
+                WordTarget::Cell(cell) => Some(one(cell)),
+                WordTarget::Bits { first, count } => Some(Region::Range { first, count: u32::from(count) }),
+                WordTarget::Discard => None,
+            })),
+            Write::Forget(region, _) => regions.push(*region),
+        }
+    }
+    if let Step::Bulk { forgets, .. } = &program.instructions[at].step {
+        regions.extend(forgets);
+    }
+    regions
+}
+
+/// Areas of which many single ranges are listed, as a whole.
+fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
+    let mut ranges: BTreeMap<_, usize> = BTreeMap::new();
+    for region in &regions {
+        if let Region::Range { first, .. } = region {
+            *ranges.entry(first.area).or_default() += 1;
+        }
+    }
+    let is_many = |region: &Region| matches!(region, Region::Range { first, .. } if ranges[&first.area] > MOST_RANGES);
+    let mut merged: Vec<Region> = regions.iter().copied().filter(|region| !is_many(region)).collect();
+    merged.extend(ranges.iter().filter(|(_, count)| **count > MOST_RANGES).map(|(&area, _)| Region::Area(area)));
+    merged
+}

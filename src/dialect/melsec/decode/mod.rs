@@ -1,0 +1,282 @@
+//! Turns a MELSEC project, instruction by instruction, into a program without a dialect.
+
+mod access;
+mod application;
+mod compare;
+mod control;
+mod finish;
+mod output;
+mod rungs;
+
+use super::device::{Family, areas};
+use super::source::{RawInstruction, RawProject};
+use crate::diagnostic::Diagnostic;
+use crate::dialect::Faults;
+use crate::facts::Facts;
+use crate::program::{
+    Approximation, Cell, Effect, Instruction, Interrupt, Logic, Place, Program, SourceFile, StartRange, Step, TimingKey,
+    Units, When, Write,
+};
+use std::collections::BTreeMap;
+
+/// What decoding needs to know besides the source.
+pub struct DecodeOptions<'a> {
+    /// The CPU family.
+    pub family: Family,
+    /// Whether the timing table has an instruction of the user's of this name.
+    pub is_user_instruction: &'a dyn Fn(&str) -> bool,
+    /// What the user states.
+    pub facts: &'a Facts,
+}
+
+/// Decodes a project.
+///
+/// # Errors
+/// All faults of all files.
+pub fn decode(project: &RawProject, options: &DecodeOptions<'_>) -> Result<Program, Vec<Diagnostic>> {
+    let mut decoder = Decoder::new(project, options);
+    for file in 0..project.files.len() {
+        decoder.file(file);
+    }
+    decoder.finish()
+}
+
+/// A jump, call or loop whose target is not known yet.
+struct Fixup {
+    instruction: usize,
+    label: u32,
+    /// The file in which to look first, or the only one for calls by a file's name.
+    file: usize,
+    /// Only this file will do.
+    only: bool,
+}
+
+/// Decoding of a project under way.
+pub struct Decoder<'a> {
+    project: &'a RawProject,
+    options: &'a DecodeOptions<'a>,
+    family: Family,
+    program: Program,
+    faults: Vec<Faults<'a>>,
+    switches_file_register: bool,
+
+    file: usize,
+    raw: Option<&'a RawInstruction>,
+    /// The rung under way: results on the stack, results saved, whether it has put anything out yet.
+    depth: usize,
+    saved: u32,
+    has_output: bool,
+    /// A rung was begun by a label or the like, which the next contact joins.
+    block_open: bool,
+    edges: u32,
+
+    labels: Vec<BTreeMap<u32, usize>>,
+    fixups: Vec<Fixup>,
+    loops: Vec<usize>,
+    /// Open zones: level and the instruction that opened it.
+    zones: Vec<(u32, usize)>,
+    zone_of: Vec<Option<usize>>,
+    interrupts: Vec<Interrupt>,
+    /// The step ladder's open state: its relays, the jump over it, the instruction behind which it begins.
+    state: Option<State>,
+}
+
+/// An open state of a step ladder (STL).
+struct State {
+    relays: Vec<Cell>,
+    jump: usize,
+    begins: usize,
+}
+
+impl<'a> Decoder<'a> {
+    fn new(project: &'a RawProject, options: &'a DecodeOptions<'a>) -> Self {
+        let cpu = project.files.iter().find_map(|file| file.cpu.clone());
+        let program = Program {
+            dialect: project.dialect.to_owned(),
+            cpu,
+            areas: areas(options.family),
+            comments: project.comments.clone(),
+            ..Program::default()
+        };
+        let is_switch = |raw: &RawInstruction| matches!(raw.mnemonic.trim_end_matches('P'), "RSET" | "QDRSET");
+        Decoder {
+            project,
+            options,
+            family: options.family,
+            program,
+            faults: project.files.iter().map(|file| Faults::new(&file.name)).collect(),
+            switches_file_register: project.files.iter().flat_map(|file| &file.instructions).any(is_switch),
+            file: 0,
+            raw: None,
+            depth: 0,
+            saved: 0,
+            has_output: true,
+            block_open: false,
+            edges: 0,
+            labels: vec![BTreeMap::new(); project.files.len()],
+            fixups: Vec::new(),
+            loops: Vec::new(),
+            zones: Vec::new(),
+            zone_of: Vec::new(),
+            interrupts: Vec::new(),
+            state: None,
+        }
+    }
+
+    fn file(&mut self, file: usize) {
+        self.file = file;
+        let first = self.program.instructions.len();
+        (self.depth, self.saved, self.has_output, self.block_open) = (0, 0, true, false);
+        let raw_file = &self.project.files[file];
+        for raw in &raw_file.instructions {
+            self.raw = Some(raw);
+            self.instruction(raw);
+        }
+        self.raw = raw_file.instructions.last();
+        self.end_of_file();
+        self.raw = None;
+        let last = self.program.instructions.len();
+        self.program.mains.push(first..last);
+        self.program.files.push(SourceFile {
+            name: raw_file.name.clone(),
+            instructions: first..last,
+            count: raw_file.instructions.len(),
+        });
+    }
+
+    /// Decodes one instruction; each kind has its file.
+    fn instruction(&mut self, raw: &RawInstruction) {
+        let upper = raw.mnemonic.to_ascii_uppercase();
+        let known = self.rung(&upper, raw) || self.comparison(&upper, raw) || self.control(&upper, raw) || self.output(&upper, raw);
+        if !known {
+            self.application(&upper, raw);
+        }
+    }
+
+    /// Notes a fault at the instruction under way.
+    pub fn fault(&mut self, code: &'static str, part: &str, message: impl Into<String>, help: &str) {
+        let Some(raw) = self.raw else { return };
+        let name = &self.project.files[self.file].name;
+        let found = Diagnostic::line(code, name, raw.line, raw.text.clone(), message, help).mark(part).at_step(raw.step);
+        self.faults[self.file].push(found);
+    }
+
+    /// Lists what is taken wider than it is at the instruction about to be added.
+    pub fn approximate(&mut self, what: String) {
+        let instruction = self.program.instructions.len();
+        let known = self.program.approximations.iter().rev().take_while(|a| a.instruction == instruction);
+        if known.into_iter().all(|a| a.what != what) {
+            self.program.approximations.push(Approximation { instruction, what });
+        }
+    }
+
+    /// Adds an instruction; its index.
+    pub fn add(&mut self, timing: Option<TimingKey>, effects: Vec<Effect>, step: Step) -> usize {
+        let index = self.program.instructions.len();
+        let raw = self.raw;
+        self.zone_of.push(self.zones.last().map(|&(_, opened)| opened));
+        self.program.instructions.push(Instruction {
+            place: Place {
+                file: self.file as u32,
+                line: raw.map_or(1, |raw| raw.line),
+                step: raw.and_then(|raw| raw.step),
+            },
+            block: self.program.blocks.max(1),
+            text: raw.map_or_else(String::new, |raw| raw.text.clone()),
+            timing,
+            effects,
+            step,
+        });
+        index
+    }
+
+    /// Checks the number of operands.
+    pub fn takes(&mut self, raw: &RawInstruction, count: usize) -> bool {
+        let found = raw.operands.len();
+        if found == count {
+            return true;
+        }
+        let message = format!("`{}` takes {}, here are {found}", raw.mnemonic, operands(count));
+        let part = raw.operands.get(count).map_or(raw.mnemonic.as_str(), String::as_str);
+        self.fault("operand-count", part, message, "compare the line with the instruction's description");
+        false
+    }
+
+    /// A hidden bit that remembers something from one execution to the next.
+    pub fn memory(&mut self) -> Cell {
+        self.edges += 1;
+        super::device::edge(self.edges - 1)
+    }
+
+    /// A count that stands in an operand: its least and largest value, and whether it is known exactly.
+    pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {
+        if let Some(value) = self.constant(text) {
+            return (value, value, true);
+        }
+        let stated = self.options.facts.ranges.get(&text.to_ascii_uppercase()).or(self.options.facts.ranges.get(text));
+        match stated {
+            Some(&(low, high)) => {
+                self.program.facts.push(format!("{text} lies between {low} and {high}"));
+                (low, high, true)
+            }
+            None => {
+                self.approximate(format!("the count {text} is not known: taken as up to {largest}; state its range to lower this"));
+                (0, largest, false)
+            }
+        }
+    }
+}
+
+/// `1 operand`, `3 operands`.
+fn operands(count: usize) -> String {
+    match count {
+        0 => "no operand".to_owned(),
+        1 => "1 operand".to_owned(),
+        n => format!("{n} operands"),
+    }
+}
+
+/// How an instruction is priced: by its name with a variant, by its name, then the same without the pulse suffix.
+pub fn timing(mnemonic: &str, pulsed: bool, variants: &[&str], class: &str, units: Units, dearer: bool) -> TimingKey {
+    let mut names = Vec::new();
+    let base = if pulsed { mnemonic.strip_suffix('P') } else { None };
+    for name in [Some(mnemonic), base].into_iter().flatten() {
+        names.extend(variants.iter().map(|variant| format!("{name}:{variant}")));
+        names.push(name.to_owned());
+    }
+    TimingKey { names, class: class.to_owned(), units, dearer, optional: false }
+}
+
+/// An effect whenever the instruction is reached.
+pub fn always(write: Write) -> Effect {
+    Effect { when: When::Always, write }
+}
+
+/// An effect where the instruction fires.
+pub fn fired(write: Write) -> Effect {
+    Effect { when: When::Fired, write }
+}
+
+/// Rising (or falling) edge of a value against a remembered one.
+pub fn edge(rising: bool, value: Logic, memory: Cell) -> Logic {
+    let before = Logic::cell(memory);
+    if rising { Logic::All(vec![value, before.not()]) } else { Logic::All(vec![value.not(), before]) }
+}
+
+impl Decoder<'_> {
+    /// The user's stated ranges of words, as constraints on the scan's start.
+    fn start_ranges(&mut self) {
+        for (text, &(low, high)) in &self.options.facts.ranges {
+            let Ok(super::operand::Operand::Device(device)) = super::operand::parse(text, self.family) else { continue };
+            if let super::operand::Place::At(super::device::Kind::Word(area), index) = device.place {
+                let wide = low < -0x8000 || high > 0x7FFF;
+                let count = if wide { 2 } else { 1 };
+                let cells = (0..count).map(|n| Cell { area, index: index + n }).collect();
+                self.program.ranges.push(StartRange { cells, low, high });
+                self.program.facts.push(format!("{text} lies between {low} and {high}"));
+            }
+        }
+        self.program.facts.sort();
+        self.program.facts.dedup();
+    }
+}

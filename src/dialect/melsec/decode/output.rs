@@ -1,0 +1,171 @@
+//! Coils: OUT on bits, timers and counters, SET, RST, PLS, PLF, FF.
+
+use super::access::{BitPlace, WordPlace};
+use super::rungs::{letters, remember};
+use super::{Decoder, always, edge, fired, timing};
+use crate::dialect::melsec::device::{Kind, Timed};
+use crate::dialect::melsec::operand::{Device, Place};
+use crate::dialect::melsec::source::RawInstruction;
+use crate::program::{
+    BitTarget, Cell, Effect, Logic, Number, Region, Step, Units, When, WordSource, WordTarget, Write,
+};
+
+impl Decoder<'_> {
+    /// Decodes coils; false if it is none.
+    pub(super) fn output(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
+        match mnemonic {
+            "OUT" | "OUTH" => self.out(mnemonic, raw),
+            "SET" | "RST" => self.set(mnemonic, raw),
+            "PLS" | "PLF" | "FF" => self.pulse(mnemonic, raw),
+            _ => return false,
+        }
+        true
+    }
+
+    /// The effects of writing a bit operand.
+    pub(super) fn bit_effects(&mut self, text: &str, value: Logic, is_always: bool) -> Option<Vec<Effect>> {
+        let when = if is_always { When::Always } else { When::Fired };
+        let write = match self.bit_place(text)? {
+            BitPlace::One(target) => Write::Bit(target, value),
+            BitPlace::Somewhere(region) => Write::Forget(region, self.choice()),
+            BitPlace::Nowhere => return Some(Vec::new()),
+        };
+        Some(vec![Effect { when, write }])
+    }
+
+    fn out(&mut self, mnemonic: &str, raw: &RawInstruction) {
+        self.output_here(mnemonic);
+        let variant = letters(raw.operands.first());
+        let is_timed = matches!(variant.as_str(), "T" | "ST" | "C" | "LC" | "SS");
+        if !self.takes(raw, if is_timed { 2 } else { 1 }) {
+            return;
+        }
+        let target = &raw.operands[0];
+        let effects = if is_timed {
+            let Some(device) = self.device(target) else { return };
+            if self.read_words(&raw.operands[1], if variant == "LC" { 2 } else { 1 }).is_none() {
+                return;
+            }
+            self.timed_effects(target, &device)
+        } else {
+            let Some(effects) = self.bit_effects(target, Logic::Condition, true) else { return };
+            effects
+        };
+        let effects = self.with_state_transfer(target, effects);
+        let class = match variant.as_str() {
+            "T" | "ST" | "SS" => "timer",
+            "C" | "LC" => "counter",
+            _ => "coil",
+        };
+        let key = timing(mnemonic, false, &[&variant], class, Units::None, false);
+        self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
+    }
+
+    /// A timer's or counter's contact is true only while its coil is, or, where it is retentive, keeps its
+    /// value while the coil is off.
+    fn timed_effects(&mut self, text: &str, device: &Device) -> Vec<Effect> {
+        let (timed, index) = match device.place {
+            Place::At(Kind::Timed(timed), index) => (timed, index),
+            Place::Indexed(Kind::Timed(Timed { contact, coil, value, .. }), _) => {
+                self.approximate(format!("{text} is one of many: any {} may have changed", device.name));
+                let choice = self.choice();
+                return [contact, coil, value].map(|area| always(Write::Forget(Region::Area(area), choice))).to_vec();
+            }
+            _ => return Vec::new(),
+        };
+        let cell = |area| Cell { area, index };
+        let (contact, value) = (cell(timed.contact), cell(timed.value));
+        let done = Logic::All(vec![Logic::Condition, self.free_bit()]);
+        let mut effects = vec![always(Write::Bit(BitTarget::Cell(cell(timed.coil)), Logic::Condition))];
+        let present = Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![self.free_word()]));
+        if timed.retentive {
+            let held = Logic::All(vec![Logic::Condition.not(), Logic::cell(contact)]);
+            effects.push(always(Write::Bit(BitTarget::Cell(contact), Logic::Any(vec![done, held]))));
+        } else {
+            effects.push(always(Write::Bit(BitTarget::Cell(contact), done)));
+            effects.push(always(Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![WordSource::Const(0)]))));
+        }
+        effects.push(fired(present));
+        effects
+    }
+
+    fn set(&mut self, mnemonic: &str, raw: &RawInstruction) {
+        self.output_here(mnemonic);
+        if !self.takes(raw, 1) {
+            return;
+        }
+        let text = &raw.operands[0];
+        let Some(device) = self.device(text) else { return };
+        let effects = match device.place {
+            Place::At(Kind::Timed(timed), index) if mnemonic == "RST" => {
+                let bit = |area| fired(Write::Bit(BitTarget::Cell(Cell { area, index }), Logic::Const(false)));
+                vec![bit(timed.contact), bit(timed.coil), zero(WordTarget::Cell(Cell { area: timed.value, index }))]
+            }
+            Place::Indexed(Kind::Timed(timed), false) if mnemonic == "RST" => {
+                self.approximate(format!("{text} is one of many: any {} may have been reset", device.name));
+                let choice = self.choice();
+                let areas = [timed.contact, timed.coil, timed.value];
+                areas.map(|area| fired(Write::Forget(Region::Area(area), choice))).to_vec()
+            }
+            Place::At(Kind::Word(_) | Kind::VolatileWord, _)
+            | Place::Indexed(Kind::Word(_) | Kind::VolatileWord, false)
+            | Place::Indirect
+            | Place::Foreign(false)
+                if mnemonic == "RST" =>
+            {
+                match self.word_place(text, 1) {
+                    None => return,
+                    Some(WordPlace::All(targets)) => targets.into_iter().map(zero).collect(),
+                    Some(WordPlace::Somewhere(region)) => vec![fired(Write::Forget(region, self.choice()))],
+                    Some(WordPlace::Nowhere) => Vec::new(),
+                }
+            }
+            _ => match self.bit_effects(text, Logic::Const(mnemonic == "SET"), false) {
+                Some(effects) => effects,
+                None => return,
+            },
+        };
+        let effects = if mnemonic == "SET" { self.with_state_transfer(text, effects) } else { effects };
+        let key = timing(mnemonic, false, &[&letters(raw.operands.first())], "set", Units::None, false);
+        self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
+    }
+
+    fn pulse(&mut self, mnemonic: &str, raw: &RawInstruction) {
+        self.output_here(mnemonic);
+        if !self.takes(raw, 1) {
+            return;
+        }
+        let text = &raw.operands[0];
+        let memory = self.memory();
+        let fires = edge(mnemonic != "PLF", Logic::Condition, memory);
+        let effects = if mnemonic == "FF" {
+            let Some(now) = self.read_bit(text) else { return };
+            self.bit_effects(text, now.not(), false)
+        } else {
+            self.bit_effects(text, fires.clone(), true)
+        };
+        let Some(mut effects) = effects else { return };
+        effects.push(remember(memory, Logic::Condition));
+        let key = timing(mnemonic, false, &[&letters(raw.operands.first())], "pulse", Units::None, false);
+        self.add(Some(key), effects, Step::Act { fires });
+    }
+
+    /// In a step ladder, setting a state may reset the one that is left.
+    fn with_state_transfer(&mut self, text: &str, mut effects: Vec<Effect>) -> Vec<Effect> {
+        let is_state = text.trim().to_ascii_uppercase().starts_with('S');
+        let relays = match &self.state {
+            Some(state) if is_state => state.relays.clone(),
+            _ => return effects,
+        };
+        self.approximate(format!("{text}: the state that is left may be reset at once or later in the scan"));
+        for relay in relays {
+            let stays = Logic::All(vec![Logic::cell(relay), self.free_bit()]);
+            effects.push(fired(Write::Bit(BitTarget::Cell(relay), stays)));
+        }
+        effects
+    }
+}
+
+fn zero(target: WordTarget) -> Effect {
+    fired(Write::Words(vec![target], Number::Words(vec![WordSource::Const(0)])))
+}

@@ -1,0 +1,229 @@
+//! Contacts and the stack: LD to ORI, edges, ANB, ORB, MPS, MRD, MPP, INV, MEP, MEF, EGP, EGF; where rungs begin.
+
+use super::{Decoder, always, edge, timing};
+use crate::dialect::melsec::source::RawInstruction;
+use crate::program::{BitTarget, Cell, Effect, Join, Logic, Step, TimingKey, Units, Write};
+
+impl Decoder<'_> {
+    /// Decodes contacts and stack instructions; false if it is none.
+    pub(super) fn rung(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
+        if let Some((join, edge, negated)) = contact(mnemonic) {
+            self.contact(mnemonic, raw, join, edge, negated);
+            return true;
+        }
+        match mnemonic {
+            "ANB" | "ORB" => self.block(mnemonic, raw),
+            "MPS" | "MRD" | "MPP" => self.branch(mnemonic, raw),
+            "INV" | "MEP" | "MEF" | "EGP" | "EGF" => self.result(mnemonic, raw),
+            _ => return false,
+        }
+        true
+    }
+
+    fn contact(&mut self, mnemonic: &str, raw: &RawInstruction, join: Join, rising: Option<bool>, negated: bool) {
+        let variant = letters(raw.operands.first());
+        let key = timing(mnemonic, false, &[&variant], "contact", Units::None, true);
+        // The rung goes on even where the operand is at fault, so that no further fault follows from it.
+        let join = self.join(join, mnemonic);
+        let mut effects = Vec::new();
+        let mut value = Logic::Const(false);
+        if self.takes(raw, 1) {
+            if let Some(bit) = self.read_bit(&raw.operands[0]) {
+                value = match rising {
+                    None => bit,
+                    Some(rising) => {
+                        let memory = self.memory();
+                        effects.push(remember(memory, bit.clone()));
+                        edge(rising, bit, memory)
+                    }
+                };
+            }
+        }
+        let value = if negated { value.not() } else { value };
+        self.add(Some(key), effects, Step::Logic { join, value });
+    }
+
+    /// How a contact joins, after noting where a rung begins.
+    pub(super) fn join(&mut self, join: Join, mnemonic: &str) -> Join {
+        match join {
+            Join::Load if self.has_output && self.saved == 0 => {
+                self.begin_block();
+                self.depth = 1;
+                Join::Start
+            }
+            Join::Load => {
+                self.depth += 1;
+                Join::Load
+            }
+            other => {
+                if self.depth == 0 {
+                    let message = format!("`{mnemonic}` has nothing in front of it");
+                    self.fault("no-rung", mnemonic, message, "begin the rung with a contact such as LD");
+                    self.depth = 1;
+                    return Join::Start;
+                }
+                other
+            }
+        }
+    }
+
+    /// Begins a new rung, unless a label just did.
+    pub(super) fn begin_block(&mut self) {
+        if !self.block_open {
+            self.check_rung();
+            self.program.blocks += 1;
+        }
+        (self.depth, self.has_output, self.block_open) = (0, false, false);
+    }
+
+    /// Begins a rung for what stands by itself: labels, ends, loops.
+    pub(super) fn stand_alone(&mut self, joined_by_next: bool) {
+        if !self.block_open {
+            self.check_rung();
+            self.program.blocks += 1;
+        }
+        (self.depth, self.has_output, self.block_open) = (0, true, joined_by_next);
+    }
+
+    /// A rung that ends must have put something out and closed its branches.
+    pub(super) fn check_rung(&mut self) {
+        if !self.has_output && self.depth > 0 {
+            self.fault("open-rung", "", "the rung before this line puts nothing out", "end it with a coil or an instruction");
+        }
+        if self.saved > 0 {
+            self.fault("open-branch", "", "an MPS before this line has no MPP", "close the branch with MPP");
+            self.saved = 0;
+        }
+    }
+
+    /// Notes an output of the rung; false, with a fault, if there is no rung or its blocks are not joined.
+    pub(super) fn output_here(&mut self, mnemonic: &str) -> bool {
+        if self.depth == 0 {
+            let message = format!("`{mnemonic}` needs a condition and has none");
+            self.fault("no-rung", mnemonic, message, "begin the rung with a contact such as LD SM400");
+            self.begin_block();
+            self.has_output = true;
+            return false;
+        }
+        if self.depth > 1 {
+            let message = format!("{} blocks of contacts are not joined here", self.depth);
+            self.fault("unjoined", mnemonic, message, "join them with ANB or ORB");
+            self.depth = 1;
+        }
+        self.has_output = true;
+        true
+    }
+
+    fn block(&mut self, mnemonic: &str, raw: &RawInstruction) {
+        let key = stack_key(mnemonic);
+        if !self.takes(raw, 0) {
+            return;
+        }
+        if self.depth < 2 {
+            let message = format!("`{mnemonic}` joins two blocks of contacts, here {}", if self.depth == 1 { "is one" } else { "is none" });
+            self.fault("no-block", mnemonic, message, "begin the second block with LD");
+            return;
+        }
+        self.depth -= 1;
+        self.add(Some(key), Vec::new(), if mnemonic == "ANB" { Step::AndBlock } else { Step::OrBlock });
+    }
+
+    fn branch(&mut self, mnemonic: &str, raw: &RawInstruction) {
+        let key = stack_key(mnemonic);
+        if !self.takes(raw, 0) {
+            return;
+        }
+        if mnemonic == "MPS" {
+            if self.depth == 0 {
+                self.fault("no-rung", mnemonic, "`MPS` has nothing in front of it", "begin the rung with a contact such as LD");
+                return;
+            }
+            self.add(Some(key), Vec::new(), Step::Save(self.saved));
+            self.saved += 1;
+            return;
+        }
+        if self.saved == 0 {
+            self.fault("no-branch", mnemonic, format!("`{mnemonic}` without an MPS before it"), "save the result with MPS first");
+            return;
+        }
+        let slot = self.saved - 1;
+        if mnemonic == "MPP" {
+            self.saved = slot;
+        }
+        self.depth = self.depth.max(1);
+        self.has_output = false;
+        self.add(Some(key), Vec::new(), Step::Fetch(slot));
+    }
+
+    fn result(&mut self, mnemonic: &str, raw: &RawInstruction) {
+        let key = stack_key(mnemonic);
+        let takes_relay = mnemonic.starts_with("EG");
+        if !self.takes(raw, usize::from(takes_relay)) {
+            return;
+        }
+        if self.depth == 0 {
+            let message = format!("`{mnemonic}` has nothing in front of it");
+            self.fault("no-rung", mnemonic, message, "begin the rung with a contact such as LD");
+            return;
+        }
+        let rising = mnemonic.ends_with('P');
+        let (effects, value) = match (mnemonic, takes_relay) {
+            ("INV", _) => (Vec::new(), Logic::Condition.not()),
+            (_, false) => {
+                let memory = self.memory();
+                (vec![remember(memory, Logic::Condition)], edge(rising, Logic::Condition, memory))
+            }
+            (_, true) => {
+                let text = &raw.operands[0];
+                let Some(before) = self.read_bit(text) else { return };
+                let Some(effects) = self.bit_effects(text, Logic::Condition, true) else { return };
+                let value = if rising {
+                    Logic::All(vec![Logic::Condition, before.not()])
+                } else {
+                    Logic::All(vec![Logic::Condition.not(), before])
+                };
+                (effects, value)
+            }
+        };
+        self.add(Some(key), effects, Step::Logic { join: Join::Replace, value });
+    }
+}
+
+/// Remembers a value in a hidden bit, whenever the instruction is reached.
+pub(super) fn remember(memory: Cell, value: Logic) -> Effect {
+    always(Write::Bit(BitTarget::Cell(memory), value))
+}
+
+fn stack_key(mnemonic: &str) -> TimingKey {
+    timing(mnemonic, false, &[], "stack", Units::None, true)
+}
+
+/// A device operand's letters, for rows such as `OUT:T`.
+pub(super) fn letters(operand: Option<&String>) -> String {
+    let text = operand.map_or("", String::as_str);
+    text.chars().take_while(char::is_ascii_alphabetic).collect::<String>().to_ascii_uppercase()
+}
+
+/// How a contact joins, whether it looks for an edge (rising or falling), whether it is negated.
+fn contact(mnemonic: &str) -> Option<(Join, Option<bool>, bool)> {
+    let (join, rest) = if let Some(rest) = mnemonic.strip_prefix("LD") {
+        (Join::Load, rest)
+    } else if mnemonic == "ANI" {
+        (Join::And, "I")
+    } else if let Some(rest) = mnemonic.strip_prefix("AND") {
+        (Join::And, rest)
+    } else if let Some(rest) = mnemonic.strip_prefix("OR") {
+        (Join::Or, rest)
+    } else {
+        return None;
+    };
+    Some(match rest {
+        "" => (join, None, false),
+        "I" if mnemonic != "ANDI" => (join, None, true),
+        "P" => (join, Some(true), false),
+        "F" => (join, Some(false), false),
+        "PI" => (join, Some(true), true),
+        "FI" => (join, Some(false), true),
+        _ => return None,
+    })
+}

@@ -1,0 +1,258 @@
+//! Reads one MELSEC operand: constants, devices with bit, digit, index and indirect forms, module access, strings.
+
+use super::device::{Family, Kind, NAMES, SHORT_NAMES, kind, radix};
+use crate::program::{Cell, Radix};
+
+/// An operand, understood.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Operand {
+    /// `K` or `H`, within 32 bits either signed or unsigned.
+    Constant(i64),
+    /// `E`, its IEEE 754 single.
+    Real(u32),
+    /// A string without its quotes.
+    Text(String),
+    /// `P50`.
+    Pointer(u32),
+    /// `I0`.
+    Interrupt(u32),
+    /// `N0`.
+    Nesting(u32),
+    /// A device.
+    Device(Device),
+}
+
+/// A device operand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Device {
+    /// The device's letters (`D`, `ZR`), or empty for module and indirect access.
+    pub name: String,
+    /// Where it is.
+    pub place: Place,
+}
+
+/// Where a device operand points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// One device.
+    At(Kind, u32),
+    /// A bit of a word device.
+    BitOf(Kind, u32, u8),
+    /// `K4M0`: so many digits of four bits from a bit device on.
+    Digits(Kind, u32, u8),
+    /// Some device of this kind: an index register is added. True for a bit of one of its words.
+    Indexed(Kind, bool),
+    /// Digits from some device of this kind on.
+    IndexedDigits(Kind, u8),
+    /// `@D0`: any word device.
+    Indirect,
+    /// A module's or another station's memory; true for a bit of it.
+    Foreign(bool),
+    /// Always this value (`SM400`, `M8000`).
+    Fixed(bool),
+    /// The first scan's relay (`SM402`, `M8002`) or, negated, its opposite.
+    FirstScan(bool),
+}
+
+impl Kind {
+    /// The cell of a plain bit or word device; a timer's or counter's contact.
+    #[must_use]
+    pub fn cell(self, index: u32) -> Option<Cell> {
+        match self {
+            Kind::Bit(area) | Kind::Word(area) => Some(Cell { area, index }),
+            Kind::Timed(timed) => Some(Cell { area: timed.contact, index }),
+            Kind::VolatileBit | Kind::VolatileWord => None,
+        }
+    }
+}
+
+/// Reads an operand. The error says what is wrong with it.
+///
+/// # Errors
+/// A sentence for the user, without a full stop.
+pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
+    if let Some(inner) = text.strip_prefix('"') {
+        let inner = inner.strip_suffix('"').ok_or("the string is not closed")?;
+        return Ok(Operand::Text(inner.to_owned()));
+    }
+    let upper = text.trim().to_ascii_uppercase();
+    if upper.is_empty() {
+        return Err("the operand is empty".to_owned());
+    }
+    if let Some(inner) = upper.strip_prefix('@') {
+        device(inner, family)?;
+        return Ok(Operand::Device(Device { name: String::new(), place: Place::Indirect }));
+    }
+    if upper.contains('\\') || upper.contains('¥') {
+        return foreign(&upper);
+    }
+    let (letter, rest) = upper.split_at(upper.chars().next().map_or(0, char::len_utf8));
+    let numeric = |rest: &str| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit());
+    match letter {
+        "K" => {
+            let mut letters = rest.chars();
+            if let (Some(digits @ '1'..='8'), Some('A'..='Z')) = (letters.next(), letters.next()) {
+                return self::digits(&rest[1..], digits as u8 - b'0', family);
+            }
+            let value: i64 = rest.parse().map_err(|_| format!("`{text}` is no decimal constant"))?;
+            constant(value, text)
+        }
+        "H" => {
+            let value = u64::from_str_radix(rest, 16).map_err(|_| format!("`{text}` is no hexadecimal constant"))?;
+            match i64::try_from(value) {
+                Ok(value) if value <= 0xFFFF_FFFF => Ok(Operand::Constant(value)),
+                _ => Err(format!("`{text}` does not fit 32 bits")),
+            }
+        }
+        "E" if rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => real(rest, text),
+        "P" if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Pointer),
+        "I" if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Interrupt),
+        "N" if numeric(rest) => match number(rest, Radix::Decimal, text)? {
+            level @ 0..=14 => Ok(Operand::Nesting(level)),
+            _ => Err(format!("`{text}`: nesting goes from N0 to N14")),
+        },
+        _ => device(&upper, family).map(Operand::Device),
+    }
+}
+
+fn constant(value: i64, text: &str) -> Result<Operand, String> {
+    if (-0x8000_0000..=0xFFFF_FFFF).contains(&value) {
+        Ok(Operand::Constant(value))
+    } else {
+        Err(format!("`{text}` does not fit 32 bits"))
+    }
+}
+
+/// `E1.5`, and `E1.5+3` or `E1.5E+3` for a power of ten.
+fn real(rest: &str, text: &str) -> Result<Operand, String> {
+    let mut number = rest.to_owned();
+    if !rest.contains('E') {
+        if let Some(sign) = rest.rfind(['+', '-']).filter(|&at| at > 0) {
+            number.insert(sign, 'E');
+        }
+    }
+    match number.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(Operand::Real(value.to_bits())),
+        _ => Err(format!("`{text}` is no real constant")),
+    }
+}
+
+fn number(digits: &str, radix: Radix, text: &str) -> Result<u32, String> {
+    let (base, what) = match radix {
+        Radix::Decimal => (10, "decimal"),
+        Radix::Hexadecimal => (16, "hexadecimal"),
+        Radix::Octal => (8, "octal"),
+    };
+    match u32::from_str_radix(digits, base) {
+        // Beyond this no CPU has devices, and cells' indices keep clear of overflow.
+        Ok(value) if value < 0x4000_0000 => Ok(value),
+        Ok(_) => Err(format!("`{text}`: no CPU has a device of that number")),
+        Err(_) => Err(format!("`{text}`: `{digits}` is not {what}")),
+    }
+}
+
+/// A device's letters, its number, and what follows (`.A`, `Z3`).
+fn split<'a>(text: &'a str, family: Family) -> Result<(&'static str, u32, &'a str), String> {
+    let name = NAMES
+        .into_iter()
+        .chain(SHORT_NAMES)
+        .filter(|name| text.starts_with(name) && text.len() > name.len())
+        .find(|name| {
+            let next = text[name.len()..].chars().next().unwrap_or(' ');
+            match radix(name, family) {
+                Radix::Hexadecimal => next.is_ascii_hexdigit(),
+                Radix::Decimal | Radix::Octal => next.is_ascii_digit(),
+            }
+        });
+    let name = name.ok_or_else(|| format!("`{text}` is no device that this CPU family knows"))?;
+    let radix = radix(name, family);
+    let rest = &text[name.len()..];
+    let is_digit = |c: char| match radix {
+        Radix::Hexadecimal => c.is_ascii_hexdigit(),
+        Radix::Decimal | Radix::Octal => c.is_ascii_digit(),
+    };
+    let end = rest.find(|c| !is_digit(c)).unwrap_or(rest.len());
+    Ok((name, number(&rest[..end], radix, text)?, &rest[end..]))
+}
+
+fn device(text: &str, family: Family) -> Result<Device, String> {
+    let (name, index, suffix) = split(text, family)?;
+    let unknown = || format!("`{text}` is no device that this CPU family knows");
+    let kind = kind(name, index, family).ok_or_else(unknown)?;
+    let (bit, suffix) = match suffix.strip_prefix('.') {
+        None => (None, suffix),
+        Some(rest) => {
+            let digit = rest.chars().next().and_then(|c| c.to_digit(16));
+            let digit = digit.ok_or_else(|| format!("`{text}`: a bit of a word is one of .0 to .F"))?;
+            (Some(digit as u8), &rest[1..])
+        }
+    };
+    let place = match (suffix.is_empty() || is_index(suffix, family), suffix.is_empty(), bit) {
+        (false, ..) => return Err(format!("`{text}`: `{suffix}` is not understood")),
+        (_, false, bit) => Place::Indexed(kind, bit.is_some()),
+        (_, true, Some(bit)) => Place::BitOf(kind, index, bit),
+        (_, true, None) => match (name, index, family) {
+            ("SM", 400, _) | ("M", 8000, Family::Fx) => Place::Fixed(true),
+            ("SM", 401, _) | ("M", 8001, Family::Fx) => Place::Fixed(false),
+            ("SM", 402, _) | ("M", 8002, Family::Fx) => Place::FirstScan(true),
+            ("SM", 403, _) | ("M", 8003, Family::Fx) => Place::FirstScan(false),
+            ("SM", 8000, Family::Fx5) => Place::Fixed(true),
+            ("SM", 8001, Family::Fx5) => Place::Fixed(false),
+            _ => Place::At(kind, index),
+        },
+    };
+    if bit.is_some() && !matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
+        return Err(format!("`{text}`: only a word device has bits of its own"));
+    }
+    Ok(Device { name: name.to_owned(), place })
+}
+
+/// `Z3`, on the FX also `V3`, on iQ-R also `LZ0`.
+fn is_index(suffix: &str, family: Family) -> bool {
+    let digits = suffix
+        .strip_prefix("LZ")
+        .or_else(|| suffix.strip_prefix("ZZ"))
+        .or_else(|| suffix.strip_prefix('Z'))
+        .or_else(|| suffix.strip_prefix('V').filter(|_| family.octal_inputs()));
+    digits.is_some_and(|digits| {
+        (!digits.is_empty() || family.octal_inputs()) && digits.len() <= 2 && digits.bytes().all(|b| b.is_ascii_digit())
+    })
+}
+
+fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
+    let (name, index, suffix) = split(text, family)?;
+    let kind = kind(name, index, family).ok_or_else(|| format!("`{text}` is no device that this CPU family knows"))?;
+    if matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
+        return Err(format!("`K{count}{text}`: digits are taken from bit devices"));
+    }
+    let place = match suffix {
+        "" => Place::Digits(kind, index, count),
+        suffix if is_index(suffix, family) => Place::IndexedDigits(kind, count),
+        _ => return Err(format!("`K{count}{text}`: `{suffix}` is not understood")),
+    };
+    Ok(Operand::Device(Device { name: name.to_owned(), place }))
+}
+
+/// `U0\G74`, `U3E0\HG0`, `J1\W10`, with an index behind either part.
+fn foreign(text: &str) -> Result<Operand, String> {
+    let (unit, rest) = text.split_once(['\\', '¥']).unwrap_or((text, ""));
+    let digits_of = |part: &str| part.starts_with(|c: char| c.is_ascii_hexdigit());
+    let (digits, unit) = match unit.strip_prefix('K') {
+        Some(unit) => (true, unit.trim_start_matches(|c: char| c.is_ascii_digit())),
+        None => (false, unit),
+    };
+    let place = match unit.chars().next() {
+        Some('U') if digits_of(&unit[1..]) => rest.trim_start_matches('H').strip_prefix('G').map(|rest| (rest, false)),
+        Some('J') if digits_of(&unit[1..]) => ["SB", "SW", "B", "W", "X", "Y"]
+            .into_iter()
+            .find_map(|name| rest.strip_prefix(name).map(|rest| (rest, !name.ends_with('W')))),
+        _ => None,
+    };
+    match place {
+        Some((number, bits)) if digits_of(number) => {
+            let bit = (bits && !digits) || number.contains('.');
+            Ok(Operand::Device(Device { name: String::new(), place: Place::Foreign(bit) }))
+        }
+        _ => Err(format!("`{text}`: module access is written as U0\\G100, link access as J1\\W10")),
+    }
+}
