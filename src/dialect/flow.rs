@@ -42,15 +42,18 @@ pub(super) fn calls(program: &Program) -> Vec<(usize, usize)> {
 /// The last instruction of a routine: its first return that no jump within it leads past.
 pub(super) fn extent(program: &Program, entry: usize) -> Option<usize> {
     let returns = |from: usize| {
-        program.instructions[from..].iter().position(|i| i.step == Step::Return).map(|offset| from + offset)
+        program.instructions[from..]
+            .iter()
+            .position(|i| i.step == Step::Return)
+            .map(|offset| from + offset)
     };
     let mut end = returns(entry)?;
     let mut at = entry;
     while at <= end {
-        if let Step::Jump { target, .. } = program.instructions[at].step {
-            if target > end {
-                end = returns(target)?;
-            }
+        if let Step::Jump { target, .. } = program.instructions[at].step
+            && target > end
+        {
+            end = returns(target)?;
         }
         at += 1;
     }
@@ -65,15 +68,16 @@ pub(super) fn recursion(program: &Program) -> Option<usize> {
     let mut edges: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
     for &entry in &entries {
         let end = extent(program, entry)?;
-        let within = calls.iter().filter(|&&(at, _)| (entry..=end).contains(&at)).copied().collect();
+        let within =
+            calls.iter().filter(|&&(at, _)| (entry..=end).contains(&at)).copied().collect();
         edges.insert(entry, within);
     }
     let graph = petgraph::graphmap::DiGraphMap::<usize, usize>::from_edges(
         edges.iter().flat_map(|(&from, to)| to.iter().map(move |&(at, target)| (from, target, at))),
     );
-    let circle = petgraph::algo::tarjan_scc(&graph)
-        .into_iter()
-        .find(|part| part.len() > 1 || part.iter().any(|&entry| graph.contains_edge(entry, entry)))?;
+    let circle = petgraph::algo::tarjan_scc(&graph).into_iter().find(|part| {
+        part.len() > 1 || part.iter().any(|&entry| graph.contains_edge(entry, entry))
+    })?;
     let first = circle.iter().copied().min()?;
     edges[&first].iter().find(|(_, target)| circle.contains(target)).map(|&(at, _)| at)
 }
@@ -85,7 +89,12 @@ pub(super) fn unrolled(program: &Program, from: usize, to: usize) -> u64 {
     unrolled_between(program, from, to, &mut known)
 }
 
-fn unrolled_between(program: &Program, from: usize, to: usize, known: &mut BTreeMap<usize, u64>) -> u64 {
+fn unrolled_between(
+    program: &Program,
+    from: usize,
+    to: usize,
+    known: &mut BTreeMap<usize, u64>,
+) -> u64 {
     let mut total = 0u64;
     let mut at = from;
     while at <= to {
@@ -116,16 +125,31 @@ fn unrolled_between(program: &Program, from: usize, to: usize, known: &mut BTree
 /// The loop between two instructions as one step that charges everything in it `turns` times; `None` if
 /// a return or an end stands in it, or it is beyond all numbers.
 pub(super) fn bulk(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
-    let mut gathered = Gathered { program, charges: BTreeMap::new(), regions: BTreeSet::new(), targets: BTreeSet::new() };
+    let mut gathered = Gathered {
+        program,
+        charges: BTreeMap::new(),
+        regions: BTreeSet::new(),
+        targets: BTreeSet::new(),
+    };
     gathered.gather(begin + 1, end, turns)?;
     let Gathered { charges, regions, targets, .. } = gathered;
     let mut choice = || {
         program.choices += 1;
         ChoiceId(program.choices - 1)
     };
-    let exits = targets.into_iter().filter(|target| *target > end).map(|target| (choice(), target)).collect();
+    let exits = targets
+        .into_iter()
+        .filter(|target| *target > end)
+        .map(|target| (choice(), target))
+        .collect();
     let choice = choice();
-    Some(Step::Bulk { end, charges: charges.into_iter().collect(), forgets: merged(regions), choice, exits })
+    Some(Step::Bulk {
+        end,
+        charges: charges.into_iter().collect(),
+        forgets: merged(regions),
+        choice,
+        exits,
+    })
 }
 
 struct Gathered<'p> {
@@ -172,12 +196,18 @@ pub(super) fn written(program: &Program, at: usize) -> Vec<Region> {
     let mut regions = Vec::new();
     for effect in &program.instructions[at].effects {
         match &effect.write {
-            Write::Bit(BitTarget::Cell(cell) | BitTarget::WordBit(cell, _), _) => regions.push(one(*cell)),
-            Write::Words(targets, _) => regions.extend(targets.iter().filter_map(|target| match *target {
-                WordTarget::Cell(cell) => Some(one(cell)),
-                WordTarget::Bits { first, count } => Some(Region::Range { first, count: u32::from(count) }),
-                WordTarget::Discard => None,
-            })),
+            Write::Bit(BitTarget::Cell(cell) | BitTarget::WordBit(cell, _), _) => {
+                regions.push(one(*cell))
+            }
+            Write::Words(targets, _) => {
+                regions.extend(targets.iter().filter_map(|target| match *target {
+                    WordTarget::Cell(cell) => Some(one(cell)),
+                    WordTarget::Bits { first, count } => {
+                        Some(Region::Range { first, count: u32::from(count) })
+                    }
+                    WordTarget::Discard => None,
+                }))
+            }
             Write::Forget(region, _) => regions.push(*region),
         }
     }
@@ -196,7 +226,13 @@ fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
         }
     }
     let is_many = |region: &Region| matches!(region, Region::Range { first, .. } if ranges[&first.area] > MOST_RANGES);
-    let mut merged: Vec<Region> = regions.iter().copied().filter(|region| !is_many(region)).collect();
-    merged.extend(ranges.iter().filter(|(_, count)| **count > MOST_RANGES).map(|(&area, _)| Region::Area(area)));
+    let mut merged: Vec<Region> =
+        regions.iter().copied().filter(|region| !is_many(region)).collect();
+    merged.extend(
+        ranges
+            .iter()
+            .filter(|(_, count)| **count > MOST_RANGES)
+            .map(|(&area, _)| Region::Area(area)),
+    );
     merged
 }

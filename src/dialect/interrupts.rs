@@ -8,12 +8,16 @@ use std::collections::BTreeSet;
 
 /// Takes every read of a cell that an interrupt routine may write as any value, and every read within
 /// interrupt routines too.
-pub(super) fn isolate(program: &mut Program) {
-    if program.interrupts.is_empty() {
+///
+/// `volatile` is what else may change at any moment.
+pub(super) fn isolate(program: &mut Program, volatile: &[Region]) {
+    let inside = reachable(program);
+    let mut regions: BTreeSet<Region> =
+        inside.iter().flat_map(|&at| flow::written(program, at)).collect();
+    regions.extend(volatile);
+    if regions.is_empty() {
         return;
     }
-    let inside = reachable(program);
-    let regions: BTreeSet<Region> = inside.iter().flat_map(|&at| flow::written(program, at)).collect();
     let mut choices = program.choices;
     for at in 0..program.instructions.len() {
         let all = inside.contains(&at);
@@ -51,9 +55,12 @@ pub(super) fn isolate(program: &mut Program) {
     }
     program.choices = choices;
     let entries: Vec<usize> = program.interrupts.iter().map(|interrupt| interrupt.entry).collect();
-    program.approximations.extend(entries.into_iter().map(|instruction| Approximation {
-        instruction,
-        what: "an interrupt may come at any moment: all that it reads is taken as any value".to_owned(),
+    program.approximations.extend(entries.into_iter().map(|instruction| {
+        Approximation {
+            instruction,
+            what: "an interrupt may come at any moment: all that it reads is taken as any value"
+                .to_owned(),
+        }
     }));
 }
 
@@ -101,7 +108,9 @@ impl Hide<'_> {
                 }
             }
             Logic::Not(inner) => self.logic(inner),
-            Logic::All(parts) | Logic::Any(parts) => parts.iter_mut().for_each(|part| self.logic(part)),
+            Logic::All(parts) | Logic::Any(parts) => {
+                parts.iter_mut().for_each(|part| self.logic(part))
+            }
             Logic::Compare(compare) => {
                 self.number(&mut compare.left);
                 self.number(&mut compare.right);
@@ -112,7 +121,11 @@ impl Hide<'_> {
     fn number(&mut self, number: &mut Number) {
         match number {
             Number::Words(sources) => sources.iter_mut().for_each(|source| self.word(source)),
-            Number::Add(a, b) | Number::Sub(a, b) | Number::And(a, b) | Number::Or(a, b) | Number::Xor(a, b) => {
+            Number::Add(a, b)
+            | Number::Sub(a, b)
+            | Number::And(a, b)
+            | Number::Or(a, b)
+            | Number::Xor(a, b) => {
                 self.number(a);
                 self.number(b);
             }

@@ -2,6 +2,8 @@
 
 mod encoding;
 mod faults;
+mod flow;
+mod interrupts;
 pub mod melsec;
 pub mod minasec;
 

@@ -95,7 +95,10 @@ const AREAS: [(&str, AreaKind); 34] = [
 #[must_use]
 pub fn area(name: &str) -> AreaId {
     let place = AREAS.iter().position(|(known, _)| *known == name);
-    AreaId(u16::try_from(place.expect("only names of the list above are asked for")).expect("the list is short"))
+    AreaId(
+        u16::try_from(place.expect("only names of the list above are asked for"))
+            .expect("the list is short"),
+    )
 }
 
 /// All areas, with their radix in this family.
@@ -125,9 +128,9 @@ pub fn edge(index: u32) -> Cell {
 
 /// Device names, the longer before those they begin with.
 pub const NAMES: [&str; 46] = [
-    "STN", "STC", "STS", "LSTN", "LCN", "LCC", "LCS", "LC", "SSN", "SSC", "SSS", "TN", "TC", "TS", "CN", "CC", "CS",
-    "SM", "SD", "SB", "SW", "SS", "SC", "SN", "ST", "ZR", "DX", "DY", "FX", "FY", "FD", "RD", "ER", "LZ", "X", "Y",
-    "M", "L", "F", "S", "B", "V", "T", "C", "D", "W",
+    "STN", "STC", "STS", "LSTN", "LCN", "LCC", "LCS", "LC", "SSN", "SSC", "SSS", "TN", "TC", "TS",
+    "CN", "CC", "CS", "SM", "SD", "SB", "SW", "SS", "SC", "SN", "ST", "ZR", "DX", "DY", "FX", "FY",
+    "FD", "RD", "ER", "LZ", "X", "Y", "M", "L", "F", "S", "B", "V", "T", "C", "D", "W",
 ];
 
 /// Further names of one letter.
@@ -151,7 +154,9 @@ pub fn kind(name: &str, index: u32, family: Family) -> Option<Kind> {
         "M" if fx && index >= 8000 => Kind::VolatileBit,
         "D" if fx && index >= 8000 => Kind::VolatileWord,
         // 1 ms and 100 ms retentive timers, counted in interrupts.
-        "T" if fx && (246..=255).contains(&index) => Kind::Timed(Timed { retentive: true, ..timer }),
+        "T" if fx && (246..=255).contains(&index) => {
+            Kind::Timed(Timed { retentive: true, ..timer })
+        }
         // High-speed counters count in interrupts.
         "C" if fx && index >= 235 => Kind::VolatileBit,
         "V" if fx => Kind::Word(area("V index ")),

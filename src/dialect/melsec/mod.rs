@@ -3,7 +3,10 @@
 pub mod catalog;
 mod comments;
 mod csv;
+pub mod decode;
+pub mod device;
 mod list;
+pub mod operand;
 pub mod project;
 pub mod source;
 mod words;

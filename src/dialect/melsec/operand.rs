@@ -94,17 +94,21 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
             if let (Some(digits @ '1'..='8'), Some('A'..='Z')) = (letters.next(), letters.next()) {
                 return self::digits(&rest[1..], digits as u8 - b'0', family);
             }
-            let value: i64 = rest.parse().map_err(|_| format!("`{text}` is no decimal constant"))?;
+            let value: i64 =
+                rest.parse().map_err(|_| format!("`{text}` is no decimal constant"))?;
             constant(value, text)
         }
         "H" => {
-            let value = u64::from_str_radix(rest, 16).map_err(|_| format!("`{text}` is no hexadecimal constant"))?;
+            let value = u64::from_str_radix(rest, 16)
+                .map_err(|_| format!("`{text}` is no hexadecimal constant"))?;
             match i64::try_from(value) {
                 Ok(value) if value <= 0xFFFF_FFFF => Ok(Operand::Constant(value)),
                 _ => Err(format!("`{text}` does not fit 32 bits")),
             }
         }
-        "E" if rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => real(rest, text),
+        "E" if rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
+            real(rest, text)
+        }
         "P" if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Pointer),
         "I" if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Interrupt),
         "N" if numeric(rest) => match number(rest, Radix::Decimal, text)? {
@@ -126,10 +130,10 @@ fn constant(value: i64, text: &str) -> Result<Operand, String> {
 /// `E1.5`, and `E1.5+3` or `E1.5E+3` for a power of ten.
 fn real(rest: &str, text: &str) -> Result<Operand, String> {
     let mut number = rest.to_owned();
-    if !rest.contains('E') {
-        if let Some(sign) = rest.rfind(['+', '-']).filter(|&at| at > 0) {
-            number.insert(sign, 'E');
-        }
+    if !rest.contains('E')
+        && let Some(sign) = rest.rfind(['+', '-']).filter(|&at| at > 0)
+    {
+        number.insert(sign, 'E');
     }
     match number.parse::<f32>() {
         Ok(value) if value.is_finite() => Ok(Operand::Real(value.to_bits())),
@@ -152,7 +156,7 @@ fn number(digits: &str, radix: Radix, text: &str) -> Result<u32, String> {
 }
 
 /// A device's letters, its number, and what follows (`.A`, `Z3`).
-fn split<'a>(text: &'a str, family: Family) -> Result<(&'static str, u32, &'a str), String> {
+fn split(text: &str, family: Family) -> Result<(&'static str, u32, &str), String> {
     let name = NAMES
         .into_iter()
         .chain(SHORT_NAMES)
@@ -183,7 +187,8 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
         None => (None, suffix),
         Some(rest) => {
             let digit = rest.chars().next().and_then(|c| c.to_digit(16));
-            let digit = digit.ok_or_else(|| format!("`{text}`: a bit of a word is one of .0 to .F"))?;
+            let digit =
+                digit.ok_or_else(|| format!("`{text}`: a bit of a word is one of .0 to .F"))?;
             (Some(digit as u8), &rest[1..])
         }
     };
@@ -215,13 +220,16 @@ fn is_index(suffix: &str, family: Family) -> bool {
         .or_else(|| suffix.strip_prefix('Z'))
         .or_else(|| suffix.strip_prefix('V').filter(|_| family.octal_inputs()));
     digits.is_some_and(|digits| {
-        (!digits.is_empty() || family.octal_inputs()) && digits.len() <= 2 && digits.bytes().all(|b| b.is_ascii_digit())
+        (!digits.is_empty() || family.octal_inputs())
+            && digits.len() <= 2
+            && digits.bytes().all(|b| b.is_ascii_digit())
     })
 }
 
 fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
     let (name, index, suffix) = split(text, family)?;
-    let kind = kind(name, index, family).ok_or_else(|| format!("`{text}` is no device that this CPU family knows"))?;
+    let kind = kind(name, index, family)
+        .ok_or_else(|| format!("`{text}` is no device that this CPU family knows"))?;
     if matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
         return Err(format!("`K{count}{text}`: digits are taken from bit devices"));
     }
@@ -242,7 +250,9 @@ fn foreign(text: &str) -> Result<Operand, String> {
         None => (false, unit),
     };
     let place = match unit.chars().next() {
-        Some('U') if digits_of(&unit[1..]) => rest.trim_start_matches('H').strip_prefix('G').map(|rest| (rest, false)),
+        Some('U') if digits_of(&unit[1..]) => {
+            rest.trim_start_matches('H').strip_prefix('G').map(|rest| (rest, false))
+        }
         Some('J') if digits_of(&unit[1..]) => ["SB", "SW", "B", "W", "X", "Y"]
             .into_iter()
             .find_map(|name| rest.strip_prefix(name).map(|rest| (rest, !name.ends_with('W')))),

@@ -3,7 +3,9 @@
 use super::Decoder;
 use crate::dialect::melsec::device::{Family, Kind, area};
 use crate::dialect::melsec::operand::{Device, Operand, Place, parse};
-use crate::program::{BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget};
+use crate::program::{
+    BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
+};
 
 /// Where a bit is written.
 #[derive(Debug, Clone, Copy)]
@@ -80,30 +82,49 @@ impl Decoder<'_> {
         let device = self.device(text)?;
         Some(match device.place {
             Place::At(Kind::Bit(area), index) => Logic::cell(Cell { area, index }),
-            Place::At(Kind::Timed(_), _) if self.runs_in_interrupts(&device) => self.unknown_bit(text),
-            Place::At(Kind::Timed(timed), index) => Logic::cell(Cell { area: timed.contact, index }),
-            Place::BitOf(Kind::Word(_), ..) if self.is_switched(&device.name) => self.unknown_bit(text),
-            Place::BitOf(Kind::Word(area), index, bit) => Logic::Bit(BitSource::WordBit(Cell { area, index }, bit)),
+            Place::At(Kind::Timed(_), _) if self.runs_in_interrupts(&device) => {
+                self.unknown_bit(text)
+            }
+            Place::At(Kind::Timed(timed), index) => {
+                Logic::cell(Cell { area: timed.contact, index })
+            }
+            Place::BitOf(Kind::Word(_), ..) if self.is_switched(&device.name) => {
+                self.unknown_bit(text)
+            }
+            Place::BitOf(Kind::Word(area), index, bit) => {
+                Logic::Bit(BitSource::WordBit(Cell { area, index }, bit))
+            }
             Place::Fixed(value) => Logic::Const(value),
             Place::FirstScan(first) => {
                 let cell = Logic::cell(Cell { area: area("SM"), index: 402 });
                 if first { cell } else { cell.not() }
             }
-            Place::At(Kind::VolatileBit, _) | Place::BitOf(Kind::VolatileWord, ..) | Place::Foreign(true) => {
-                self.approximate(format!("{text} may change at any time: it is taken as any value wherever it is read"));
+            Place::At(Kind::VolatileBit, _)
+            | Place::BitOf(Kind::VolatileWord, ..)
+            | Place::Foreign(true) => {
+                self.approximate(format!(
+                    "{text} may change at any time: it is taken as any value wherever it is read"
+                ));
                 self.free_bit()
             }
             Place::Indexed(Kind::Bit(_) | Kind::Timed(_) | Kind::VolatileBit, false)
             | Place::Indexed(Kind::Word(_) | Kind::VolatileWord, true) => self.unknown_bit(text),
             _ => {
-                self.fault("operand", text, format!("`{text}` is no bit"), "name a bit device, or a bit of a word such as D100.A");
+                self.fault(
+                    "operand",
+                    text,
+                    format!("`{text}` is no bit"),
+                    "name a bit device, or a bit of a word such as D100.A",
+                );
                 return None;
             }
         })
     }
 
     fn unknown_bit(&mut self, text: &str) -> Logic {
-        self.approximate(format!("{text} is one of many: it is taken as any value where it is read"));
+        self.approximate(format!(
+            "{text} is one of many: it is taken as any value where it is read"
+        ));
         self.free_bit()
     }
 
@@ -111,18 +132,29 @@ impl Decoder<'_> {
     pub fn bit_place(&mut self, text: &str) -> Option<BitPlace> {
         let device = self.device(text)?;
         let somewhere = |decoder: &mut Self, area, letter: &str| {
-            decoder.approximate(format!("{text} is one of many: any {letter} may have been written"));
+            decoder
+                .approximate(format!("{text} is one of many: any {letter} may have been written"));
             BitPlace::Somewhere(Region::Area(area))
         };
         Some(match device.place {
-            Place::At(Kind::Bit(area), index) => BitPlace::One(BitTarget::Cell(Cell { area, index })),
-            Place::At(Kind::Timed(timed), index) => BitPlace::One(BitTarget::Cell(Cell { area: timed.contact, index })),
-            Place::BitOf(Kind::Word(area), ..) if self.is_switched(&device.name) => somewhere(self, area, "R"),
-            Place::BitOf(Kind::Word(area), index, bit) => BitPlace::One(BitTarget::WordBit(Cell { area, index }, bit)),
+            Place::At(Kind::Bit(area), index) => {
+                BitPlace::One(BitTarget::Cell(Cell { area, index }))
+            }
+            Place::At(Kind::Timed(timed), index) => {
+                BitPlace::One(BitTarget::Cell(Cell { area: timed.contact, index }))
+            }
+            Place::BitOf(Kind::Word(area), ..) if self.is_switched(&device.name) => {
+                somewhere(self, area, "R")
+            }
+            Place::BitOf(Kind::Word(area), index, bit) => {
+                BitPlace::One(BitTarget::WordBit(Cell { area, index }, bit))
+            }
             Place::Indexed(Kind::Bit(area), false) | Place::Indexed(Kind::Word(area), true) => {
                 somewhere(self, area, &device.name)
             }
-            Place::Indexed(Kind::Timed(timed), false) => somewhere(self, timed.contact, &device.name),
+            Place::Indexed(Kind::Timed(timed), false) => {
+                somewhere(self, timed.contact, &device.name)
+            }
             Place::Fixed(_)
             | Place::FirstScan(_)
             | Place::At(Kind::VolatileBit, _)
@@ -131,7 +163,12 @@ impl Decoder<'_> {
             | Place::Indexed(Kind::VolatileWord, true)
             | Place::Foreign(true) => BitPlace::Nowhere,
             _ => {
-                self.fault("operand", text, format!("`{text}` is no bit"), "name a bit device, or a bit of a word such as D100.A");
+                self.fault(
+                    "operand",
+                    text,
+                    format!("`{text}` is no bit"),
+                    "name a bit device, or a bit of a word such as D100.A",
+                );
                 return None;
             }
         })
@@ -143,36 +180,68 @@ impl Decoder<'_> {
         let device = match operand {
             Operand::Constant(value) => return self.constant_words(text, value, words),
             Operand::Real(bits) if words == 2 => {
-                return Some(vec![WordSource::Const(bits as u16), WordSource::Const((bits >> 16) as u16)]);
+                return Some(vec![
+                    WordSource::Const(bits as u16),
+                    WordSource::Const((bits >> 16) as u16),
+                ]);
             }
             Operand::Device(device) => device,
             _ => {
-                self.fault("operand", text, format!("`{text}` is no number"), "name a word device, digits such as K4M0, or a constant");
+                self.fault(
+                    "operand",
+                    text,
+                    format!("`{text}` is no number"),
+                    "name a word device, digits such as K4M0, or a constant",
+                );
                 return None;
             }
         };
         if self.is_long_counter(&device) || self.runs_in_interrupts(&device) {
-            self.approximate(format!("{text} changes by itself: it is taken as any value where it is read"));
+            self.approximate(format!(
+                "{text} changes by itself: it is taken as any value where it is read"
+            ));
             return Some((0..words).map(|_| self.free_word()).collect());
         }
-        let cells = |area, index: u32| (0..words as u32).map(move |n| WordSource::Cell(Cell { area, index: index + n })).collect();
+        let cells = |area, index: u32| {
+            (0..words as u32)
+                .map(move |n| WordSource::Cell(Cell { area, index: index + n }))
+                .collect()
+        };
         Some(match device.place {
-            Place::At(Kind::Word(area), index) if !self.is_switched(&device.name) => cells(area, index),
+            Place::At(Kind::Word(area), index) if !self.is_switched(&device.name) => {
+                cells(area, index)
+            }
             Place::At(Kind::Timed(timed), index) => cells(timed.value, index),
-            Place::Digits(kind, index, digits) if usize::from(digits) <= 4 * words.max(1) => match kind.cell(index) {
-                Some(first) => digit_words(first, digits, words)
-                    .map(|part| part.map_or(WordSource::Const(0), |(first, count)| WordSource::Bits { first, count }))
-                    .collect(),
-                None => self.unknown_words(text, words),
-            },
-            Place::Digits(..) | Place::IndexedDigits(..) if !self.digits_fit(text, &device, words) => return None,
+            Place::Digits(kind, index, digits) if usize::from(digits) <= 4 * words.max(1) => {
+                match kind.cell(index) {
+                    Some(first) => digit_words(first, digits, words)
+                        .map(|part| {
+                            part.map_or(WordSource::Const(0), |(first, count)| WordSource::Bits {
+                                first,
+                                count,
+                            })
+                        })
+                        .collect(),
+                    None => self.unknown_words(text, words),
+                }
+            }
+            Place::Digits(..) | Place::IndexedDigits(..)
+                if !self.digits_fit(text, &device, words) =>
+            {
+                return None;
+            }
             Place::At(Kind::Word(_) | Kind::VolatileWord, _)
             | Place::Indexed(Kind::Word(_) | Kind::Timed(_) | Kind::VolatileWord, false)
             | Place::IndexedDigits(..)
             | Place::Indirect
             | Place::Foreign(_) => self.unknown_words(text, words),
             _ => {
-                self.fault("operand", text, format!("`{text}` is no number"), "name a word device, digits such as K4M0, or a constant");
+                self.fault(
+                    "operand",
+                    text,
+                    format!("`{text}` is no number"),
+                    "name a word device, digits such as K4M0, or a constant",
+                );
                 return None;
             }
         })
@@ -197,11 +266,21 @@ impl Decoder<'_> {
     }
 
     fn digits_fit(&mut self, text: &str, device: &Device, words: usize) -> bool {
-        let (Place::Digits(_, _, digits) | Place::IndexedDigits(_, digits)) = device.place else { return true };
+        let (Place::Digits(_, _, digits) | Place::IndexedDigits(_, digits)) = device.place else {
+            return true;
+        };
         let fit = usize::from(digits) <= 4 * words;
         if !fit {
-            let message = format!("`{text}` has more than the {} digits that this instruction takes", 4 * words);
-            self.fault("operand", text, message, "use K1 to K4 with 16-bit instructions, K1 to K8 with 32-bit ones");
+            let message = format!(
+                "`{text}` has more than the {} digits that this instruction takes",
+                4 * words
+            );
+            self.fault(
+                "operand",
+                text,
+                message,
+                "use K1 to K4 with 16-bit instructions, K1 to K8 with 32-bit ones",
+            );
         }
         fit
     }
@@ -234,31 +313,55 @@ impl Decoder<'_> {
             return Some(WordPlace::Nowhere);
         }
         let cells = |area, index: u32| {
-            WordPlace::All((0..words as u32).map(|n| WordTarget::Cell(Cell { area, index: index + n })).collect())
+            WordPlace::All(
+                (0..words as u32)
+                    .map(|n| WordTarget::Cell(Cell { area, index: index + n }))
+                    .collect(),
+            )
         };
         Some(match device.place {
-            Place::At(Kind::Word(area), _) if self.is_switched(&device.name) => self.anywhere(text, "R", Region::Area(area)),
+            Place::At(Kind::Word(area), _) if self.is_switched(&device.name) => {
+                self.anywhere(text, "R", Region::Area(area))
+            }
             Place::At(Kind::Word(area), index) => cells(area, index),
             Place::At(Kind::Timed(timed), index) => cells(timed.value, index),
             Place::Digits(kind, index, digits) => match kind.cell(index) {
                 Some(first) => WordPlace::All(
                     digit_words(first, digits, words)
-                        .map(|part| part.map_or(WordTarget::Discard, |(first, count)| WordTarget::Bits { first, count }))
+                        .map(|part| {
+                            part.map_or(WordTarget::Discard, |(first, count)| WordTarget::Bits {
+                                first,
+                                count,
+                            })
+                        })
                         .collect(),
                 ),
                 None => WordPlace::Nowhere,
             },
-            Place::Indexed(Kind::Word(area), false) => self.anywhere(text, &device.name, Region::Area(area)),
-            Place::Indexed(Kind::Timed(timed), false) => self.anywhere(text, &device.name, Region::Area(timed.value)),
-            Place::IndexedDigits(Kind::Bit(area), _) => self.anywhere(text, &device.name, Region::Area(area)),
-            Place::IndexedDigits(Kind::Timed(timed), _) => self.anywhere(text, &device.name, Region::Area(timed.contact)),
+            Place::Indexed(Kind::Word(area), false) => {
+                self.anywhere(text, &device.name, Region::Area(area))
+            }
+            Place::Indexed(Kind::Timed(timed), false) => {
+                self.anywhere(text, &device.name, Region::Area(timed.value))
+            }
+            Place::IndexedDigits(Kind::Bit(area), _) => {
+                self.anywhere(text, &device.name, Region::Area(area))
+            }
+            Place::IndexedDigits(Kind::Timed(timed), _) => {
+                self.anywhere(text, &device.name, Region::Area(timed.contact))
+            }
             Place::Indirect => self.anywhere(text, "device", Region::Everything),
             Place::At(Kind::VolatileWord, _)
             | Place::Indexed(Kind::VolatileWord, false)
             | Place::IndexedDigits(..)
             | Place::Foreign(_) => WordPlace::Nowhere,
             _ => {
-                self.fault("operand", text, format!("`{text}` is no word"), "name a word device, or digits such as K4M0");
+                self.fault(
+                    "operand",
+                    text,
+                    format!("`{text}` is no word"),
+                    "name a word device, or digits such as K4M0",
+                );
                 return None;
             }
         })
@@ -273,12 +376,21 @@ impl Decoder<'_> {
     /// devices, bits for bit devices; nothing for constants and foreign memory.
     pub fn regions(&mut self, text: &str, count: Option<u32>) -> Option<Vec<Region>> {
         let Operand::Device(device) = self.operand(text)? else { return Some(Vec::new()) };
-        let range = |area, index| Region::Range { first: Cell { area, index }, count: count.unwrap_or(REST) };
+        let range = |area, index| Region::Range {
+            first: Cell { area, index },
+            count: count.unwrap_or(REST),
+        };
         Some(match device.place {
-            Place::At(Kind::Word(area), _) if self.is_switched(&device.name) => vec![Region::Area(area)],
+            Place::At(Kind::Word(area), _) if self.is_switched(&device.name) => {
+                vec![Region::Area(area)]
+            }
             Place::At(Kind::Bit(area) | Kind::Word(area), index) => vec![range(area, index)],
             Place::At(Kind::Timed(timed), index) => {
-                vec![range(timed.value, index), range(timed.contact, index), range(timed.coil, index)]
+                vec![
+                    range(timed.value, index),
+                    range(timed.contact, index),
+                    range(timed.coil, index),
+                ]
             }
             Place::BitOf(Kind::Word(area), index, _) => {
                 // Bits from here on: no more words than bits.
@@ -287,14 +399,18 @@ impl Decoder<'_> {
             Place::Digits(kind, index, digits) => match kind.cell(index) {
                 // Digits of a block: so many times the digits' bits, or to the end.
                 Some(first) => {
-                    let bits = count.map_or(REST, |count| count.saturating_mul(4 * u32::from(digits)).min(REST));
+                    let bits = count.map_or(REST, |count| {
+                        count.saturating_mul(4 * u32::from(digits)).min(REST)
+                    });
                     vec![Region::Range { first, count: bits }]
                 }
                 None => Vec::new(),
             },
             Place::Indexed(kind, _) | Place::IndexedDigits(kind, _) => match kind {
                 Kind::Bit(area) | Kind::Word(area) => vec![Region::Area(area)],
-                Kind::Timed(timed) => [timed.value, timed.contact, timed.coil].map(Region::Area).to_vec(),
+                Kind::Timed(timed) => {
+                    [timed.value, timed.contact, timed.coil].map(Region::Area).to_vec()
+                }
                 Kind::VolatileBit | Kind::VolatileWord => Vec::new(),
             },
             Place::Indirect => vec![Region::Everything],

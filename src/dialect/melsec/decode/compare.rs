@@ -3,7 +3,9 @@
 use super::{Decoder, timing};
 use crate::dialect::melsec::operand::{Operand, parse};
 use crate::dialect::melsec::source::RawInstruction;
-use crate::program::{BitSource, Compare, Join, Logic, Number, Reading, Relation, Step, Units, WordSource};
+use crate::program::{
+    BitSource, Compare, Join, Logic, Number, Reading, Relation, Step, Units, WordSource,
+};
 
 /// As what a comparison contact reads its operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,9 +37,13 @@ impl Decoder<'_> {
     fn compared(&mut self, raw: &RawInstruction, sort: Sort, relation: Relation) -> Option<Logic> {
         let (left, right) = (&raw.operands[0], &raw.operands[1]);
         let (words, reading) = match sort {
-            Sort::Integer { words, signed } => (words, if signed { Reading::Signed } else { Reading::Unsigned }),
+            Sort::Integer { words, signed } => {
+                (words, if signed { Reading::Signed } else { Reading::Unsigned })
+            }
             Sort::Real { words: 2 } => (2, Reading::Real(self.choice())),
-            Sort::Real { .. } => return self.unknown_comparison(raw, "a double-precision comparison"),
+            Sort::Real { .. } => {
+                return self.unknown_comparison(raw, "a double-precision comparison");
+            }
             Sort::Text => return self.compared_text(raw, left, right, relation),
         };
         let (left, right) = (self.number(left, words), self.number(right, words));
@@ -55,7 +61,13 @@ impl Decoder<'_> {
 
     /// Equality with a constant is equality of the words that hold it: two characters a word, the first in
     /// the low byte, a zero byte behind the last.
-    fn compared_text(&mut self, raw: &RawInstruction, left: &str, right: &str, relation: Relation) -> Option<Logic> {
+    fn compared_text(
+        &mut self,
+        raw: &RawInstruction,
+        left: &str,
+        right: &str,
+        relation: Relation,
+    ) -> Option<Logic> {
         let text = |operand: &str| match parse(operand, self.family) {
             Ok(Operand::Text(text)) if text.is_ascii() => Some(text),
             _ => None,

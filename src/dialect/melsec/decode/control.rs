@@ -6,7 +6,9 @@ use super::{Decoder, Fixup, State, always, edge, fired, timing};
 use crate::dialect::melsec::device::Family;
 use crate::dialect::melsec::operand::{Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
-use crate::program::{Effect, Interrupt, Join, Logic, Number, Region, Step, TimingKey, Units, WordSource, Write};
+use crate::program::{
+    Effect, Interrupt, Join, Logic, Number, Region, Step, TimingKey, Units, Write,
+};
 
 /// Zones of step ladders lie above all nesting levels of master control.
 const STATE_LEVEL: u32 = 1000;
@@ -22,7 +24,8 @@ impl Decoder<'_> {
     pub(super) fn control(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
         match mnemonic {
             "CJ" | "SCJ" | "JMP" | "GOEND" => self.jump(mnemonic, raw),
-            "CALL" | "CALLP" | "FCALL" | "FCALLP" | "ECALL" | "ECALLP" | "EFCALL" | "EFCALLP" | "XCALL" => {
+            "CALL" | "CALLP" | "FCALL" | "FCALLP" | "ECALL" | "ECALLP" | "EFCALL" | "EFCALLP"
+            | "XCALL" => {
                 self.call(mnemonic, raw);
             }
             "RET" if self.state.is_some() => self.step_ladder_ends(raw),
@@ -38,7 +41,11 @@ impl Decoder<'_> {
             "BREAK" | "BREAKP" => self.breaks(mnemonic, raw),
             "STOP" => {
                 if self.output_here(mnemonic) && self.takes(raw, 0) {
-                    self.add(Some(key(mnemonic, "special")), Vec::new(), Step::Stop { fires: Logic::Condition });
+                    self.add(
+                        Some(key(mnemonic, "special")),
+                        Vec::new(),
+                        Step::Stop { fires: Logic::Condition },
+                    );
                 }
             }
             "MC" => self.zone_begins(raw),
@@ -65,12 +72,21 @@ impl Decoder<'_> {
             return false;
         }
         self.stand_alone(true);
-        let timing = TimingKey { names: vec![mnemonic[..1].to_owned()], optional: true, ..key(mnemonic, "nothing") };
+        let timing = TimingKey {
+            names: vec![mnemonic[..1].to_owned()],
+            optional: true,
+            ..key(mnemonic, "nothing")
+        };
         let at = self.add(Some(timing), Vec::new(), Step::Nothing);
         match operand {
             Ok(Operand::Pointer(label)) => {
                 if self.labels[self.file].insert(label, at).is_some() {
-                    self.fault("double-label", mnemonic, format!("the label {mnemonic} stands twice in this file"), "give each place a label of its own");
+                    self.fault(
+                        "double-label",
+                        mnemonic,
+                        format!("the label {mnemonic} stands twice in this file"),
+                        "give each place a label of its own",
+                    );
                 }
             }
             _ => {
@@ -97,7 +113,12 @@ impl Decoder<'_> {
         match self.operand(text)? {
             Operand::Pointer(label) => Some(label),
             _ => {
-                self.fault("operand", text, format!("`{text}` is no label"), "name a label such as P10");
+                self.fault(
+                    "operand",
+                    text,
+                    format!("`{text}` is no label"),
+                    "name a label such as P10",
+                );
                 None
             }
         }
@@ -176,7 +197,9 @@ impl Decoder<'_> {
             let before = self.memory();
             effects.push(remember(before, Logic::Condition));
             let runs = Logic::Any(vec![Logic::Condition, Logic::cell(before)]);
-            self.approximate(format!("{mnemonic} with its condition off is taken to leave any value in every device"));
+            self.approximate(format!(
+                "{mnemonic} with its condition off is taken to leave any value in every device"
+            ));
             let at = self.add(Some(timing), effects, Step::Call { fires: runs, target: OPEN });
             let choice = self.choice();
             let forget = always(Write::Forget(Region::Everything, choice));
@@ -204,14 +227,25 @@ impl Decoder<'_> {
 
     fn file_of(&mut self, text: &str) -> Option<usize> {
         let Operand::Text(name) = self.operand(text)? else {
-            self.fault("operand", text, format!("`{text}` is no program's name"), "write the name in quotes");
+            self.fault(
+                "operand",
+                text,
+                format!("`{text}` is no program's name"),
+                "write the name in quotes",
+            );
             return None;
         };
         let stem = name.split('.').next().unwrap_or(&name);
-        let found = self.project.files.iter().position(|file| file.program.eq_ignore_ascii_case(stem));
+        let found =
+            self.project.files.iter().position(|file| file.program.eq_ignore_ascii_case(stem));
         if found.is_none() {
             let message = format!("the program `{name}` is not among the files given");
-            self.fault("no-program", text, message, "give all files of the project, each named as its program");
+            self.fault(
+                "no-program",
+                text,
+                message,
+                "give all files of the project, each named as its program",
+            );
         }
         found
     }
@@ -225,7 +259,12 @@ impl Decoder<'_> {
         let text = &raw.operands[0];
         let (low, high, known) = self.count_range(text, i64::from(MOST_TURNS));
         if self.constant(text).is_some() && !(1..=i64::from(MOST_TURNS)).contains(&low) {
-            self.fault("loop-count", text, format!("a loop runs 1 to {MOST_TURNS} times"), "write a count of that range");
+            self.fault(
+                "loop-count",
+                text,
+                format!("a loop runs 1 to {MOST_TURNS} times"),
+                "write a count of that range",
+            );
             return;
         }
         let Some(words) = self.read_words(text, 1) else { return };
@@ -236,7 +275,11 @@ impl Decoder<'_> {
             // Whether a count below 1 gives one turn or none differs between CPUs: any number is taken.
             (self.free_word(), 0, turns(high).max(1))
         };
-        let at = self.add(Some(key("FOR", "loop")), Vec::new(), Step::ForBegin { count, least, most, end: OPEN });
+        let at = self.add(
+            Some(key("FOR", "loop")),
+            Vec::new(),
+            Step::ForBegin { count, least, most, end: OPEN },
+        );
         if !known {
             self.unbounded.push(at);
         }
@@ -249,13 +292,25 @@ impl Decoder<'_> {
         }
         let at = self.add(Some(key("NEXT", "loop")), Vec::new(), Step::ForEnd);
         let Some(begin) = self.loops.pop() else {
-            self.fault("no-loop", "NEXT", "`NEXT` without a FOR before it", "begin the loop with FOR");
+            self.fault(
+                "no-loop",
+                "NEXT",
+                "`NEXT` without a FOR before it",
+                "begin the loop with FOR",
+            );
             return;
         };
-        if let Some(Step::ForBegin { end, .. }) = self.program.instructions.get_mut(begin).map(|i| &mut i.step) {
+        if let Some(Step::ForBegin { end, .. }) =
+            self.program.instructions.get_mut(begin).map(|i| &mut i.step)
+        {
             *end = at;
             if self.zone_of[begin] != self.zone_of[at] {
-                self.fault("crossed-zone", "NEXT", "the loop and a master control cut across each other", "close the one within the other");
+                self.fault(
+                    "crossed-zone",
+                    "NEXT",
+                    "the loop and a master control cut across each other",
+                    "close the one within the other",
+                );
             }
         }
     }
@@ -266,7 +321,12 @@ impl Decoder<'_> {
             return;
         }
         if self.loops.is_empty() {
-            self.fault("no-loop", mnemonic, "`BREAK` outside a loop", "it ends the loop of FOR and NEXT in which it stands");
+            self.fault(
+                "no-loop",
+                mnemonic,
+                "`BREAK` outside a loop",
+                "it ends the loop of FOR and NEXT in which it stands",
+            );
             return;
         }
         let (place, label) = (self.word_place(&raw.operands[0], 1), self.pointer(&raw.operands[1]));
@@ -298,12 +358,22 @@ impl Decoder<'_> {
             return;
         }
         let level = self.nesting(&raw.operands[0]);
-        let effects: Option<Vec<Effect>> = self.bit_effects(&raw.operands[1], Logic::Condition, true);
+        let effects: Option<Vec<Effect>> =
+            self.bit_effects(&raw.operands[1], Logic::Condition, true);
         let (Some(level), Some(effects)) = (level, effects) else { return };
         if self.zones.last().is_some_and(|&(open, _)| open >= level && open < STATE_LEVEL) {
-            self.fault("nesting", &raw.operands[0], format!("N{level} is open already"), "nest master controls with rising numbers");
+            self.fault(
+                "nesting",
+                &raw.operands[0],
+                format!("N{level} is open already"),
+                "nest master controls with rising numbers",
+            );
         }
-        let at = self.add(Some(key("MC", "master")), effects, Step::ZoneBegin { level, fires: Logic::Condition });
+        let at = self.add(
+            Some(key("MC", "master")),
+            effects,
+            Step::ZoneBegin { level, fires: Logic::Condition },
+        );
         self.zones.push((level, at));
     }
 
@@ -314,7 +384,12 @@ impl Decoder<'_> {
         }
         let Some(level) = self.nesting(&raw.operands[0]) else { return };
         if !self.zones.iter().any(|&(open, _)| open == level) {
-            self.fault("no-zone", &raw.operands[0], format!("no MC has opened N{level}"), "open the master control with MC");
+            self.fault(
+                "no-zone",
+                &raw.operands[0],
+                format!("no MC has opened N{level}"),
+                "open the master control with MC",
+            );
             return;
         }
         self.zones.retain(|&(open, _)| open < level);
@@ -325,7 +400,12 @@ impl Decoder<'_> {
         match self.operand(text)? {
             Operand::Nesting(level) => Some(level),
             _ => {
-                self.fault("operand", text, format!("`{text}` is no nesting level"), "write N0 to N14");
+                self.fault(
+                    "operand",
+                    text,
+                    format!("`{text}` is no nesting level"),
+                    "write N0 to N14",
+                );
                 None
             }
         }
@@ -359,7 +439,9 @@ impl Decoder<'_> {
         };
         relays.push(relay);
         let on = Logic::All(relays.iter().map(|&relay| Logic::cell(relay)).collect());
-        self.approximate(format!("{text}: a state that is off may run once more to switch its coils off"));
+        self.approximate(format!(
+            "{text}: a state that is off may run once more to switch its coils off"
+        ));
         let skipped = Logic::All(vec![on.clone().not(), self.free_bit()]);
         let timing = TimingKey { dearer: true, ..key("STL", "set") };
         let jump = self.add(Some(timing), Vec::new(), Step::Jump { fires: skipped, target: OPEN });
@@ -392,31 +474,39 @@ impl Decoder<'_> {
         self.close_state();
         if let Some(&begin) = self.loops.first() {
             let line = self.program.instructions.get(begin).map_or(0, |i| i.place.line);
-            self.fault("open-loop", "", format!("the FOR in line {line} has no NEXT"), "end the loop with NEXT");
+            self.fault(
+                "open-loop",
+                "",
+                format!("the FOR in line {line} has no NEXT"),
+                "end the loop with NEXT",
+            );
             self.loops.clear();
         }
         if let Some(&(level, at)) = self.zones.first() {
             let line = self.program.instructions[at].place.line;
-            self.fault("open-zone", "", format!("the MC N{level} in line {line} has no MCR"), "end the master control with MCR");
+            self.fault(
+                "open-zone",
+                "",
+                format!("the MC N{level} in line {line} has no MCR"),
+                "end the master control with MCR",
+            );
             self.zones.clear();
         }
         let end = self.program.instructions.iter().rposition(|i| i.step == Step::End).unwrap_or(0);
         for at in std::mem::take(&mut self.ends) {
-            let next = (at + 1..end).find(|&i| self.program.instructions[i].step == Step::End).unwrap_or(end);
+            let next = (at + 1..end)
+                .find(|&i| self.program.instructions[i].step == Step::End)
+                .unwrap_or(end);
             if let Step::Jump { target, .. } = &mut self.program.instructions[at].step {
                 *target = next;
             }
         }
     }
-
-    /// A count's word read as one number.
-    pub(super) fn count_word(&mut self, text: &str) -> Option<WordSource> {
-        self.read_words(text, 1).map(|words| words[0])
-    }
 }
 
 fn key(mnemonic: &str, class: &str) -> TimingKey {
     // What always fires has one time: the dearer.
-    let dearer = matches!(class, "nothing" | "loop") || matches!(mnemonic, "RET" | "SRET" | "IRET" | "MCR" | "JMP");
+    let dearer = matches!(class, "nothing" | "loop")
+        || matches!(mnemonic, "RET" | "SRET" | "IRET" | "MCR" | "JMP");
     timing(mnemonic, false, &[], class, Units::None, dearer)
 }

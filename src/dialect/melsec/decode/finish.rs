@@ -30,7 +30,7 @@ impl Decoder<'_> {
             return Err(found);
         }
         self.start_ranges();
-        crate::dialect::interrupts::isolate(&mut self.program);
+        crate::dialect::interrupts::isolate(&mut self.program, &self.volatile);
         self.program.approximations.sort();
         Ok(self.program)
     }
@@ -43,8 +43,15 @@ impl Decoder<'_> {
         let instruction = &self.program.instructions[at];
         let file = instruction.place.file as usize;
         let name = &self.project.files[file].name;
-        let found = Diagnostic::line(code, name, instruction.place.line, instruction.text.clone(), message, help)
-            .at_step(instruction.place.step);
+        let found = Diagnostic::line(
+            code,
+            name,
+            instruction.place.line,
+            instruction.text.clone(),
+            message,
+            help,
+        )
+        .at_step(instruction.place.step);
         self.faults[file].push(found);
     }
 
@@ -60,17 +67,29 @@ impl Decoder<'_> {
             };
             let label = format!("P{}", fixup.label);
             match (own, &elsewhere[..]) {
-                (Some(at), _) | (None, &[at]) => match &mut self.program.instructions[fixup.instruction].step {
-                    Step::Jump { target, .. } | Step::Call { target, .. } => *target = at,
-                    _ => {}
-                },
+                (Some(at), _) | (None, &[at]) => {
+                    match &mut self.program.instructions[fixup.instruction].step {
+                        Step::Jump { target, .. } | Step::Call { target, .. } => *target = at,
+                        _ => {}
+                    }
+                }
                 (None, []) => {
                     let message = format!("the label {label} does not stand in this program");
-                    self.fault_at(fixup.instruction, "no-label", message, "check the label, or give all files of the project");
+                    self.fault_at(
+                        fixup.instruction,
+                        "no-label",
+                        message,
+                        "check the label, or give all files of the project",
+                    );
                 }
                 (None, _) => {
                     let message = format!("the label {label} stands in several other files");
-                    self.fault_at(fixup.instruction, "double-label", message, "a label that files share must stand in one of them only");
+                    self.fault_at(
+                        fixup.instruction,
+                        "double-label",
+                        message,
+                        "a label that files share must stand in one of them only",
+                    );
                 }
             }
         }
@@ -82,13 +101,27 @@ impl Decoder<'_> {
         for (at, target) in jumps {
             if target <= at {
                 let line = self.program.instructions[target].place.line;
-                let message = format!("this jumps back to line {line}: the scan has no bound that can be found here");
+                let message = format!(
+                    "this jumps back to line {line}: the scan has no bound that can be found here"
+                );
                 self.fault_at(at, "jump-back", message, "use FOR and NEXT with a known count");
-            } else if loops.iter().any(|&(begin, end)| (begin + 1..=end).contains(&target) && !(begin..=end).contains(&at)) {
-                self.fault_at(at, "jump-into-loop", "this jumps into a loop of FOR and NEXT".to_owned(), "jump to the FOR, or behind the NEXT");
+            } else if loops.iter().any(|&(begin, end)| {
+                (begin + 1..=end).contains(&target) && !(begin..=end).contains(&at)
+            }) {
+                self.fault_at(
+                    at,
+                    "jump-into-loop",
+                    "this jumps into a loop of FOR and NEXT".to_owned(),
+                    "jump to the FOR, or behind the NEXT",
+                );
             } else if self.zone_of[at] != self.zone_of[target] {
                 let message = "this jumps into or out of a master control (MC to MCR)".to_owned();
-                self.fault_at(at, "jump-across-zone", message, "put the label into the same master control as the jump");
+                self.fault_at(
+                    at,
+                    "jump-across-zone",
+                    message,
+                    "put the label into the same master control as the jump",
+                );
             }
         }
     }
@@ -97,17 +130,32 @@ impl Decoder<'_> {
         for (at, target) in flow::calls(&self.program) {
             if flow::extent(&self.program, target).is_none() {
                 let label = self.program.instructions[target].text.clone();
-                self.fault_at(at, "no-return", format!("the subroutine at {label} has no RET"), "end it with RET");
+                self.fault_at(
+                    at,
+                    "no-return",
+                    format!("the subroutine at {label} has no RET"),
+                    "end it with RET",
+                );
             }
         }
         for at in 0..self.program.interrupts.len() {
             let entry = self.program.interrupts[at].entry;
             if flow::extent(&self.program, entry).is_none() {
-                self.fault_at(entry, "no-return", "the interrupt program has no IRET".to_owned(), "end it with IRET");
+                self.fault_at(
+                    entry,
+                    "no-return",
+                    "the interrupt program has no IRET".to_owned(),
+                    "end it with IRET",
+                );
             }
         }
         if let Some(at) = flow::recursion(&self.program) {
-            self.fault_at(at, "recursion", "this call leads back to itself: the scan has no bound".to_owned(), "subroutines must not call each other in a circle");
+            self.fault_at(
+                at,
+                "recursion",
+                "this call leads back to itself: the scan has no bound".to_owned(),
+                "subroutines must not call each other in a circle",
+            );
         }
     }
 
@@ -119,17 +167,27 @@ impl Decoder<'_> {
             if begin < behind {
                 continue;
             }
-            let Step::ForBegin { most, .. } = self.program.instructions[begin].step else { continue };
+            let Step::ForBegin { most, .. } = self.program.instructions[begin].step else {
+                continue;
+            };
             let unknown = self.unbounded.contains(&begin);
-            let size = flow::unrolled(&self.program, begin + 1, end).saturating_mul(u64::from(most));
+            let size =
+                flow::unrolled(&self.program, begin + 1, end).saturating_mul(u64::from(most));
             if !unknown && size <= MOST_UNROLLED {
                 continue;
             }
             let turns = if unknown { MOST_TURNS } else { most };
             behind = end;
             let Some(bulk) = flow::bulk(&mut self.program, begin, end, u64::from(turns)) else {
-                let message = "this loop is too large to follow turn by turn and is left in its middle".to_owned();
-                self.fault_at(begin, "loop", message, "state the range of its count in the facts file");
+                let message =
+                    "this loop is too large to follow turn by turn and is left in its middle"
+                        .to_owned();
+                self.fault_at(
+                    begin,
+                    "loop",
+                    message,
+                    "state the range of its count in the facts file",
+                );
                 continue;
             };
             self.program.instructions[begin].step = bulk;

@@ -14,8 +14,8 @@ use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
 use crate::facts::Facts;
 use crate::program::{
-    Approximation, Cell, Effect, Instruction, Interrupt, Logic, Place, Program, SourceFile, StartRange, Step, TimingKey,
-    Units, When, Write,
+    Approximation, Cell, Effect, Instruction, Interrupt, Logic, Place, Program, Region, SourceFile,
+    StartRange, Step, TimingKey, Units, When, Write,
 };
 use std::collections::BTreeMap;
 
@@ -33,7 +33,10 @@ pub struct DecodeOptions<'a> {
 ///
 /// # Errors
 /// All faults of all files.
-pub fn decode(project: &RawProject, options: &DecodeOptions<'_>) -> Result<Program, Vec<Diagnostic>> {
+pub fn decode(
+    project: &RawProject,
+    options: &DecodeOptions<'_>,
+) -> Result<Program, Vec<Diagnostic>> {
     let mut decoder = Decoder::new(project, options);
     for file in 0..project.files.len() {
         decoder.file(file);
@@ -73,6 +76,12 @@ pub struct Decoder<'a> {
     labels: Vec<BTreeMap<u32, usize>>,
     fixups: Vec<Fixup>,
     loops: Vec<usize>,
+    /// Loops whose number of turns nothing limits.
+    unbounded: Vec<usize>,
+    /// Jumps to the next end of the main routine.
+    ends: Vec<usize>,
+    /// What changes at any moment once an instruction has started it.
+    volatile: Vec<Region>,
     /// Open zones: level and the instruction that opened it.
     zones: Vec<(u32, usize)>,
     zone_of: Vec<Option<usize>>,
@@ -98,14 +107,19 @@ impl<'a> Decoder<'a> {
             comments: project.comments.clone(),
             ..Program::default()
         };
-        let is_switch = |raw: &RawInstruction| matches!(raw.mnemonic.trim_end_matches('P'), "RSET" | "QDRSET");
+        let is_switch =
+            |raw: &RawInstruction| matches!(raw.mnemonic.trim_end_matches('P'), "RSET" | "QDRSET");
         Decoder {
             project,
             options,
             family: options.family,
             program,
             faults: project.files.iter().map(|file| Faults::new(&file.name)).collect(),
-            switches_file_register: project.files.iter().flat_map(|file| &file.instructions).any(is_switch),
+            switches_file_register: project
+                .files
+                .iter()
+                .flat_map(|file| &file.instructions)
+                .any(is_switch),
             file: 0,
             raw: None,
             depth: 0,
@@ -116,6 +130,9 @@ impl<'a> Decoder<'a> {
             labels: vec![BTreeMap::new(); project.files.len()],
             fixups: Vec::new(),
             loops: Vec::new(),
+            unbounded: Vec::new(),
+            ends: Vec::new(),
+            volatile: Vec::new(),
             zones: Vec::new(),
             zone_of: Vec::new(),
             interrupts: Vec::new(),
@@ -147,24 +164,36 @@ impl<'a> Decoder<'a> {
     /// Decodes one instruction; each kind has its file.
     fn instruction(&mut self, raw: &RawInstruction) {
         let upper = raw.mnemonic.to_ascii_uppercase();
-        let known = self.rung(&upper, raw) || self.comparison(&upper, raw) || self.control(&upper, raw) || self.output(&upper, raw);
+        let known = self.rung(&upper, raw)
+            || self.comparison(&upper, raw)
+            || self.control(&upper, raw)
+            || self.output(&upper, raw);
         if !known {
             self.application(&upper, raw);
         }
     }
 
     /// Notes a fault at the instruction under way.
-    pub fn fault(&mut self, code: &'static str, part: &str, message: impl Into<String>, help: &str) {
+    pub fn fault(
+        &mut self,
+        code: &'static str,
+        part: &str,
+        message: impl Into<String>,
+        help: &str,
+    ) {
         let Some(raw) = self.raw else { return };
         let name = &self.project.files[self.file].name;
-        let found = Diagnostic::line(code, name, raw.line, raw.text.clone(), message, help).mark(part).at_step(raw.step);
+        let found = Diagnostic::line(code, name, raw.line, raw.text.clone(), message, help)
+            .mark(part)
+            .at_step(raw.step);
         self.faults[self.file].push(found);
     }
 
     /// Lists what is taken wider than it is at the instruction about to be added.
     pub fn approximate(&mut self, what: String) {
         let instruction = self.program.instructions.len();
-        let known = self.program.approximations.iter().rev().take_while(|a| a.instruction == instruction);
+        let known =
+            self.program.approximations.iter().rev().take_while(|a| a.instruction == instruction);
         if known.into_iter().all(|a| a.what != what) {
             self.program.approximations.push(Approximation { instruction, what });
         }
@@ -198,7 +227,12 @@ impl<'a> Decoder<'a> {
         }
         let message = format!("`{}` takes {}, here are {found}", raw.mnemonic, operands(count));
         let part = raw.operands.get(count).map_or(raw.mnemonic.as_str(), String::as_str);
-        self.fault("operand-count", part, message, "compare the line with the instruction's description");
+        self.fault(
+            "operand-count",
+            part,
+            message,
+            "compare the line with the instruction's description",
+        );
         false
     }
 
@@ -213,7 +247,11 @@ impl<'a> Decoder<'a> {
         if let Some(value) = self.constant(text) {
             return (value, value, true);
         }
-        let stated = self.options.facts.ranges.get(&text.to_ascii_uppercase()).or(self.options.facts.ranges.get(text));
+        let stated = self.options.facts.ranges.get(&text.to_ascii_uppercase()).or(self
+            .options
+            .facts
+            .ranges
+            .get(text));
         match stated {
             Some(&(low, high)) => {
                 self.program.facts.push(format!("{text} lies between {low} and {high}"));
@@ -237,7 +275,14 @@ fn operands(count: usize) -> String {
 }
 
 /// How an instruction is priced: by its name with a variant, by its name, then the same without the pulse suffix.
-pub fn timing(mnemonic: &str, pulsed: bool, variants: &[&str], class: &str, units: Units, dearer: bool) -> TimingKey {
+pub fn timing(
+    mnemonic: &str,
+    pulsed: bool,
+    variants: &[&str],
+    class: &str,
+    units: Units,
+    dearer: bool,
+) -> TimingKey {
     let mut names = Vec::new();
     let base = if pulsed { mnemonic.strip_suffix('P') } else { None };
     for name in [Some(mnemonic), base].into_iter().flatten() {
@@ -260,15 +305,24 @@ pub fn fired(write: Write) -> Effect {
 /// Rising (or falling) edge of a value against a remembered one.
 pub fn edge(rising: bool, value: Logic, memory: Cell) -> Logic {
     let before = Logic::cell(memory);
-    if rising { Logic::All(vec![value, before.not()]) } else { Logic::All(vec![value.not(), before]) }
+    if rising {
+        Logic::All(vec![value, before.not()])
+    } else {
+        Logic::All(vec![value.not(), before])
+    }
 }
 
 impl Decoder<'_> {
     /// The user's stated ranges of words, as constraints on the scan's start.
     fn start_ranges(&mut self) {
         for (text, &(low, high)) in &self.options.facts.ranges {
-            let Ok(super::operand::Operand::Device(device)) = super::operand::parse(text, self.family) else { continue };
-            if let super::operand::Place::At(super::device::Kind::Word(area), index) = device.place {
+            let Ok(super::operand::Operand::Device(device)) =
+                super::operand::parse(text, self.family)
+            else {
+                continue;
+            };
+            if let super::operand::Place::At(super::device::Kind::Word(area), index) = device.place
+            {
                 let wide = low < -0x8000 || high > 0x7FFF;
                 let count = if wide { 2 } else { 1 };
                 let cells = (0..count).map(|n| Cell { area, index: index + n }).collect();

@@ -7,7 +7,8 @@ use crate::dialect::melsec::device::{Kind, Timed};
 use crate::dialect::melsec::operand::{Device, Place};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{
-    BitTarget, Cell, Effect, Logic, Number, Region, Step, Units, When, WordSource, WordTarget, Write,
+    BitTarget, Cell, Effect, Logic, Number, Region, Step, Units, When, WordSource, WordTarget,
+    Write,
 };
 
 impl Decoder<'_> {
@@ -23,7 +24,12 @@ impl Decoder<'_> {
     }
 
     /// The effects of writing a bit operand.
-    pub(super) fn bit_effects(&mut self, text: &str, value: Logic, is_always: bool) -> Option<Vec<Effect>> {
+    pub(super) fn bit_effects(
+        &mut self,
+        text: &str,
+        value: Logic,
+        is_always: bool,
+    ) -> Option<Vec<Effect>> {
         let when = if is_always { When::Always } else { When::Fired };
         let write = match self.bit_place(text)? {
             BitPlace::One(target) => Write::Bit(target, value),
@@ -67,23 +73,34 @@ impl Decoder<'_> {
         let (timed, index) = match device.place {
             Place::At(Kind::Timed(timed), index) => (timed, index),
             Place::Indexed(Kind::Timed(Timed { contact, coil, value, .. }), _) => {
-                self.approximate(format!("{text} is one of many: any {} may have changed", device.name));
+                self.approximate(format!(
+                    "{text} is one of many: any {} may have changed",
+                    device.name
+                ));
                 let choice = self.choice();
-                return [contact, coil, value].map(|area| always(Write::Forget(Region::Area(area), choice))).to_vec();
+                return [contact, coil, value]
+                    .map(|area| always(Write::Forget(Region::Area(area), choice)))
+                    .to_vec();
             }
             _ => return Vec::new(),
         };
         let cell = |area| Cell { area, index };
         let (contact, value) = (cell(timed.contact), cell(timed.value));
         let done = Logic::All(vec![Logic::Condition, self.free_bit()]);
-        let mut effects = vec![always(Write::Bit(BitTarget::Cell(cell(timed.coil)), Logic::Condition))];
-        let present = Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![self.free_word()]));
+        let mut effects =
+            vec![always(Write::Bit(BitTarget::Cell(cell(timed.coil)), Logic::Condition))];
+        let present =
+            Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![self.free_word()]));
         if timed.retentive {
             let held = Logic::All(vec![Logic::Condition.not(), Logic::cell(contact)]);
-            effects.push(always(Write::Bit(BitTarget::Cell(contact), Logic::Any(vec![done, held]))));
+            effects
+                .push(always(Write::Bit(BitTarget::Cell(contact), Logic::Any(vec![done, held]))));
         } else {
             effects.push(always(Write::Bit(BitTarget::Cell(contact), done)));
-            effects.push(always(Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![WordSource::Const(0)]))));
+            effects.push(always(Write::Words(
+                vec![WordTarget::Cell(value)],
+                Number::Words(vec![WordSource::Const(0)]),
+            )));
         }
         effects.push(fired(present));
         effects
@@ -98,11 +115,20 @@ impl Decoder<'_> {
         let Some(device) = self.device(text) else { return };
         let effects = match device.place {
             Place::At(Kind::Timed(timed), index) if mnemonic == "RST" => {
-                let bit = |area| fired(Write::Bit(BitTarget::Cell(Cell { area, index }), Logic::Const(false)));
-                vec![bit(timed.contact), bit(timed.coil), zero(WordTarget::Cell(Cell { area: timed.value, index }))]
+                let bit = |area| {
+                    fired(Write::Bit(BitTarget::Cell(Cell { area, index }), Logic::Const(false)))
+                };
+                vec![
+                    bit(timed.contact),
+                    bit(timed.coil),
+                    zero(WordTarget::Cell(Cell { area: timed.value, index })),
+                ]
             }
             Place::Indexed(Kind::Timed(timed), false) if mnemonic == "RST" => {
-                self.approximate(format!("{text} is one of many: any {} may have been reset", device.name));
+                self.approximate(format!(
+                    "{text} is one of many: any {} may have been reset",
+                    device.name
+                ));
                 let choice = self.choice();
                 let areas = [timed.contact, timed.coil, timed.value];
                 areas.map(|area| fired(Write::Forget(Region::Area(area), choice))).to_vec()
@@ -116,7 +142,9 @@ impl Decoder<'_> {
                 match self.word_place(text, 1) {
                     None => return,
                     Some(WordPlace::All(targets)) => targets.into_iter().map(zero).collect(),
-                    Some(WordPlace::Somewhere(region)) => vec![fired(Write::Forget(region, self.choice()))],
+                    Some(WordPlace::Somewhere(region)) => {
+                        vec![fired(Write::Forget(region, self.choice()))]
+                    }
                     Some(WordPlace::Nowhere) => Vec::new(),
                 }
             }
@@ -125,8 +153,10 @@ impl Decoder<'_> {
                 None => return,
             },
         };
-        let effects = if mnemonic == "SET" { self.with_state_transfer(text, effects) } else { effects };
-        let key = timing(mnemonic, false, &[&letters(raw.operands.first())], "set", Units::None, false);
+        let effects =
+            if mnemonic == "SET" { self.with_state_transfer(text, effects) } else { effects };
+        let key =
+            timing(mnemonic, false, &[&letters(raw.operands.first())], "set", Units::None, false);
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
     }
 
@@ -146,7 +176,8 @@ impl Decoder<'_> {
         };
         let Some(mut effects) = effects else { return };
         effects.push(remember(memory, Logic::Condition));
-        let key = timing(mnemonic, false, &[&letters(raw.operands.first())], "pulse", Units::None, false);
+        let key =
+            timing(mnemonic, false, &[&letters(raw.operands.first())], "pulse", Units::None, false);
         self.add(Some(key), effects, Step::Act { fires });
     }
 
@@ -157,7 +188,9 @@ impl Decoder<'_> {
             Some(state) if is_state => state.relays.clone(),
             _ => return effects,
         };
-        self.approximate(format!("{text}: the state that is left may be reset at once or later in the scan"));
+        self.approximate(format!(
+            "{text}: the state that is left may be reset at once or later in the scan"
+        ));
         for relay in relays {
             let stays = Logic::All(vec![Logic::cell(relay), self.free_bit()]);
             effects.push(fired(Write::Bit(BitTarget::Cell(relay), stays)));

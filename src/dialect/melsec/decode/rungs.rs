@@ -20,24 +20,31 @@ impl Decoder<'_> {
         true
     }
 
-    fn contact(&mut self, mnemonic: &str, raw: &RawInstruction, join: Join, rising: Option<bool>, negated: bool) {
+    fn contact(
+        &mut self,
+        mnemonic: &str,
+        raw: &RawInstruction,
+        join: Join,
+        rising: Option<bool>,
+        negated: bool,
+    ) {
         let variant = letters(raw.operands.first());
         let key = timing(mnemonic, false, &[&variant], "contact", Units::None, true);
         // The rung goes on even where the operand is at fault, so that no further fault follows from it.
         let join = self.join(join, mnemonic);
         let mut effects = Vec::new();
         let mut value = Logic::Const(false);
-        if self.takes(raw, 1) {
-            if let Some(bit) = self.read_bit(&raw.operands[0]) {
-                value = match rising {
-                    None => bit,
-                    Some(rising) => {
-                        let memory = self.memory();
-                        effects.push(remember(memory, bit.clone()));
-                        edge(rising, bit, memory)
-                    }
-                };
-            }
+        if self.takes(raw, 1)
+            && let Some(bit) = self.read_bit(&raw.operands[0])
+        {
+            value = match rising {
+                None => bit,
+                Some(rising) => {
+                    let memory = self.memory();
+                    effects.push(remember(memory, bit.clone()));
+                    edge(rising, bit, memory)
+                }
+            };
         }
         let value = if negated { value.not() } else { value };
         self.add(Some(key), effects, Step::Logic { join, value });
@@ -58,7 +65,12 @@ impl Decoder<'_> {
             other => {
                 if self.depth == 0 {
                     let message = format!("`{mnemonic}` has nothing in front of it");
-                    self.fault("no-rung", mnemonic, message, "begin the rung with a contact such as LD");
+                    self.fault(
+                        "no-rung",
+                        mnemonic,
+                        message,
+                        "begin the rung with a contact such as LD",
+                    );
                     self.depth = 1;
                     return Join::Start;
                 }
@@ -88,10 +100,20 @@ impl Decoder<'_> {
     /// A rung that ends must have put something out and closed its branches.
     pub(super) fn check_rung(&mut self) {
         if !self.has_output && self.depth > 0 {
-            self.fault("open-rung", "", "the rung before this line puts nothing out", "end it with a coil or an instruction");
+            self.fault(
+                "open-rung",
+                "",
+                "the rung before this line puts nothing out",
+                "end it with a coil or an instruction",
+            );
         }
         if self.saved > 0 {
-            self.fault("open-branch", "", "an MPS before this line has no MPP", "close the branch with MPP");
+            self.fault(
+                "open-branch",
+                "",
+                "an MPS before this line has no MPP",
+                "close the branch with MPP",
+            );
             self.saved = 0;
         }
     }
@@ -100,7 +122,12 @@ impl Decoder<'_> {
     pub(super) fn output_here(&mut self, mnemonic: &str) -> bool {
         if self.depth == 0 {
             let message = format!("`{mnemonic}` needs a condition and has none");
-            self.fault("no-rung", mnemonic, message, "begin the rung with a contact such as LD SM400");
+            self.fault(
+                "no-rung",
+                mnemonic,
+                message,
+                "begin the rung with a contact such as LD SM400",
+            );
             self.begin_block();
             self.has_output = true;
             return false;
@@ -120,12 +147,19 @@ impl Decoder<'_> {
             return;
         }
         if self.depth < 2 {
-            let message = format!("`{mnemonic}` joins two blocks of contacts, here {}", if self.depth == 1 { "is one" } else { "is none" });
+            let message = format!(
+                "`{mnemonic}` joins two blocks of contacts, here {}",
+                if self.depth == 1 { "is one" } else { "is none" }
+            );
             self.fault("no-block", mnemonic, message, "begin the second block with LD");
             return;
         }
         self.depth -= 1;
-        self.add(Some(key), Vec::new(), if mnemonic == "ANB" { Step::AndBlock } else { Step::OrBlock });
+        self.add(
+            Some(key),
+            Vec::new(),
+            if mnemonic == "ANB" { Step::AndBlock } else { Step::OrBlock },
+        );
     }
 
     fn branch(&mut self, mnemonic: &str, raw: &RawInstruction) {
@@ -135,7 +169,12 @@ impl Decoder<'_> {
         }
         if mnemonic == "MPS" {
             if self.depth == 0 {
-                self.fault("no-rung", mnemonic, "`MPS` has nothing in front of it", "begin the rung with a contact such as LD");
+                self.fault(
+                    "no-rung",
+                    mnemonic,
+                    "`MPS` has nothing in front of it",
+                    "begin the rung with a contact such as LD",
+                );
                 return;
             }
             self.add(Some(key), Vec::new(), Step::Save(self.saved));
@@ -143,7 +182,12 @@ impl Decoder<'_> {
             return;
         }
         if self.saved == 0 {
-            self.fault("no-branch", mnemonic, format!("`{mnemonic}` without an MPS before it"), "save the result with MPS first");
+            self.fault(
+                "no-branch",
+                mnemonic,
+                format!("`{mnemonic}` without an MPS before it"),
+                "save the result with MPS first",
+            );
             return;
         }
         let slot = self.saved - 1;
