@@ -3,6 +3,9 @@
 use super::Audit;
 use super::assemble::Findings;
 use crate::diagnostic::Diagnostic;
+use crate::dialect::melsec::decode::DecodeOptions;
+use crate::dialect::melsec::device::Family;
+use crate::dialect::melsec::source::RawProject;
 use crate::dialect::{self, Input, Project};
 use crate::facts::Facts;
 use crate::groups;
@@ -153,12 +156,18 @@ fn understand(
     }
 }
 
-fn decode(
-    _: &dialect::melsec::source::RawProject,
-    _: &Table,
-    _: &Request<'_>,
-) -> Result<Program, Failure> {
-    Err(Failure::Internal("MELSEC instructions have no meaning yet".to_owned()))
+fn decode(project: &RawProject, table: &Table, request: &Request<'_>) -> Result<Program, Failure> {
+    let cpu = request.cpu.or(project.files.iter().find_map(|file| file.cpu.as_deref()));
+    let family = cpu
+        .and_then(Family::of_cpu)
+        .or_else(|| table.family.as_deref().and_then(Family::named))
+        .unwrap_or(Family::Q);
+    let options = DecodeOptions {
+        family,
+        is_user_instruction: &|mnemonic| table.knows(mnemonic),
+        facts: request.facts,
+    };
+    Ok(dialect::melsec::decode::decode(project, &options)?)
 }
 
 /// The table that the user names, else the built-in one for the CPU, with the user's times in it.

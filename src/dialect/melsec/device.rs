@@ -18,6 +18,38 @@ pub enum Family {
 }
 
 impl Family {
+    /// The family of a CPU as sources name it (`Q26UDV`, `FX3U/FX3UC`, `L26-BT`, `R08`).
+    #[must_use]
+    pub fn of_cpu(cpu: &str) -> Option<Family> {
+        let cpu = cpu.trim().to_ascii_uppercase();
+        let series = cpu.strip_prefix("MELSEC").unwrap_or(&cpu).trim_start_matches(['-', ' ']);
+        if series.starts_with("FX5") {
+            Some(Family::Fx5)
+        } else if series.starts_with("FX") {
+            Some(Family::Fx)
+        } else {
+            match series.chars().next()? {
+                'Q' => Some(Family::Q),
+                'L' => Some(Family::L),
+                'R' => Some(Family::Iqr),
+                _ => None,
+            }
+        }
+    }
+
+    /// The family of that short name, as timing tables give it.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Family> {
+        Some(match name {
+            "q" => Family::Q,
+            "l" => Family::L,
+            "fx" => Family::Fx,
+            "iqr" => Family::Iqr,
+            "fx5" => Family::Fx5,
+            _ => return None,
+        })
+    }
+
     /// Inputs and outputs are numbered in octal.
     #[must_use]
     pub fn octal_inputs(self) -> bool {
