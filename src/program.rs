@@ -28,6 +28,9 @@
 //! moment (frames of calls and loop turns), any one value; two sources with the same id at the same
 //! moment have the same value.
 
+pub mod flow;
+pub mod interrupts;
+
 use std::collections::BTreeMap;
 use std::fmt;
 

@@ -2,8 +2,6 @@
 
 mod encoding;
 mod faults;
-mod flow;
-mod interrupts;
 pub mod melsec;
 pub mod minasec;
 

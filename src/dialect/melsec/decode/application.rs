@@ -141,19 +141,43 @@ impl Decoder<'_> {
             let high = u64::try_from(high).unwrap_or(0);
             return if low == high as i64 { Units::Exactly(high) } else { Units::AtMost(high) };
         }
-        if entry.class != "string" {
-            return Units::None;
+        match entry.class.as_str() {
+            "block" | "string" | "search" | "module" => self.units_of_operands(raw, entry),
+            _ => Units::None,
         }
-        let mut known = 0;
+    }
+
+    /// The units of an instruction that counts none itself: the longest of its operands.
+    fn units_of_operands(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
+        if entry.operation == Operation::ClearRange
+            && let (Some(first), Some(last)) =
+                (self.device(&raw.operands[0]), self.device(&raw.operands[1]))
+            && let (Place::At(kind, from), Place::At(other, to)) = (first.place, last.place)
+            && kind == other
+        {
+            return Units::Exactly(u64::from(to.saturating_sub(from)) + 1);
+        }
+        let mut most = 1;
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
-            if operand.extent == Extent::Text && operand.role != Role::Destination {
-                match parse(text, self.family) {
-                    Ok(Operand::Text(text)) => known += text.chars().count() as u64,
+            let amount = match operand.extent {
+                Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount,
+                Extent::Text if operand.role == Role::Destination => continue,
+                Extent::Text => match parse(text, self.family) {
+                    Ok(Operand::Text(text)) => Amount::Fixed(text.chars().count() as u32),
                     _ => return Units::AtMost(LONGEST_TEXT),
-                }
-            }
+                },
+            };
+            most = most.max(match amount {
+                Amount::Fixed(count) => u64::from(count),
+                Amount::Counted { unit, operand } => match self.constant(&raw.operands[operand]) {
+                    Some(count) => u64::try_from(count).unwrap_or(0) * u64::from(unit),
+                    None => return Units::AtMost(self.most_counted() as u64),
+                },
+                Amount::Unknown if matches!(operand.role, Role::Other) => 1,
+                Amount::Unknown => return Units::AtMost(self.most_counted() as u64),
+            });
         }
-        Units::Exactly(known)
+        Units::Exactly(most)
     }
 
     /// The most that a count in a word can say.

@@ -3,7 +3,7 @@
 use super::Decoder;
 use super::control::MOST_TURNS;
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::dialect::flow;
+use crate::program::flow;
 use crate::program::{Program, Step};
 
 /// Loops that unroll to more executed instructions than this are taken in bulk.
@@ -30,7 +30,7 @@ impl Decoder<'_> {
             return Err(found);
         }
         self.start_ranges();
-        crate::dialect::interrupts::isolate(&mut self.program, &self.volatile);
+        crate::program::interrupts::isolate(&mut self.program, &self.volatile);
         self.program.approximations.sort();
         Ok(self.program)
     }

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 /// interrupt routines too.
 ///
 /// `volatile` is what else may change at any moment.
-pub(super) fn isolate(program: &mut Program, volatile: &[Region]) {
+pub fn isolate(program: &mut Program, volatile: &[Region]) {
     let inside = reachable(program);
     let mut regions: BTreeSet<Region> =
         inside.iter().flat_map(|&at| flow::written(program, at)).collect();

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const MOST_RANGES: usize = 256;
 
 /// All loops, as the indices of their beginning and end, outer before inner.
-pub(super) fn loops(program: &Program) -> Vec<(usize, usize)> {
+pub fn loops(program: &Program) -> Vec<(usize, usize)> {
     let begins = program.instructions.iter().enumerate();
     begins
         .filter_map(|(at, instruction)| match instruction.step {
@@ -18,7 +18,7 @@ pub(super) fn loops(program: &Program) -> Vec<(usize, usize)> {
 }
 
 /// All jumps, as the indices of the jump and its target.
-pub(super) fn jumps(program: &Program) -> Vec<(usize, usize)> {
+pub fn jumps(program: &Program) -> Vec<(usize, usize)> {
     let steps = program.instructions.iter().enumerate();
     steps
         .filter_map(|(at, instruction)| match instruction.step {
@@ -29,7 +29,7 @@ pub(super) fn jumps(program: &Program) -> Vec<(usize, usize)> {
 }
 
 /// All calls, as the indices of the call and its routine.
-pub(super) fn calls(program: &Program) -> Vec<(usize, usize)> {
+pub fn calls(program: &Program) -> Vec<(usize, usize)> {
     let steps = program.instructions.iter().enumerate();
     steps
         .filter_map(|(at, instruction)| match instruction.step {
@@ -40,7 +40,7 @@ pub(super) fn calls(program: &Program) -> Vec<(usize, usize)> {
 }
 
 /// The last instruction of a routine: its first return that no jump within it leads past.
-pub(super) fn extent(program: &Program, entry: usize) -> Option<usize> {
+pub fn extent(program: &Program, entry: usize) -> Option<usize> {
     let returns = |from: usize| {
         program.instructions[from..]
             .iter()
@@ -61,7 +61,7 @@ pub(super) fn extent(program: &Program, entry: usize) -> Option<usize> {
 }
 
 /// A call that leads back to the routine in which it stands, if there is one.
-pub(super) fn recursion(program: &Program) -> Option<usize> {
+pub fn recursion(program: &Program) -> Option<usize> {
     let calls = calls(program);
     // From routine to the routines called within it, and by which instruction.
     let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
@@ -84,7 +84,7 @@ pub(super) fn recursion(program: &Program) -> Option<usize> {
 
 /// How many instructions run between two, both included, at most, loops unrolled and calls followed.
 /// Programs with recursion are not asked.
-pub(super) fn unrolled(program: &Program, from: usize, to: usize) -> u64 {
+pub fn unrolled(program: &Program, from: usize, to: usize) -> u64 {
     let mut known = BTreeMap::new();
     unrolled_between(program, from, to, &mut known)
 }
@@ -124,7 +124,7 @@ fn unrolled_between(
 
 /// The loop between two instructions as one step that charges everything in it `turns` times; `None` if
 /// a return or an end stands in it, or it is beyond all numbers.
-pub(super) fn bulk(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
+pub fn bulk(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
     let mut gathered = Gathered {
         program,
         charges: BTreeMap::new(),
@@ -191,7 +191,7 @@ impl Gathered<'_> {
 }
 
 /// The cells that an instruction's effects may write.
-pub(super) fn written(program: &Program, at: usize) -> Vec<Region> {
+pub fn written(program: &Program, at: usize) -> Vec<Region> {
     let one = |first| Region::Range { first, count: 1 };
     let mut regions = Vec::new();
     for effect in &program.instructions[at].effects {
