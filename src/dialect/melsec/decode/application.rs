@@ -173,7 +173,11 @@ impl Decoder<'_> {
                     Some(count) => u64::try_from(count).unwrap_or(0) * u64::from(unit),
                     None => return Units::AtMost(self.most_counted() as u64),
                 },
-                Amount::Unknown if matches!(operand.role, Role::Other) => 1,
+                Amount::Power { .. } | Amount::Unknown if matches!(operand.role, Role::Other) => 1,
+                Amount::Power { operand } => match self.constant(&raw.operands[operand]) {
+                    Some(power) => 1 << power.clamp(0, 16),
+                    None => 1 << 8,
+                },
                 Amount::Unknown => return Units::AtMost(self.most_counted() as u64),
             });
         }
@@ -423,6 +427,10 @@ impl Decoder<'_> {
             Amount::Counted { unit, operand } => {
                 let (_, high, _) = self.count_range(&raw.operands[operand], self.most_counted());
                 u32::try_from(high.max(0)).ok().and_then(|high| high.checked_mul(unit))
+            }
+            Amount::Power { operand } => {
+                let power = self.constant(&raw.operands[operand]);
+                power.filter(|power| (0..=16).contains(power)).map(|power| 1 << power)
             }
             Amount::Unknown => None,
         };
