@@ -3,7 +3,7 @@
 use crate::model::{Assignment, Atom, Group, Lit, Node, Origin, ScanModel, VarId};
 use crate::program::{ChoiceKey, Witness};
 use petgraph::unionfind::UnionFind;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The groups, in the order of their first charges. Constant charges are in none.
 ///
@@ -36,6 +36,37 @@ pub fn groups(model: &ScanModel) -> Vec<Group> {
         }
     }
     groups
+}
+
+/// What no charge depends on and a constraint holds all the same, as one group without charges: a scan must
+/// keep those constraints too.
+#[must_use]
+pub fn unpriced(model: &ScanModel, groups: &[Group]) -> Option<Group> {
+    let mut kept = vec![false; model.constraints.len()];
+    groups
+        .iter()
+        .flat_map(|group| &group.constraints)
+        .for_each(|&constraint| kept[constraint] = true);
+    let constraints: Vec<usize> = (0..kept.len()).filter(|&constraint| !kept[constraint]).collect();
+    if constraints.is_empty() {
+        return None;
+    }
+    let nodes = model.circuit.nodes();
+    let mut needed = vec![false; nodes.len()];
+    constraints.iter().for_each(|&constraint| needed[model.constraints[constraint].node()] = true);
+    let mut variables = BTreeSet::new();
+    for index in (0..nodes.len()).rev().filter(|&index| index > 0) {
+        match nodes[index] {
+            Node::And(a, b) if needed[index] => {
+                [a, b].iter().for_each(|input| needed[input.node()] = true)
+            }
+            Node::Atom(atom) if needed[index] => {
+                variables.insert(atom.variable());
+            }
+            _ => {}
+        }
+    }
+    Some(Group { charges: Vec::new(), variables: variables.into_iter().collect(), constraints })
 }
 
 /// The nodes that guards and constraints depend on, joined where they depend on each other.

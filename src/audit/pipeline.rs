@@ -14,7 +14,7 @@ use crate::price::{self, Prices};
 use crate::program::Program;
 use crate::replay::{Replay, replay};
 use crate::scan::{ScanError, scan_model};
-use crate::solve::{Limits, Maximum, Method, maxima};
+use crate::solve::{Limits, Maximum, Method, maxima, maximum};
 use crate::table::{Evidence, Override, Table};
 use crate::time::Picos;
 use std::sync::Mutex;
@@ -111,7 +111,12 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
 
     stage("searching");
     let maxima = search(request, &model, &groups, deadline);
-    let assignment = together(&model, &groups, &maxima);
+    let mut assignment = together(&model, &groups, &maxima);
+    if let Some(rest) = groups::unpriced(&model, &groups) {
+        let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
+        let found = maximum(&model, &rest, Method::Subsets, &limits);
+        take(&mut assignment, &rest, &found);
+    }
 
     stage("replaying");
     let witness = groups::witness(&model, &assignment);
@@ -277,14 +282,19 @@ fn search(
 
 /// The groups' best assignments in one: they share no variable.
 fn together(model: &ScanModel, groups: &[Group], maxima: &[Maximum]) -> Assignment {
-    let mut all = vec![0; model.variables.len()];
+    let mut all = Assignment(vec![0; model.variables.len()]);
     for (group, maximum) in groups.iter().zip(maxima) {
-        for variable in &group.variables {
-            let index = variable.0 as usize;
-            all[index] = maximum.best.0[index];
-        }
+        take(&mut all, group, maximum);
     }
-    Assignment(all)
+    all
+}
+
+/// Takes over what a group's best assignment says of its variables.
+fn take(all: &mut Assignment, group: &Group, maximum: &Maximum) {
+    for variable in &group.variables {
+        let index = variable.0 as usize;
+        all.0[index] = maximum.best.0[index];
+    }
 }
 
 /// Holds the scan that was replayed against what the analysis says that it costs.

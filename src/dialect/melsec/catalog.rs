@@ -223,6 +223,11 @@ pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
     Err(NotFound::Unknown { close: close(mnemonic) })
 }
 
+/// Every area, or `*` for all, that an instruction may write besides its operands.
+pub fn also() -> impl Iterator<Item = &'static str> {
+    CATALOG.values().flatten().flat_map(|entry| &entry.also).map(String::as_str)
+}
+
 /// The mnemonic whose pulse form this would be: `MOV` of `MOVP`, `+_U` of `+P_U`, `Z.OPEN` of `ZP.OPEN`.
 fn unpulsed(mnemonic: &str) -> Option<String> {
     if let Some((prefix, rest)) = mnemonic.split_once("P.") {

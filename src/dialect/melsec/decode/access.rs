@@ -96,7 +96,9 @@ impl Decoder<'_> {
             }
             Place::Fixed(value) => Logic::Const(value),
             Place::FirstScan(first) => {
-                let cell = Logic::cell(Cell { area: area("SM"), index: 402 });
+                let (name, index) =
+                    if self.family == Family::Fx { ("M", 8002) } else { ("SM", 402) };
+                let cell = Logic::cell(Cell { area: area(name), index });
                 if first { cell } else { cell.not() }
             }
             Place::At(Kind::VolatileBit, _)

@@ -138,39 +138,69 @@ impl Decoder<'_> {
     fn units(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
         if let Some(operand) = entry.units {
             let (low, high, _) = self.count_range(&raw.operands[operand], self.most_counted());
-            let high = u64::try_from(high).unwrap_or(0);
-            return if low == high as i64 { Units::Exactly(high) } else { Units::AtMost(high) };
+            let most = u64::try_from(high).unwrap_or(0).saturating_mul(entry.unit_size);
+            return if low == high { Units::Exactly(most) } else { Units::AtMost(most) };
+        }
+        if entry.operation == Operation::ClearRange {
+            return self.units_of_range(raw);
+        }
+        if let Some(most) = entry.most_units {
+            return Units::AtMost(most);
         }
         match entry.class.as_str() {
-            "block" | "string" | "search" | "module" => self.units_of_operands(raw, entry),
+            "block" | "string" | "search" | "module" | "table" | "dedicated" => self
+                .constant_texts(raw, entry)
+                .map_or_else(|| self.units_of_operands(raw, entry), Units::Exactly),
             _ => Units::None,
         }
     }
 
-    /// The units of an instruction that counts none itself: the longest of its operands.
-    fn units_of_operands(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
-        if entry.operation == Operation::ClearRange
-            && let (Some(first), Some(last)) =
-                (self.device(&raw.operands[0]), self.device(&raw.operands[1]))
+    /// The characters of all texts that are read, if there is one and each is a constant.
+    fn constant_texts(&self, raw: &RawInstruction, entry: &Entry) -> Option<u64> {
+        if !entry
+            .operands
+            .iter()
+            .any(|operand| operand.extent == Extent::Text && operand.role != Role::Destination)
+        {
+            return None;
+        }
+        let mut characters = 0;
+        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
+            if operand.extent == Extent::Text && operand.role != Role::Destination {
+                match parse(text, self.family) {
+                    Ok(Operand::Text(text)) => characters += text.chars().count() as u64,
+                    _ => return None,
+                }
+            }
+        }
+        Some(characters)
+    }
+
+    /// The devices from the first operand to the second.
+    fn units_of_range(&mut self, raw: &RawInstruction) -> Units {
+        if let (Some(first), Some(last)) =
+            (self.device(&raw.operands[0]), self.device(&raw.operands[1]))
             && let (Place::At(kind, from), Place::At(other, to)) = (first.place, last.place)
             && kind == other
         {
             return Units::Exactly(u64::from(to.saturating_sub(from)) + 1);
         }
+        Units::AtMost(self.most_counted() as u64)
+    }
+
+    /// The units of an instruction that counts none itself: the longest of its operands.
+    fn units_of_operands(&self, raw: &RawInstruction, entry: &Entry) -> Units {
         let mut most = 1;
-        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
+        for operand in &entry.operands {
             let amount = match operand.extent {
                 Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount,
                 Extent::Text if operand.role == Role::Destination => continue,
-                Extent::Text => match parse(text, self.family) {
-                    Ok(Operand::Text(text)) => Amount::Fixed(text.chars().count() as u32),
-                    _ => return Units::AtMost(LONGEST_TEXT),
-                },
+                Extent::Text => return Units::AtMost(LONGEST_TEXT),
             };
             most = most.max(match amount {
                 Amount::Fixed(count) => u64::from(count),
                 Amount::Counted { unit, operand } => match self.constant(&raw.operands[operand]) {
-                    Some(count) => u64::try_from(count).unwrap_or(0) * u64::from(unit),
+                    Some(count) => u64::try_from(count).unwrap_or(0) * u64::from(unit).max(1),
                     None => return Units::AtMost(self.most_counted() as u64),
                 },
                 Amount::Power { .. } | Amount::Unknown if matches!(operand.role, Role::Other) => 1,
@@ -473,4 +503,20 @@ fn cleared(place: Place, count: i64) -> Option<Vec<Effect>> {
             .collect(),
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::dialect::melsec::{catalog, device};
+
+    #[test]
+    fn every_area_that_the_catalog_names_exists() {
+        let mut named = 0;
+        for name in catalog::also().filter(|name| *name != "*") {
+            let area = device::area(name);
+            assert_eq!(device::areas(device::Family::Q)[usize::from(area.0)].name, name);
+            named += 1;
+        }
+        assert!(named > 10);
+    }
 }

@@ -470,7 +470,7 @@ impl Decoder<'_> {
 
     /// What must be closed when a file ends.
     pub(super) fn end_of_file(&mut self) {
-        self.stand_alone(false);
+        self.check_rung();
         self.close_state();
         if let Some(&begin) = self.loops.first() {
             let line = self.program.instructions.get(begin).map_or(0, |i| i.place.line);
