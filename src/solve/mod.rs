@@ -2,6 +2,7 @@
 
 mod bounds;
 mod clauses;
+pub mod export;
 mod hitting;
 mod maxima;
 mod problem;

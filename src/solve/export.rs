@@ -1,0 +1,159 @@
+//! A group's question in the formats of other solvers: WCNF for MaxSAT, SMT-LIB 2 for SMT.
+
+use super::clauses::Clauses;
+use super::{Group, Problem};
+use crate::model::{Atom, Lit, Node, ScanModel, VarId, VarKind};
+use crate::time::Picos;
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+/// The group's question as weighted partial MaxSAT, in the format of the MaxSAT evaluations since 2022:
+/// `h` begins a hard clause, a weight a soft one. The group's maximum in picoseconds is the constant and the
+/// weights, both of which a comment gives, less the least weight of violated soft clauses.
+///
+/// `charge` says what a charge (an index into `ScanModel::charges`) is, on one line.
+#[must_use]
+pub fn wcnf(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) -> String {
+    let problem = Problem::new(model, group);
+    let clauses = Clauses::new(&problem);
+    let mut text = String::new();
+    line(
+        &mut text,
+        format_args!("c The most that this group of charges costs in one scan, in picoseconds:"),
+    );
+    line(
+        &mut text,
+        format_args!("c {} less the weight of the violated soft clauses.", problem.naive()),
+    );
+    line(&mut text, format_args!("c {} of it is always there.", problem.constant));
+    for &(variable, atom) in &clauses.atoms {
+        line(&mut text, format_args!("c variable {variable}: {}", atom_text(model, atom)));
+    }
+    for clause in &clauses.clauses {
+        line(&mut text, format_args!("h {}0", literals(clause)));
+    }
+    for (item, &literal) in problem.items.iter().zip(&clauses.items) {
+        for &index in &item.charges {
+            line(&mut text, format_args!("c soft {literal}: {}", one_line(&charge(index))));
+        }
+        line(&mut text, format_args!("{} {literal} 0", item.weight));
+    }
+    text
+}
+
+/// The group's question for an SMT solver with optimisation (`assert-soft`).
+#[must_use]
+pub fn smt2(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) -> String {
+    let problem = Problem::new(model, group);
+    let mut text = String::new();
+    line(
+        &mut text,
+        format_args!("; The most that this group of charges costs in one scan, in picoseconds:"),
+    );
+    line(&mut text, format_args!("; {} less the objective.", problem.naive()));
+    definitions(&mut text, model, &problem);
+    for item in &problem.items {
+        for &index in &item.charges {
+            line(&mut text, format_args!("; {}", one_line(&charge(index))));
+        }
+        let guard = reference(item.guard);
+        line(&mut text, format_args!("(assert-soft {guard} :weight {} :id scan)", item.weight));
+    }
+    text.push_str("(check-sat)\n(get-objectives)\n(get-model)\n");
+    text
+}
+
+/// A question without optimisation: can the group cost more than `bound`? A solver that answers `unsat`
+/// confirms the bound.
+#[must_use]
+pub fn certificate(
+    model: &ScanModel,
+    group: &Group,
+    bound: Picos,
+    charge: &dyn Fn(usize) -> String,
+) -> String {
+    let problem = Problem::new(model, group);
+    let mut text = String::new();
+    line(
+        &mut text,
+        format_args!("; Can this group of charges cost more than {} ps in one scan?", bound.0),
+    );
+    line(&mut text, format_args!("; unsat: it cannot."));
+    text.push_str("(set-logic ALL)\n");
+    definitions(&mut text, model, &problem);
+    text.push_str("(assert (> (+\n");
+    line(&mut text, format_args!("  {} ; always", problem.constant));
+    for item in &problem.items {
+        let names: Vec<String> = item.charges.iter().map(|&c| one_line(&charge(c))).collect();
+        let guard = reference(item.guard);
+        line(&mut text, format_args!("  (ite {guard} {} 0) ; {}", item.weight, names.join(" | ")));
+    }
+    line(&mut text, format_args!("  0) {}))", bound.0));
+    text.push_str("(check-sat)\n");
+    text
+}
+
+/// Declares the variables, defines the circuit's gates and asserts what must hold.
+fn definitions(text: &mut String, model: &ScanModel, problem: &Problem) {
+    let nodes = problem.circuit.nodes();
+    let atoms = nodes.iter().filter_map(|node| match node {
+        Node::Atom(atom) => Some(atom.variable()),
+        _ => None,
+    });
+    for variable in atoms.collect::<BTreeSet<VarId>>() {
+        let described = &model.variables[variable.0 as usize];
+        let sort = match described.kind {
+            VarKind::Bit => "Bool",
+            VarKind::Word => "(_ BitVec 16)",
+        };
+        let name = one_line(&described.name);
+        line(text, format_args!("(declare-const v{} {sort}) ; {name}", variable.0));
+    }
+    for (index, node) in nodes.iter().enumerate() {
+        let meaning = match *node {
+            Node::True => continue,
+            Node::Atom(Atom::Bit(v)) => format!("v{}", v.0),
+            Node::Atom(Atom::AtLeast(v, least)) => format!("(bvuge v{} #x{least:04X})", v.0),
+            Node::Atom(Atom::WordBit(v, bit)) => {
+                format!("(= ((_ extract {bit} {bit}) v{}) #b1)", v.0)
+            }
+            Node::And(a, b) => format!("(and {} {})", reference(a), reference(b)),
+        };
+        line(text, format_args!("(define-fun g{index} () Bool {meaning})"));
+    }
+    for &lit in &problem.hard {
+        line(text, format_args!("(assert {})", reference(lit)));
+    }
+}
+
+fn reference(lit: Lit) -> String {
+    match lit {
+        Lit::TRUE => "true".to_owned(),
+        Lit::FALSE => "false".to_owned(),
+        _ if lit.is_negated() => format!("(not g{})", lit.node()),
+        _ => format!("g{}", lit.node()),
+    }
+}
+
+fn atom_text(model: &ScanModel, atom: Atom) -> String {
+    let name = one_line(&model.variables[atom.variable().0 as usize].name);
+    match atom {
+        Atom::Bit(_) => name,
+        Atom::AtLeast(_, least) => format!("{name} >= {least} (unsigned)"),
+        Atom::WordBit(_, bit) => format!("{name}.{bit:X}"),
+    }
+}
+
+fn literals(clause: &[i32]) -> String {
+    clause.iter().map(|literal| format!("{literal} ")).collect()
+}
+
+/// A comment ends where its line does.
+fn one_line(text: &str) -> String {
+    text.replace(['\n', '\r'], " ")
+}
+
+fn line(text: &mut String, arguments: std::fmt::Arguments<'_>) {
+    text.write_fmt(arguments).expect("writing to a string does not fail");
+    text.push('\n');
+}
