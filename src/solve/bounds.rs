@@ -3,7 +3,6 @@
 use super::{Limits, Maximum, Problem};
 use crate::model::Assignment;
 use crate::time::Picos;
-use std::time::Instant;
 
 /// The two bounds of a running search. Both only ever get better.
 pub struct Bounds<'a> {
@@ -67,10 +66,9 @@ impl<'a> Bounds<'a> {
         (self.limits.asked)(&charges, answer);
     }
 
-    /// Whether to stop with what is proved.
-    pub fn stopped(&self) -> bool {
-        self.limits.deadline.is_some_and(|deadline| Instant::now() >= deadline)
-            || (self.limits.cancelled)()
+    /// What ends the search.
+    pub fn limits(&self) -> &'a Limits<'a> {
+        self.limits
     }
 
     /// The result.

@@ -11,6 +11,8 @@ pub struct Clauses {
     pub variables: usize,
     /// What holds in every model.
     pub clauses: Vec<Vec<i32>>,
+    /// The variable that each clause helps to define.
+    pub owners: Vec<i32>,
     /// The literal of each of the problem's items.
     pub items: Vec<i32>,
     /// The literal of each node of the circuit; 0 where a node has none of its own.
@@ -47,7 +49,8 @@ impl Clauses {
         clauses.words();
         for &lit in &problem.hard {
             let unit = if lit == Lit::FALSE { vec![] } else { vec![clauses.literal(lit)] };
-            clauses.clauses.push(unit);
+            let owner = unit.first().map_or(1, |l: &i32| l.abs());
+            clauses.push(owner, unit);
         }
         clauses.items = problem.items.iter().map(|item| clauses.literal(item.guard)).collect();
         clauses
@@ -56,6 +59,12 @@ impl Clauses {
     fn literal(&self, lit: Lit) -> i32 {
         let variable = self.nodes[lit.node()];
         if lit.is_negated() { -variable } else { variable }
+    }
+
+    /// The variables that are not outputs of gates.
+    pub fn inputs(&self) -> impl Iterator<Item = i32> {
+        let bits = self.bits.values().flatten().copied();
+        self.atoms.iter().map(|&(variable, _)| variable).chain(bits)
     }
 
     /// The assignment that a model stands for, over the problem's variables.
@@ -78,6 +87,11 @@ impl Clauses {
         assignment
     }
 
+    fn push(&mut self, owner: i32, clause: Vec<i32>) {
+        self.owners.push(owner);
+        self.clauses.push(clause);
+    }
+
     fn variable(&mut self) -> i32 {
         self.variables += 1;
         i32::try_from(self.variables).expect("a problem's variables are counted in 31 bits")
@@ -85,8 +99,10 @@ impl Clauses {
 
     fn and(&mut self, inputs: &[i32]) -> i32 {
         let gate = self.variable();
-        self.clauses.extend(inputs.iter().map(|&input| vec![-gate, input]));
-        self.clauses.push(inputs.iter().map(|input| -input).chain([gate]).collect());
+        for &input in inputs {
+            self.push(gate, vec![-gate, input]);
+        }
+        self.push(gate, inputs.iter().map(|input| -input).chain([gate]).collect());
         gate
     }
 
@@ -105,7 +121,7 @@ impl Clauses {
         for chain in thresholds.values_mut() {
             chain.sort_unstable();
             for pair in chain.windows(2) {
-                self.clauses.push(vec![-pair[1].1, pair[0].1]);
+                self.push(pair[1].1, vec![-pair[1].1, pair[0].1]);
             }
         }
         for (word, places) in asked {
@@ -138,7 +154,8 @@ impl Clauses {
                 -self.and(&[-bit, -below])
             };
         }
-        self.clauses.extend([vec![-reached, below], vec![reached, -below]]);
+        self.push(reached, vec![-reached, below]);
+        self.push(reached, vec![reached, -below]);
     }
 }
 

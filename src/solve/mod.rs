@@ -2,11 +2,15 @@
 
 mod bounds;
 mod clauses;
+mod cores;
 pub mod export;
+mod formula;
 mod hitting;
 mod maxima;
+mod oracle;
 mod problem;
 mod subsets;
+mod totalizer;
 
 pub use maxima::maxima;
 pub use problem::{Item, Problem};
@@ -64,13 +68,21 @@ impl Default for Limits<'_> {
     }
 }
 
+impl Limits<'_> {
+    /// Whether to stop with what is proved.
+    fn reached(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline) || (self.cancelled)()
+    }
+}
+
 /// The group's maximum. The bounds are valid however early the search ends.
 #[must_use]
 pub fn maximum(model: &ScanModel, group: &Group, method: Method, limits: &Limits<'_>) -> Maximum {
     let problem = Problem::new(model, group);
     let mut bounds = Bounds::new(&problem, limits);
     match method {
-        Method::Auto | Method::Subsets | Method::Cores => subsets::search(&problem, &mut bounds),
+        Method::Subsets => subsets::search(&problem, &mut bounds),
+        Method::Auto | Method::Cores => cores::search(&problem, &mut bounds),
     }
     bounds.finish()
 }
@@ -110,6 +122,13 @@ mod tests {
     fn subsets_equal_trying_everything() {
         for seed in 0..120 {
             equals_brute(Method::Subsets, seed, 3 + seed % 20);
+        }
+    }
+
+    #[test]
+    fn cores_equal_trying_everything() {
+        for seed in 0..150 {
+            equals_brute(Method::Cores, seed, 3 + seed % 40);
         }
     }
 

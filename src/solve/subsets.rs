@@ -64,7 +64,7 @@ fn by_cores(judge: &mut Judge<'_, '_>) -> Result<(), Stopped> {
     let weights: Vec<u64> = judge.problem.items.iter().map(|item| item.weight).collect();
     let mut cores: Vec<Vec<usize>> = Vec::new();
     while !judge.bounds.exact() {
-        let stop = || judge.bounds.stopped();
+        let stop = || judge.bounds.limits().reached();
         let taken = least_hitting_set(&weights, &cores, &stop).ok_or(Stopped)?;
         let mut left: Vec<usize> =
             (0..weights.len()).filter(|item| taken.binary_search(item).is_err()).collect();
@@ -165,7 +165,7 @@ impl<'a, 'b> Judge<'a, 'b> {
         let assumptions: Vec<Bool> = items.iter().map(|&item| self.guards[item].clone()).collect();
         let mut effort = EFFORT;
         loop {
-            if self.bounds.stopped() {
+            if self.bounds.limits().reached() {
                 return Err(Stopped);
             }
             let mut params = Params::new();

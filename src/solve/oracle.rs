@@ -1,0 +1,104 @@
+//! A satisfiability solver that answers one question after another about a growing set of clauses.
+
+use super::Limits;
+use batsat::callbacks::Callbacks;
+use batsat::{Lit, Solver, SolverInterface, SolverOpts, Var, lbool};
+use std::cell::Cell;
+
+/// Between two looks at the clock there are so many steps.
+const LOOK: u64 = 1 << 12;
+
+/// Ends a question that takes too many steps, or too long.
+struct Effort<'a> {
+    limits: &'a Limits<'a>,
+    steps: Cell<u64>,
+    most: u64,
+}
+
+impl Callbacks for Effort<'_> {
+    /// The solver asks before each of its decisions; that is a step.
+    fn stop(&self) -> bool {
+        let steps = self.steps.get() + 1;
+        self.steps.set(steps);
+        steps > self.most || (steps.is_multiple_of(LOOK) && self.limits.reached())
+    }
+}
+
+/// Literals are as in DIMACS files: a variable (from 1) or its negative. The solver knows only the variables
+/// that occur, under numbers of its own.
+pub struct Oracle<'a> {
+    solver: Solver<Effort<'a>>,
+    inner: Vec<Option<Var>>,
+    outer: Vec<i32>,
+}
+
+impl<'a> Oracle<'a> {
+    pub fn new(limits: &'a Limits<'a>) -> Oracle<'a> {
+        let effort = Effort { limits, steps: Cell::new(0), most: 0 };
+        let solver = Solver::new(SolverOpts::default(), effort);
+        Oracle { solver, inner: Vec::new(), outer: Vec::new() }
+    }
+
+    /// What holds from now on.
+    pub fn add(&mut self, clause: &[i32]) {
+        let mut clause = self.translate(clause);
+        self.solver.add_clause_reuse(&mut clause);
+    }
+
+    /// A variable whose value follows from others', or does not matter: the solver need not choose it. To
+    /// be told before the variable occurs.
+    pub fn define(&mut self, variable: i32) {
+        self.variable(variable, false);
+    }
+
+    /// Whether all assumptions can hold together; `None` if that takes more than so many steps (each
+    /// assumption may be one) or the limits are reached.
+    pub fn ask(&mut self, assumptions: &[i32], steps: u64) -> Option<bool> {
+        let assumptions = self.translate(assumptions);
+        let effort = self.solver.cb_mut();
+        effort.steps.set(0);
+        effort.most = steps;
+        match self.solver.solve_limited(&assumptions) {
+            answer if answer == lbool::TRUE => Some(true),
+            answer if answer == lbool::FALSE => Some(false),
+            _ => None,
+        }
+    }
+
+    /// After the answer no: assumptions that cannot hold together.
+    pub fn core(&self) -> Vec<i32> {
+        let refuted = self.solver.unsat_core().iter();
+        refuted
+            .map(|lit| {
+                let variable = self.outer[lit.var().idx() as usize];
+                if lit.sign() { -variable } else { variable }
+            })
+            .collect()
+    }
+
+    /// After the answer yes: whether the literal holds in the model found. A variable that occurs nowhere
+    /// is false.
+    pub fn holds(&self, literal: i32) -> bool {
+        let variable = self.inner.get(literal.unsigned_abs() as usize).copied().flatten();
+        let value = variable.map_or(lbool::FALSE, |variable| self.solver.value_var(variable));
+        (value == lbool::TRUE) == (literal > 0)
+    }
+
+    fn translate(&mut self, literals: &[i32]) -> Vec<Lit> {
+        literals
+            .iter()
+            .map(|&literal| Lit::new(self.variable(literal, true), literal > 0))
+            .collect()
+    }
+
+    fn variable(&mut self, literal: i32, chosen: bool) -> Var {
+        let place = literal.unsigned_abs() as usize;
+        if self.inner.len() <= place {
+            self.inner.resize(place + 1, None);
+        }
+        *self.inner[place].get_or_insert_with(|| {
+            self.outer.push(literal.abs());
+            self.solver.new_var(lbool::UNDEF, chosen)
+        })
+    }
+}

@@ -1,0 +1,260 @@
+//! Unit propagation over a growing set of clauses, with the assumptions behind each conflict.
+
+/// A clause of more than two literals: its place in the arena. The first two are watched.
+type Place = u32;
+
+/// Why a literal is true.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Reason {
+    /// It was assumed, or it holds for good.
+    None,
+    /// The other literal of a clause of two, which is false.
+    Binary(i32),
+    /// The clause at this place, whose other literals are false.
+    Clause(Place),
+}
+
+#[derive(Clone, Copy)]
+struct Watch {
+    /// Another literal of the clause: while it is true there is nothing to do.
+    blocker: i32,
+    place: Place,
+}
+
+/// Marks a watch of a clause of two literals, which has no place in the arena.
+const BINARY: Place = u32::MAX;
+
+/// Literals are as in DIMACS files.
+#[derive(Default)]
+pub struct Propagator {
+    /// Length, then literals, of every clause of more than two.
+    arena: Vec<i32>,
+    watches: Vec<Vec<Watch>>,
+    /// By literal: 1 true, -1 false, 0 open.
+    values: Vec<i8>,
+    levels: Vec<u32>,
+    reasons: Vec<Reason>,
+    trail: Vec<i32>,
+    /// Where in the trail each level begins.
+    limits: Vec<usize>,
+    head: usize,
+    seen: Vec<bool>,
+    broken: bool,
+    pub steps: u64,
+}
+
+fn code(literal: i32) -> usize {
+    2 * literal.unsigned_abs() as usize + usize::from(literal < 0)
+}
+
+impl Propagator {
+    /// Makes room for variables up to this one.
+    fn reserve(&mut self, variable: usize) {
+        if self.levels.len() <= variable {
+            self.watches.resize_with(2 * variable + 2, Vec::new);
+            self.values.resize(2 * variable + 2, 0);
+            self.levels.resize(variable + 1, 0);
+            self.reasons.resize(variable + 1, Reason::None);
+            self.seen.resize(variable + 1, false);
+        }
+    }
+
+    /// What holds from now on. Takes back all assumptions.
+    pub fn add(&mut self, clause: &[i32]) {
+        self.back(0);
+        let mut open: Vec<i32> = Vec::with_capacity(clause.len());
+        for &literal in clause {
+            self.reserve(literal.unsigned_abs() as usize);
+            match self.values[code(literal)] {
+                1 => return,
+                -1 => {}
+                _ if open.contains(&-literal) => return,
+                _ if open.contains(&literal) => {}
+                _ => open.push(literal),
+            }
+        }
+        match open[..] {
+            [] => self.broken = true,
+            [literal] => {
+                self.set(literal, Reason::None);
+                self.broken |= self.propagate().is_some();
+            }
+            [a, b] => {
+                self.watches[code(-a)].push(Watch { blocker: b, place: BINARY });
+                self.watches[code(-b)].push(Watch { blocker: a, place: BINARY });
+            }
+            [a, b, ..] => {
+                let place = Place::try_from(self.arena.len()).expect("clauses fit 32 bits");
+                self.arena.push(open.len() as i32);
+                self.arena.extend(&open);
+                self.watches[code(-a)].push(Watch { blocker: b, place });
+                self.watches[code(-b)].push(Watch { blocker: a, place });
+            }
+        }
+    }
+
+    /// 1 if the literal is true, -1 if it is false, 0 if it is open.
+    pub fn value(&self, literal: i32) -> i8 {
+        self.values.get(code(literal)).copied().unwrap_or(0)
+    }
+
+    /// Whether the value holds without assumptions.
+    pub fn fixed(&self, literal: i32) -> bool {
+        self.value(literal) != 0 && self.levels[literal.unsigned_abs() as usize] == 0
+    }
+
+    /// How many assumptions are made.
+    pub fn level(&self) -> usize {
+        self.limits.len()
+    }
+
+    /// Takes back assumptions until so many are left.
+    pub fn back(&mut self, level: usize) {
+        if level >= self.limits.len() {
+            return;
+        }
+        let keep = self.limits[level];
+        for &literal in &self.trail[keep..] {
+            self.values[code(literal)] = 0;
+            self.values[code(-literal)] = 0;
+        }
+        self.trail.truncate(keep);
+        self.limits.truncate(level);
+        self.head = keep;
+    }
+
+    /// Assumes an open literal. The answer is a conflict: assumptions (this one among them) that cannot hold
+    /// together; the literal is then taken back.
+    pub fn assume(&mut self, literal: i32) -> Option<Vec<i32>> {
+        self.reserve(literal.unsigned_abs() as usize);
+        self.limits.push(self.trail.len());
+        self.set(literal, Reason::None);
+        let (first, reason) = self.propagate()?;
+        // `first` is false, and so is everything in the reason.
+        let mut false_literals = vec![first];
+        self.others(first, reason, &mut false_literals);
+        let core = self.ancestors(false_literals);
+        self.back(self.limits.len() - 1);
+        Some(core)
+    }
+
+    /// Of a false literal: it and the assumptions that make it false.
+    pub fn against(&mut self, literal: i32) -> Vec<i32> {
+        let mut core = self.ancestors(vec![literal]);
+        core.push(literal);
+        core
+    }
+
+    pub fn broken(&self) -> bool {
+        self.broken
+    }
+
+    fn set(&mut self, literal: i32, reason: Reason) {
+        let variable = literal.unsigned_abs() as usize;
+        self.values[code(literal)] = 1;
+        self.values[code(-literal)] = -1;
+        self.levels[variable] = self.limits.len() as u32;
+        self.reasons[variable] = reason;
+        self.trail.push(literal);
+    }
+
+    fn propagate(&mut self) -> Option<(i32, Reason)> {
+        while self.head < self.trail.len() {
+            let truth = self.trail[self.head];
+            self.head += 1;
+            self.steps += 1;
+            let at = code(truth);
+            let mut watches = std::mem::take(&mut self.watches[at]);
+            let (mut read, mut kept) = (0, 0);
+            let mut conflict = None;
+            while read < watches.len() {
+                let watch = watches[read];
+                read += 1;
+                let blocker = self.values[code(watch.blocker)];
+                if blocker == 1 {
+                    watches[kept] = watch;
+                    kept += 1;
+                    continue;
+                }
+                if watch.place == BINARY {
+                    watches[kept] = watch;
+                    kept += 1;
+                    if blocker == -1 {
+                        conflict = Some((watch.blocker, Reason::Binary(-truth)));
+                        break;
+                    }
+                    self.set(watch.blocker, Reason::Binary(-truth));
+                    continue;
+                }
+                let start = watch.place as usize + 1;
+                let length = self.arena[watch.place as usize] as usize;
+                let clause = &mut self.arena[start..start + length];
+                if clause[0] == -truth {
+                    clause.swap(0, 1);
+                }
+                let other = clause[0];
+                let watch = Watch { blocker: other, place: watch.place };
+                if self.values[code(other)] == 1 {
+                    watches[kept] = watch;
+                    kept += 1;
+                    continue;
+                }
+                let values = &self.values;
+                if let Some(next) = (2..length).find(|&k| values[code(clause[k])] != -1) {
+                    clause.swap(1, next);
+                    let literal = clause[1];
+                    self.watches[code(-literal)].push(watch);
+                    continue;
+                }
+                watches[kept] = watch;
+                kept += 1;
+                if self.values[code(other)] == -1 {
+                    conflict = Some((other, Reason::Clause(watch.place)));
+                    break;
+                }
+                self.set(other, Reason::Clause(watch.place));
+            }
+            watches.copy_within(read.., kept);
+            watches.truncate(kept + watches.len() - read);
+            self.watches[at] = watches;
+            if conflict.is_some() {
+                return conflict;
+            }
+        }
+        None
+    }
+
+    /// Adds the false literals of a reason, other than `literal` and its negation.
+    fn others(&self, literal: i32, reason: Reason, found: &mut Vec<i32>) {
+        match reason {
+            Reason::None => {}
+            Reason::Binary(other) => found.push(other),
+            Reason::Clause(place) => {
+                let start = place as usize + 1;
+                let clause = &self.arena[start..start + self.arena[place as usize] as usize];
+                found.extend(clause.iter().copied().filter(|l| l.abs() != literal.abs()));
+            }
+        }
+    }
+
+    /// The assumptions behind false literals.
+    fn ancestors(&mut self, mut open: Vec<i32>) -> Vec<i32> {
+        let (mut core, mut marked) = (Vec::new(), Vec::new());
+        while let Some(literal) = open.pop() {
+            let variable = literal.unsigned_abs() as usize;
+            if self.seen[variable] || self.levels[variable] == 0 {
+                continue;
+            }
+            self.seen[variable] = true;
+            marked.push(variable);
+            match self.reasons[variable] {
+                Reason::None => core.push(-literal),
+                reason => self.others(literal, reason, &mut open),
+            }
+        }
+        for variable in marked {
+            self.seen[variable] = false;
+        }
+        core
+    }
+}

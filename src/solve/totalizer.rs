@@ -1,0 +1,83 @@
+//! Counts how many of some literals are true, as far as was asked so far.
+
+use super::formula::Formula;
+use super::oracle::Oracle;
+
+/// A balanced tree of unary sums. Output `k` (from 1) is true if at least `k` inputs are; it may be true
+/// otherwise, too.
+pub struct Totalizer {
+    nodes: Vec<Sum>,
+    home: usize,
+}
+
+struct Sum {
+    /// Output `k` is at `k - 1`.
+    outputs: Vec<i32>,
+    size: usize,
+    children: Option<(usize, usize)>,
+}
+
+impl Totalizer {
+    /// Counts the inputs, of which there is at least one. No output yet.
+    pub fn new(inputs: &[i32], home: usize) -> Totalizer {
+        let leaf = |&input: &i32| Sum { outputs: vec![input], size: 1, children: None };
+        let mut nodes: Vec<Sum> = inputs.iter().map(leaf).collect();
+        let mut level: Vec<usize> = (0..nodes.len()).collect();
+        while level.len() > 1 {
+            let pairs = level.chunks(2).map(|pair| match *pair {
+                [left, right] => {
+                    let size = nodes[left].size + nodes[right].size;
+                    nodes.push(Sum { outputs: vec![], size, children: Some((left, right)) });
+                    nodes.len() - 1
+                }
+                _ => pair[0],
+            });
+            level = pairs.collect();
+        }
+        Totalizer { nodes, home }
+    }
+
+    /// How many inputs there are.
+    pub fn size(&self) -> usize {
+        self.nodes.last().map_or(0, |root| root.size)
+    }
+
+    /// The output for at least `count` inputs, 1 to `size`.
+    pub fn output(&mut self, count: usize, formula: &mut Formula, oracle: &mut Oracle<'_>) -> i32 {
+        let root = self.nodes.len() - 1;
+        self.extend(root, count, formula, oracle);
+        self.nodes[root].outputs[count - 1]
+    }
+
+    fn extend(
+        &mut self,
+        node: usize,
+        count: usize,
+        formula: &mut Formula,
+        oracle: &mut Oracle<'_>,
+    ) {
+        let count = count.min(self.nodes[node].size);
+        let have = self.nodes[node].outputs.len();
+        let Some((left, right)) = self.nodes[node].children else { return };
+        if have >= count {
+            return;
+        }
+        self.extend(left, count, formula, oracle);
+        self.extend(right, count, formula, oracle);
+        for sum in have + 1..=count {
+            let output = formula.variable(self.home, oracle);
+            if let Some(&smaller) = self.nodes[node].outputs.last() {
+                formula.add(output, vec![-output, smaller], oracle);
+            }
+            self.nodes[node].outputs.push(output);
+            let (a, b) = (&self.nodes[left].outputs, &self.nodes[right].outputs);
+            for from_left in sum.saturating_sub(b.len())..=sum.min(a.len()) {
+                let from_right = sum - from_left;
+                let mut clause = vec![output];
+                clause.extend((from_left > 0).then(|| -a[from_left - 1]));
+                clause.extend((from_right > 0).then(|| -b[from_right - 1]));
+                formula.add(output, clause, oracle);
+            }
+        }
+    }
+}
