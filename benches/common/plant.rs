@@ -37,7 +37,8 @@ pub fn plant(stations: u32, seed: u64) -> Vec<String> {
             if station == 0 {
                 modes(&mut text);
             }
-            Station { index: station, of: stations, numbers: &mut numbers, text: &mut text }.write();
+            Station { index: station, of: stations, numbers: &mut numbers, text: &mut text }
+                .write();
             text.push_str("END\n");
             text
         })
@@ -75,6 +76,23 @@ impl Station<'_> {
         self.alarms();
         self.recipe();
         self.lamps();
+    }
+
+    /// A number below a limit.
+    fn below(&mut self, limit: u32) -> u32 {
+        self.numbers.below(limit)
+    }
+
+    /// Some relay of the station's.
+    fn some_m(&mut self, from: u32, limit: u32) -> String {
+        let n = from + self.below(limit);
+        self.m(n)
+    }
+
+    /// Some input of the station's.
+    fn some_x(&mut self, limit: u32) -> String {
+        let n = self.below(limit);
+        self.x(n)
     }
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
@@ -120,7 +138,9 @@ impl Station<'_> {
             }
             if self.numbers.one_in(3) {
                 let (a, b, sum) = (self.d(100), self.d(102), self.d(104));
-                self.line(format_args!("LD= {word} K{here}\nAND {sensor}\nD* {a} {b} {sum}\nD+ {a} {b} {a}"));
+                self.line(format_args!(
+                    "LD= {word} K{here}\nAND {sensor}\nD* {a} {b} {sum}\nD+ {a} {b} {a}"
+                ));
             }
         }
         let (ready, last) = (self.m(390), 10 * (STEPS - 1));
@@ -138,10 +158,15 @@ impl Station<'_> {
         }
         self.line(format_args!("{idle}\nAND M2\nSET {first}"));
         for relay in 0..count {
-            let (here, next, sensor) = (self.m(relay), self.m((relay + 1) % count), self.x(20 + relay));
+            let (here, next, sensor) =
+                (self.m(relay), self.m((relay + 1) % count), self.x(20 + relay));
             self.line(format_args!("LD {here}\nAND {sensor}\nAND M2\nSET {next}\nRST {here}"));
             let (a, b) = (self.d(110 + relay), self.d(130));
-            self.line(format_args!("LD {here}\nAND M0\n* {a} K{} {b}\nDMOV {b} {}", 2 + relay, self.d(132)));
+            self.line(format_args!(
+                "LD {here}\nAND M0\n* {a} K{} {b}\nDMOV {b} {}",
+                2 + relay,
+                self.d(132)
+            ));
         }
     }
 
@@ -150,21 +175,36 @@ impl Station<'_> {
         let base = 40 + 40 * axis;
         let word = self.d(0);
         let (forward, backward) = (self.y(2 * axis), self.y(2 * axis + 1));
-        let (end, home, plus, minus) =
-            (self.x(40 + 8 * axis), self.x(41 + 8 * axis), self.x(42 + 8 * axis), self.x(43 + 8 * axis));
+        let (end, home, plus, minus) = (
+            self.x(40 + 8 * axis),
+            self.x(41 + 8 * axis),
+            self.x(42 + 8 * axis),
+            self.x(43 + 8 * axis),
+        );
         let (go, back) = (10 * (1 + 2 * axis), 10 * (2 + 2 * axis));
         let fault = self.m(399);
         self.line(format_args!("LD= {word} K{go}\nAND M0\nLD M1\nAND {plus}\nORB\nANI {end}\nANI {backward}\nANI {fault}\nOUT {forward}"));
         self.line(format_args!("LD= {word} K{back}\nAND M0\nLD M1\nAND {minus}\nORB\nANI {home}\nANI {forward}\nANI {fault}\nOUT {backward}"));
         let timer = format!("T{}", 100 + 10 * self.index + axis);
-        self.line(format_args!("LD {forward}\nOR {backward}\nOUT {timer} K50\nLD {timer}\nSET {}", self.m(380 + axis)));
-        self.line(format_args!("LD {forward}\nMOV K{} {}\nLD {backward}\nMOV K-{} {}", 500 + axis, self.d(160 + axis), 500 + axis, self.d(160 + axis)));
+        self.line(format_args!(
+            "LD {forward}\nOR {backward}\nOUT {timer} K50\nLD {timer}\nSET {}",
+            self.m(380 + axis)
+        ));
+        self.line(format_args!(
+            "LD {forward}\nMOV K{} {}\nLD {backward}\nMOV K-{} {}",
+            500 + axis,
+            self.d(160 + axis),
+            500 + axis,
+            self.d(160 + axis)
+        ));
         // The many small relays of a real axis: enable chains, memories, lamps.
         for relay in 0..24 {
-            let (out, a, b) = (self.m(base + relay), self.x(self.numbers.below(96)), self.m(base + self.numbers.below(40)));
-            let mode = self.numbers.below(3);
-            let c = self.m(self.numbers.below(300));
-            self.line(format_args!("LD {a}\nOR {b}\nANI {c}\nLD M{mode}\nORI {fault}\nANB\nOUT {out}"));
+            let (out, a, b) = (self.m(base + relay), self.some_x(96), self.some_m(base, 40));
+            let mode = self.below(3);
+            let c = self.some_m(0, 300);
+            self.line(format_args!(
+                "LD {a}\nOR {b}\nANI {c}\nLD M{mode}\nORI {fault}\nANB\nOUT {out}"
+            ));
         }
     }
 
@@ -172,13 +212,20 @@ impl Station<'_> {
     fn alarms(&mut self) {
         let reset = self.x(100);
         for alarm in 0..30 {
-            let (latch, cause) = (self.m(340 + alarm), self.x(self.numbers.below(96)));
-            let other = self.m(40 + self.numbers.below(240));
-            self.line(format_args!("LD {cause}\nANI {other}\nAND M2\nSET {latch}\nLD {reset}\nRST {latch}"));
+            let (latch, cause, other) =
+                (self.m(340 + alarm), self.some_x(96), self.some_m(40, 240));
+            self.line(format_args!(
+                "LD {cause}\nANI {other}\nAND M2\nSET {latch}\nLD {reset}\nRST {latch}"
+            ));
         }
         let word = self.d(170);
         self.line(format_args!("LD M3\nOR {}\nOUT {}", self.m(340), self.m(399)));
-        self.line(format_args!("LDP {}\nMOVP K4{} {word}\nINCP {}", self.m(341), self.m(340), self.d(171)));
+        self.line(format_args!(
+            "LDP {}\nMOVP K4{} {word}\nINCP {}",
+            self.m(341),
+            self.m(340),
+            self.d(171)
+        ));
     }
 
     /// Recipe selection by a word: exactly one of eight blocks is moved.
@@ -186,14 +233,17 @@ impl Station<'_> {
         let select = self.d(180);
         for recipe in 0..8 {
             let (from, to) = (format!("D{}", 500 + 10 * recipe), self.d(182));
-            self.line(format_args!("LD= {select} K{recipe}\nAND M0\nANI M2\nBMOV {from} {to} K{}", 2 + recipe));
+            self.line(format_args!(
+                "LD= {select} K{recipe}\nAND M0\nANI M2\nBMOV {from} {to} K{}",
+                2 + recipe
+            ));
         }
     }
 
     /// Lamps and outputs: many contacts, no application instruction.
     fn lamps(&mut self) {
         for lamp in 0..40 {
-            let (a, b, c) = (self.m(self.numbers.below(380)), self.m(self.numbers.below(380)), self.x(self.numbers.below(100)));
+            let (a, b, c) = (self.some_m(0, 380), self.some_m(0, 380), self.some_x(100));
             let y = self.y(20 + lamp);
             self.line(format_args!("LD {a}\nANI {b}\nLD {c}\nAND M0\nORB\nANI M3\nMPS\nAND {a}\nOUT {y}\nMPP\nANI {c}\nOUT {}", self.m(300 + lamp)));
         }
