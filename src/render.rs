@@ -9,7 +9,8 @@ const WINDOW: usize = 160;
 /// The diagnostics one after another, with colour codes (`anstream` takes them off where they are not wanted).
 #[must_use]
 pub fn diagnostics(found: &[Diagnostic]) -> String {
-    found.iter().map(|one| diagnostic(one) + "\n\n").collect()
+    let shown: Vec<String> = found.iter().map(|one| diagnostic(one) + "\n").collect();
+    shown.join("\n")
 }
 
 fn diagnostic(found: &Diagnostic) -> String {

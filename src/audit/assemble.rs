@@ -1,21 +1,24 @@
 //! Puts together what a report shows from what the stages found.
 
-use super::deciding::deciding;
+use super::deciding::{deciding, depends_on};
 use super::names::Names;
 use super::{
-    ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Fate, FreeValue, GroupUse, OverheadUse,
-    RungUse, Share, TableUse, Tie, Value, Where,
+    ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, Fate, FreeValue, GroupUse,
+    OverheadUse, RungUse, Share, TableUse, Tie, Value, Where,
 };
 use crate::diagnostic::Diagnostic;
 use crate::model::{Assignment, Atom, Group, Node, Origin, ScanModel, VarKind};
 use crate::price::{Price, Prices};
 use crate::program::{Place, Program};
-use crate::solve::Maximum;
+use crate::solve::{Maximum, exclusions};
 use crate::table::{Evidence, Table};
 use crate::time::Picos;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
+
+/// For so many rungs a group it is asked why they don't cost their most.
+const MOST_EXPLAINED: usize = 20;
 
 /// What the stages found.
 pub struct Findings<'a> {
@@ -43,16 +46,6 @@ impl Findings<'_> {
         let pick = |charges: &[usize]| charges.iter().map(|&c| all[c].clone()).collect();
         let always: Vec<ChargeUse> = pick(&constant);
         let uses = self.uses();
-        let mut groups: Vec<GroupUse> = self
-            .groups
-            .iter()
-            .zip(self.maxima)
-            .map(|(group, maximum)| self.group(group, maximum, pick(&group.charges), &names, &uses))
-            .collect();
-        groups.sort_by_key(|group| (Reverse(group.upper), group.charges[0].at));
-        for (index, group) in groups.iter_mut().enumerate() {
-            group.id = index + 1;
-        }
         let overhead: Vec<OverheadUse> = self
             .prices
             .overhead
@@ -64,20 +57,20 @@ impl Findings<'_> {
                 why: term.why.clone(),
             })
             .collect();
-        let bound = {
-            let always: Picos = always.iter().map(|charge| charge.cost).sum();
-            let overhead: Picos = overhead.iter().map(|term| term.time).sum();
-            let groups_upper: Picos = groups.iter().map(|group| group.upper).sum();
-            let groups_lower: Picos = groups.iter().map(|group| group.lower).sum();
-            Bound {
-                upper: always + overhead + groups_upper,
-                lower: always + overhead + groups_lower,
-                naive: overhead + self.model.charges.iter().map(|charge| charge.dearer()).sum(),
-                always,
-                overhead,
-                groups: groups_upper,
-            }
-        };
+        let bound = self.bound(&always, &overhead);
+        let mut groups: Vec<GroupUse> = self
+            .groups
+            .iter()
+            .zip(self.maxima)
+            .map(|(group, maximum)| {
+                let explain = Audit::is_main(maximum.upper, &bound);
+                self.group(group, maximum, pick(&group.charges), &names, &uses, explain)
+            })
+            .collect();
+        groups.sort_by_key(|group| (Reverse(group.upper), group.charges[0].at));
+        for (index, group) in groups.iter_mut().enumerate() {
+            group.id = index + 1;
+        }
         Audit {
             files: self.program.files.iter().map(|file| file.name.clone()).collect(),
             dialect: self.program.dialect.clone(),
@@ -95,6 +88,21 @@ impl Findings<'_> {
             approximations: self.approximations(),
             warnings,
             elapsed: Duration::ZERO,
+        }
+    }
+
+    fn bound(&self, always: &[ChargeUse], overhead: &[OverheadUse]) -> Bound {
+        let always: Picos = always.iter().map(|charge| charge.cost).sum();
+        let overhead: Picos = overhead.iter().map(|term| term.time).sum();
+        let groups: Picos = self.maxima.iter().map(|maximum| maximum.upper).sum();
+        let lower: Picos = self.maxima.iter().map(|maximum| maximum.lower).sum();
+        Bound {
+            upper: always + overhead + groups,
+            lower: always + overhead + lower,
+            naive: overhead + self.model.charges.iter().map(|charge| charge.dearer()).sum(),
+            always,
+            overhead,
+            groups,
         }
     }
 
@@ -116,11 +124,7 @@ impl Findings<'_> {
                     off: charge.off,
                     runs,
                     reached,
-                    cost: match (runs, reached) {
-                        (true, _) => charge.on,
-                        (false, true) => charge.off,
-                        (false, false) => Picos::ZERO,
-                    },
+                    cost: charge.cost(&values),
                     row: price.map_or(String::new(), |price| price.row.clone()),
                     evidence: price.map_or(Evidence::Published, |price| price.evidence),
                 }
@@ -135,6 +139,7 @@ impl Findings<'_> {
         charges: Vec<ChargeUse>,
         names: &Names<'_>,
         uses: &[usize],
+        explain: bool,
     ) -> GroupUse {
         let mut by_device: BTreeMap<String, (usize, usize)> = BTreeMap::new();
         for (order, variable) in group.variables.iter().enumerate() {
@@ -163,9 +168,64 @@ impl Findings<'_> {
             lower: maximum.lower,
             naive: charges.iter().map(|charge| charge.on.max(charge.off)).sum(),
             solver_calls: maximum.calls,
-            rungs: rungs(&charges, names),
+            rungs: self.rungs(group, &charges, names, explain),
             charges,
         }
+    }
+
+    /// The group's rungs, the dearest first, and why the dearest of them don't cost their most.
+    fn rungs(
+        &self,
+        group: &Group,
+        charges: &[ChargeUse],
+        names: &Names<'_>,
+        explain: bool,
+    ) -> Vec<RungUse> {
+        let mut found = rungs(charges, names);
+        let missing: Vec<(usize, usize)> = found
+            .iter()
+            .take(if explain { MOST_EXPLAINED } else { 0 })
+            .enumerate()
+            .filter_map(|(rung, (_, missing))| Some((rung, group.charges[(*missing)?])))
+            .collect();
+        let wanted: Vec<usize> = missing.iter().map(|(_, charge)| *charge).collect();
+        let block =
+            |charge: usize| self.program.instructions[self.model.charges[charge].instruction].block;
+        if !wanted.is_empty() {
+            let reasons = exclusions(self.model, group, self.assignment, &wanted);
+            for ((rung, charge), reason) in missing.into_iter().zip(reasons) {
+                found[rung].0.exclusion = reason.map(|others| Exclusion {
+                    blocks: BTreeSet::from_iter(others.iter().map(|&other| block(other)))
+                        .into_iter()
+                        .collect(),
+                    devices: self.shared_devices(group, charge, &others, names),
+                });
+            }
+        }
+        found.into_iter().map(|(rung, _)| rung).collect()
+    }
+
+    /// The devices on which the charge and one of the others depend; all of its own if there is no other.
+    fn shared_devices(
+        &self,
+        group: &Group,
+        charge: usize,
+        others: &[usize],
+        names: &Names<'_>,
+    ) -> Vec<String> {
+        let own = depends_on(self.model, &[charge]);
+        let theirs = depends_on(self.model, others);
+        let shared = group.variables.iter().filter(|variable| {
+            own.contains(variable) && (others.is_empty() || theirs.contains(variable))
+        });
+        let mut devices: Vec<String> = Vec::new();
+        for variable in shared {
+            let device = names.device(&self.model.variables[variable.0 as usize]);
+            if !devices.contains(&device) {
+                devices.push(device);
+            }
+        }
+        devices
     }
 
     /// For each variable how many gates and charges ask for it.
@@ -212,13 +272,14 @@ impl Findings<'_> {
             .into_iter()
             .map(|index| {
                 let variable = &self.model.variables[index];
-                let times = known.entry(variable.name.clone()).or_default();
+                let name = names.free(variable);
+                let times = known.entry(name.clone()).or_default();
                 *times += 1;
                 let word = self.assignment.0[index];
                 FreeValue {
                     name: match *times {
-                        1 => variable.name.clone(),
-                        n => format!("{} ({n})", variable.name),
+                        1 => name,
+                        n => format!("{name} ({n})"),
                     },
                     comment: names.comment(&names.device(variable)),
                     value: match variable.kind {
@@ -323,36 +384,40 @@ impl Findings<'_> {
     }
 }
 
-/// The group's rungs, the dearest first.
-fn rungs(charges: &[ChargeUse], names: &Names<'_>) -> Vec<RungUse> {
-    let mut by_block: BTreeMap<u32, Vec<&ChargeUse>> = BTreeMap::new();
-    for charge in charges {
-        by_block.entry(charge.block).or_default().push(charge);
+/// The group's rungs, the dearest first, each with the charge (by its place among the group's) that falls
+/// shortest of its dearer time.
+fn rungs(charges: &[ChargeUse], names: &Names<'_>) -> Vec<(RungUse, Option<usize>)> {
+    let mut by_block: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (index, charge) in charges.iter().enumerate() {
+        by_block.entry(charge.block).or_default().push(index);
     }
-    let dearer = |charge: &ChargeUse| charge.on.max(charge.off);
-    let mut rungs: Vec<RungUse> = by_block
+    let dearer = |index: usize| charges[index].on.max(charges[index].off);
+    let short = |index: usize| dearer(index).checked_sub(charges[index].cost).unwrap_or_default();
+    let mut rungs: Vec<(RungUse, Option<usize>)> = by_block
         .into_iter()
-        .filter_map(|(block, charges)| {
-            let full = charges.iter().filter(|charge| charge.cost == dearer(charge)).count();
-            let shown = charges.iter().rev().max_by_key(|charge| dearer(charge))?;
-            Some(RungUse {
+        .filter_map(|(block, own)| {
+            let shown = &charges[own.iter().copied().rev().max_by_key(|&index| dearer(index))?];
+            let full = own.iter().filter(|&&index| short(index) == Picos::ZERO).count();
+            let rung = RungUse {
                 block,
                 at: shown.at,
                 instruction: shown.instruction.clone(),
                 comments: names.comments_in(&shown.instruction),
-                others: charges.len() - 1,
+                others: own.len() - 1,
                 fate: match full {
                     0 => Fate::Excluded,
-                    n if n == charges.len() => Fate::Runs,
+                    n if n == own.len() => Fate::Runs,
                     _ => Fate::Partly,
                 },
-                cost: charges.iter().map(|charge| charge.cost).sum(),
-                naive: charges.iter().map(|charge| dearer(charge)).sum(),
+                cost: own.iter().map(|&index| charges[index].cost).sum(),
+                naive: own.iter().map(|&index| dearer(index)).sum(),
                 exclusion: None,
-            })
+            };
+            let missing = own.into_iter().rev().max_by_key(|&index| short(index));
+            Some((rung, missing.filter(|&index| short(index) > Picos::ZERO)))
         })
         .collect();
-    rungs.sort_by_key(|rung| (Reverse(rung.naive), rung.block));
+    rungs.sort_by_key(|(rung, _)| (Reverse(rung.naive), rung.block));
     rungs
 }
 

@@ -1,6 +1,7 @@
 //! Which free variables' values decide that the worst scan costs what it does: the others may be anything.
 
-use crate::model::{Assignment, Lit, Node, ScanModel};
+use crate::model::{Assignment, Lit, Node, ScanModel, VarId};
+use std::collections::BTreeSet;
 
 /// For each variable whether its value is needed to know what the given charges cost at least, and that the
 /// constraints hold. A small set, though not always the smallest.
@@ -51,10 +52,31 @@ pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -
     variables
 }
 
+/// The variables on which it depends what the charges cost.
+pub fn depends_on(model: &ScanModel, charges: &[usize]) -> BTreeSet<VarId> {
+    let guards = charges.iter().map(|&index| &model.charges[index]);
+    let mut open: Vec<usize> =
+        guards.flat_map(|charge| [charge.reached.node(), charge.fires.node()]).collect();
+    let mut seen: BTreeSet<usize> = open.iter().copied().collect();
+    let mut variables = BTreeSet::new();
+    while let Some(index) = open.pop() {
+        match model.circuit.nodes()[index] {
+            Node::True => {}
+            Node::Atom(atom) => {
+                variables.insert(atom.variable());
+            }
+            Node::And(a, b) => {
+                open.extend([a.node(), b.node()].into_iter().filter(|&node| seen.insert(node)));
+            }
+        }
+    }
+    variables
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Atom, Charge, Origin, VarId, VarKind, Variable};
+    use crate::model::{Atom, Charge, Origin, VarKind, Variable};
     use crate::program::{AreaId, Cell};
     use crate::time::Picos;
 
@@ -86,5 +108,6 @@ mod tests {
         assert_eq!(decide([1, 1, 1, 0]), [true, false, false, false]);
         assert_eq!(decide([0, 1, 1, 1]), [false, true, true, true]);
         assert_eq!(decide([0, 0, 0, 0]), [false; 4]);
+        assert_eq!(depends_on(&model, &[1]), BTreeSet::from([VarId(2), VarId(3)]));
     }
 }

@@ -52,6 +52,22 @@ pub struct Audit {
     pub elapsed: Duration,
 }
 
+impl Audit {
+    /// The groups that are worth a look: of at least a two-hundredth of the bound, at most so many; and what
+    /// the others cost together at most.
+    #[must_use]
+    pub fn main_groups(&self, most: usize) -> (&[GroupUse], Picos) {
+        let main = |group: &&GroupUse| Audit::is_main(group.upper, &self.bound);
+        let shown = self.groups.iter().take(most).take_while(main).count();
+        let (shown, rest) = self.groups.split_at(shown);
+        (shown, rest.iter().map(|group| group.upper).sum())
+    }
+
+    fn is_main(group: Picos, bound: &Bound) -> bool {
+        u128::from(group.0) * 200 >= u128::from(bound.upper.0)
+    }
+}
+
 /// The bound and its parts: `upper` = `always` + `overhead` + the groups' `upper`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bound {

@@ -1,13 +1,15 @@
 //! The names that people know things by: devices with their comments, and the ways to an instruction.
 
 use crate::model::{Origin, Variable};
-use crate::program::{Cell, Frame, Program, Radix, Step};
+use crate::program::{BitTarget, Cell, Frame, Program, Radix, Step, Write};
 use std::collections::BTreeMap;
 
 /// Looks up device comments and tells places.
 pub struct Names<'a> {
     program: &'a Program,
     comments: BTreeMap<String, &'a str>,
+    /// The instructions that remember something in a cell that no device is.
+    memories: BTreeMap<Cell, usize>,
 }
 
 impl<'a> Names<'a> {
@@ -19,7 +21,43 @@ impl<'a> Names<'a> {
             .map(|(name, comment)| (plain(program, name), comment.trim()))
             .filter(|(_, comment)| !comment.is_empty())
             .collect();
-        Names { program, comments }
+        let mut memories = BTreeMap::new();
+        for (index, instruction) in program.instructions.iter().enumerate() {
+            for effect in &instruction.effects {
+                if let Write::Bit(BitTarget::Cell(cell), _) = effect.write
+                    && is_hidden(program, cell)
+                {
+                    memories.entry(cell).or_insert(index);
+                }
+            }
+        }
+        Names { program, comments, memories }
+    }
+
+    /// What is free, by a name that people know.
+    pub fn free(&self, variable: &Variable) -> String {
+        match &variable.origin {
+            Origin::Start(cell) => self.cell(*cell),
+            Origin::Choice(key) => {
+                let turns = key.frames.iter().filter_map(|&frame| self.turn(frame));
+                turns.fold(variable.name.clone(), |name, turn| format!("{name}, {turn}"))
+            }
+            Origin::Forgotten(..) => variable.name.clone(),
+        }
+    }
+
+    fn cell(&self, cell: Cell) -> String {
+        let Some(&index) = self.memories.get(&cell) else { return self.program.cell_name(cell) };
+        let at = &self.program.instructions[index];
+        format!("last state of `{}` in line {}", at.text, at.place.line)
+    }
+
+    fn turn(&self, frame: Frame) -> Option<String> {
+        match self.program.instructions[frame.at].step {
+            Step::Call { .. } => None,
+            Step::ForBegin { .. } => Some(format!("turn {}", frame.turn + 1)),
+            _ => Some(format!("run {}", frame.turn + 1)),
+        }
     }
 
     /// The comment of a device or of what is named after one (`T0 contact`); empty if there is none.
@@ -49,7 +87,7 @@ impl<'a> Names<'a> {
             Origin::Start(cell) | Origin::Forgotten(cell, _) => Some(*cell),
             Origin::Choice(key) => key.cell,
         };
-        cell.map_or_else(|| variable.name.clone(), |cell: Cell| self.program.cell_name(cell))
+        cell.map_or_else(|| variable.name.clone(), |cell| self.cell(cell))
     }
 
     /// The calls, loop turns and interrupts on the way to an instruction.
@@ -69,6 +107,11 @@ impl<'a> Names<'a> {
             _ => format!("{} in line {}", at.text, at.place.line),
         }
     }
+}
+
+/// Whether the cell is of the analysis and no device: such areas' names begin with a small letter.
+fn is_hidden(program: &Program, cell: Cell) -> bool {
+    program.areas[usize::from(cell.area.0)].name.starts_with(|c: char| c.is_ascii_lowercase())
 }
 
 /// A device's name as `Program::cell_name` writes it, where it is one; else as it stands.

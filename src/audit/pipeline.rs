@@ -9,7 +9,7 @@ use crate::dialect::melsec::source::RawProject;
 use crate::dialect::{self, Input, Project};
 use crate::facts::Facts;
 use crate::groups;
-use crate::model::{Assignment, Group, ScanModel};
+use crate::model::{Assignment, Group, ScanModel, Values};
 use crate::price::{self, Prices};
 use crate::program::Program;
 use crate::replay::{Replay, replay};
@@ -97,6 +97,7 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
     stage("reading");
     let project = dialect::read(request.inputs, request.dialect)?;
     let (program, table, warnings) = understand(&project, request)?;
+    know_interrupts(&program, request)?;
 
     stage("pricing");
     let prices = price::price(&program, &table, request.facts)?;
@@ -110,13 +111,8 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
     let groups = groups::groups(&model);
 
     stage("searching");
-    let maxima = search(request, &model, &groups, deadline);
-    let mut assignment = together(&model, &groups, &maxima);
-    if let Some(rest) = groups::unpriced(&model, &groups) {
-        let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
-        let found = maximum(&model, &rest, Method::Subsets, &limits);
-        take(&mut assignment, &rest, &found);
-    }
+    let mut maxima = search(request, &model, &groups, deadline);
+    let assignment = together(request, &model, &groups, &mut maxima)?;
 
     stage("replaying");
     let witness = groups::witness(&model, &assignment);
@@ -173,6 +169,27 @@ fn decode(project: &RawProject, table: &Table, request: &Request<'_>) -> Result<
         facts: request.facts,
     };
     Ok(dialect::melsec::decode::decode(project, &options)?)
+}
+
+/// A count for a routine that is not there is a slip of the pen, and another is left without.
+fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
+    let known: Vec<&str> = program.interrupts.iter().map(|one| one.name.as_str()).collect();
+    let file = program.files.first().map_or("", |file| &file.name);
+    let faults: Vec<Diagnostic> = request
+        .facts
+        .interrupts
+        .keys()
+        .filter(|label| !known.contains(&label.as_str()))
+        .map(|label| {
+            let message = format!("the program has no interrupt routine {label}");
+            let help = match known.as_slice() {
+                [] => "it has none at all".to_owned(),
+                known => format!("it has {}", known.join(", ")),
+            };
+            Diagnostic::file("no-interrupt", file, message, help)
+        })
+        .collect();
+    if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
 }
 
 /// The table that the user names, else the built-in one for the CPU, with the user's times in it.
@@ -280,21 +297,60 @@ fn search(
     maxima(model, groups, request.method, &limits, &each)
 }
 
-/// The groups' best assignments in one: they share no variable.
-fn together(model: &ScanModel, groups: &[Group], maxima: &[Maximum]) -> Assignment {
+/// The groups' best assignments in one, since they share no variable; and what else it takes for a scan that
+/// keeps the stated facts.
+fn together(
+    request: &Request<'_>,
+    model: &ScanModel,
+    groups: &[Group],
+    maxima: &mut [Maximum],
+) -> Result<Assignment, Failure> {
     let mut all = Assignment(vec![0; model.variables.len()]);
+    let mut take = |group: &Group, best: &Assignment| {
+        for variable in &group.variables {
+            let index = variable.0 as usize;
+            all.0[index] = best.0[index];
+        }
+    };
     for (group, maximum) in groups.iter().zip(maxima) {
-        take(&mut all, group, maximum);
+        let constraints = Group { charges: Vec::new(), ..group.clone() };
+        // A search that ended before it found any allowed scan has no best one.
+        if !holds(model, group, &maximum.best) {
+            maximum.best = allowed(request, model, &constraints)?;
+            maximum.lower = model.cost(&group.charges, &maximum.best);
+        }
+        take(group, &maximum.best);
     }
-    all
+    if let Some(rest) = groups::unpriced(model, groups) {
+        take(&rest, &allowed(request, model, &rest)?);
+    }
+    Ok(all)
 }
 
-/// Takes over what a group's best assignment says of its variables.
-fn take(all: &mut Assignment, group: &Group, maximum: &Maximum) {
-    for variable in &group.variables {
-        let index = variable.0 as usize;
-        all.0[index] = maximum.best.0[index];
+fn holds(model: &ScanModel, group: &Group, assignment: &Assignment) -> bool {
+    if group.constraints.is_empty() {
+        return true;
     }
+    let values = model.circuit.evaluate(assignment);
+    group.constraints.iter().all(|&constraint| values.get(model.constraints[constraint]))
+}
+
+/// Some assignment that keeps the constraints of a group without charges.
+fn allowed(
+    request: &Request<'_>,
+    model: &ScanModel,
+    constraints: &Group,
+) -> Result<Assignment, Failure> {
+    let found = maximum(model, constraints, Method::Auto, &Limits::default()).best;
+    if holds(model, constraints, &found) {
+        return Ok(found);
+    }
+    Err(Failure::from(Diagnostic::file(
+        "facts",
+        request.inputs.first().map_or("", |input| &input.name),
+        "no scan keeps all the stated ranges",
+        "look for two ranges that concern the same word",
+    )))
 }
 
 /// Holds the scan that was replayed against what the analysis says that it costs.
@@ -306,28 +362,26 @@ fn confirm(
     assignment: &Assignment,
     replayed: &Replay,
 ) -> Result<(), Failure> {
-    let all: Vec<usize> = (0..model.charges.len()).collect();
-    let said = model.cost(&all, assignment);
+    let values = model.circuit.evaluate(assignment);
+    let said: Picos = model.charges.iter().map(|charge| charge.cost(&values)).sum();
     if replayed.total != said {
         return Err(Failure::Internal(format!(
             "the interpreter's scan takes {}, the analysis says {said}{}",
             replayed.total,
-            first_difference(program, model, assignment, replayed)
+            first_difference(program, model, &values, replayed)
         )));
     }
-    let values = model.circuit.evaluate(assignment);
+    if let Some(&range) = replayed.broken_ranges.first() {
+        let cell = program.cell_name(program.ranges[range].cells[0]);
+        return Err(Failure::Internal(format!("the worst scan breaks the range of {cell}")));
+    }
     for (group, maximum) in groups.iter().zip(maxima) {
-        // A search that ended before it found any allowed scan has no lower bound, and says 0.
-        let allowed = group.constraints.iter().all(|&c| values.get(model.constraints[c]));
-        let cost = model.cost(&group.charges, assignment);
-        if allowed && cost != maximum.lower || maximum.lower > maximum.upper {
+        let cost: Picos = group.charges.iter().map(|&c| model.charges[c].cost(&values)).sum();
+        if cost != maximum.lower || maximum.lower > maximum.upper {
             return Err(Failure::Internal(format!(
                 "a group's best scan costs {cost}, its search says {} to {}",
                 maximum.lower, maximum.upper
             )));
-        }
-        if !allowed && maximum.lower > Picos::ZERO {
-            return Err(Failure::Internal("a group's best scan breaks a stated fact".to_owned()));
         }
     }
     Ok(())
@@ -337,19 +391,14 @@ fn confirm(
 fn first_difference(
     program: &Program,
     model: &ScanModel,
-    assignment: &Assignment,
+    values: &Values,
     replayed: &Replay,
 ) -> String {
-    let values = model.circuit.evaluate(assignment);
     let mut costs: std::collections::BTreeMap<(usize, Vec<crate::program::Frame>), (Picos, Picos)> =
         std::collections::BTreeMap::new();
     for charge in &model.charges {
-        let cost = match (values.get(charge.fires), values.get(charge.reached)) {
-            (true, _) => charge.on,
-            (false, true) => charge.off,
-            (false, false) => Picos::ZERO,
-        };
-        costs.entry((charge.instruction, charge.frames.clone())).or_default().0 += cost;
+        let key = (charge.instruction, charge.frames.clone());
+        costs.entry(key).or_default().0 += charge.cost(values);
     }
     for event in &replayed.events {
         costs.entry((event.instruction, event.frames.to_vec())).or_default().1 += event.cost;

@@ -13,7 +13,8 @@ pub struct Arguments {
 
 /// Audits the project and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let target = arguments.project.target()?;
     let audit = arguments.project.audit()?;
-    arguments.project.report(&audit, None)?;
+    arguments.project.report(&audit, None, target)?;
     Ok(Outcome::Done)
 }

@@ -25,9 +25,10 @@ fn limit(text: &str) -> Result<Picos, String> {
 
 /// Audits the project, judges and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let target = arguments.project.target()?;
     let audit = arguments.project.audit()?;
     let check = Check::new(&audit, arguments.limit, arguments.margin);
-    arguments.project.report(&audit, Some(&check))?;
+    arguments.project.report(&audit, Some(&check), target)?;
     Ok(match check.verdict {
         Verdict::Proved => Outcome::Done,
         Verdict::Refuted => Outcome::Refuted,

@@ -1,6 +1,7 @@
 //! The options that `audit` and `check` have in common, and the audit that they ask for.
 
-use super::{Failure, output, progress, tables};
+use super::output::Target;
+use super::{Failure, progress, tables};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use scanbound::audit::{Audit, Request, audit};
@@ -135,15 +136,25 @@ impl ProjectOptions {
         Ok(audit)
     }
 
+    /// Where the report goes.
+    pub fn target(&self) -> Result<Target, Failure> {
+        Target::new(self.output.as_deref())
+    }
+
     /// Writes the report in the format asked for.
-    pub fn report(&self, audit: &Audit, check: Option<&Check>) -> Result<(), Failure> {
+    pub fn report(
+        &self,
+        audit: &Audit,
+        check: Option<&Check>,
+        target: Target,
+    ) -> Result<(), Failure> {
         let extent = text::Extent { top: self.top, ..text::Extent::default() };
         let report = match self.format {
             Format::Text => text::render(audit, check, extent),
             Format::Json => json::render(audit, check),
             Format::Csv => csv::render(audit),
         };
-        output::result(&report, self.output.as_deref())
+        target.write(&report)
     }
 }
 

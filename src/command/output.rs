@@ -1,53 +1,82 @@
 //! Writes results to stdout or a file, and messages to stderr.
 
 use super::Failure;
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use scanbound::diagnostic::Diagnostic;
 use scanbound::render;
 use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
-/// Writes a result to stdout, or whole to the file. A reader that has gone away is not an error.
-pub fn result(text: &str, file: Option<&Path>) -> Result<(), Failure> {
-    if let Some(file) = file {
-        return write_whole(&anstream::adapter::strip_str(text).to_string(), file);
+/// Where a result goes. Made before the work that it takes to have one, so that a wrong name is told at once.
+pub enum Target {
+    /// Stdout.
+    Stdout,
+    /// A file that is written whole or not at all: a new one takes its place when it is complete.
+    Whole { new: NamedTempFile, file: PathBuf },
+    /// What must stay what it is, such as a pipe or a device.
+    Through(PathBuf),
+}
+
+impl Target {
+    /// The file, or stdout if none is named.
+    pub fn new(file: Option<&Path>) -> Result<Target, Failure> {
+        let Some(file) = file else { return Ok(Target::Stdout) };
+        let context = || cannot(file);
+        // A link must keep pointing to what it points to.
+        let real = match file.canonicalize() {
+            Ok(real) if real.is_file() => real,
+            Ok(real) if real.is_dir() => {
+                return Err(anyhow!("it is a directory").context(context()).into());
+            }
+            Ok(real) => return Ok(Target::Through(real)),
+            Err(_) => file.to_owned(),
+        };
+        let directory = match real.parent() {
+            Some(parent) if parent != Path::new("") => parent,
+            _ => Path::new("."),
+        };
+        directory.metadata().with_context(context)?;
+        let new = new_file(directory).map_err(|error| error.kind().into());
+        let new = new.map_err(|error: std::io::Error| anyhow!(error)).with_context(context)?;
+        Ok(Target::Whole { new, file: real })
     }
-    let mut stdout = anstream::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(anyhow::Error::from(error).context("stdout cannot be written").into())
+
+    /// Writes the result. A reader of stdout that has gone away is not an error.
+    pub fn write(self, text: &str) -> Result<(), Failure> {
+        let plain = || anstream::adapter::strip_str(text).to_string();
+        match self {
+            Target::Stdout => {
+                let mut stdout = anstream::stdout().lock();
+                match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+                    Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+                        return Err(anyhow!(error).context("stdout cannot be written").into());
+                    }
+                    _ => {}
+                }
+            }
+            Target::Through(file) => {
+                std::fs::write(&file, plain()).with_context(|| cannot(&file))?;
+            }
+            Target::Whole { mut new, file } => {
+                let context = || cannot(&file);
+                new.write_all(plain().as_bytes()).with_context(context)?;
+                if let Ok(old) = file.metadata() {
+                    new.as_file().set_permissions(old.permissions()).with_context(context)?;
+                }
+                new.persist(&file).map_err(|error| error.error).with_context(context)?;
+            }
         }
-        _ => Ok(()),
+        Ok(())
     }
 }
 
-/// Writes the file whole or not at all: a new file takes the old one's place when it is complete.
-fn write_whole(text: &str, file: &Path) -> Result<(), Failure> {
-    let context = || format!("{} cannot be written", file.display());
-    // A device or a pipe must stay what it is, and a link must keep pointing.
-    let target = match file.canonicalize() {
-        Ok(real) if real.is_file() => real,
-        Ok(_) => {
-            std::fs::write(file, text).with_context(context)?;
-            return Ok(());
-        }
-        Err(_) => file.to_owned(),
-    };
-    let directory = match target.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    let mut whole = new_file(directory).with_context(context)?;
-    whole.write_all(text.as_bytes()).with_context(context)?;
-    if let Ok(old) = target.metadata() {
-        whole.as_file().set_permissions(old.permissions()).with_context(context)?;
-    }
-    whole.persist(&target).map_err(|error| error.error).with_context(context)?;
-    Ok(())
+fn cannot(file: &Path) -> String {
+    format!("{} cannot be written", file.display())
 }
 
 #[cfg(unix)]
-fn new_file(directory: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+fn new_file(directory: &Path) -> std::io::Result<NamedTempFile> {
     use std::os::unix::fs::PermissionsExt;
     // The user's mask takes away what it must, as for any new file.
     let usual = std::fs::Permissions::from_mode(0o666);
@@ -55,8 +84,8 @@ fn new_file(directory: &Path) -> std::io::Result<tempfile::NamedTempFile> {
 }
 
 #[cfg(not(unix))]
-fn new_file(directory: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    tempfile::NamedTempFile::new_in(directory)
+fn new_file(directory: &Path) -> std::io::Result<NamedTempFile> {
+    NamedTempFile::new_in(directory)
 }
 
 /// Shows findings on stderr.

@@ -1,6 +1,7 @@
 //! `scanbound tables`: lists the timing tables, shows one, checks a user's.
 
-use super::{Failure, Outcome, output};
+use super::output::{self, Target};
+use super::{Failure, Outcome};
 use clap::Args;
 use scanbound::diagnostic::Diagnostic;
 use scanbound::report::tables;
@@ -28,7 +29,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         (None, Some(name)) => tables::one(&find(name)?.table),
         (None, None) => tables::list(&builtin::list()),
     };
-    output::result(&text, None)?;
+    Target::Stdout.write(&text)?;
     Ok(Outcome::Done)
 }
 

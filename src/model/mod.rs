@@ -2,7 +2,7 @@
 
 mod circuit;
 
-pub use circuit::{Atom, Circuit, Lit, Node, VarId};
+pub use circuit::{Atom, Circuit, Lit, Node, Values, VarId};
 
 use crate::program::{Cell, ChoiceId, ChoiceKey, Frame};
 use crate::time::Picos;
@@ -75,6 +75,16 @@ impl Charge {
         self.on.max(self.off)
     }
 
+    /// What it costs where the circuit's nodes have these values.
+    #[must_use]
+    pub fn cost(&self, values: &Values) -> Picos {
+        match (values.get(self.fires), values.get(self.reached)) {
+            (true, _) => self.on,
+            (false, true) => self.off,
+            (false, false) => Picos::ZERO,
+        }
+    }
+
     /// Whether no assignment changes what it costs.
     #[must_use]
     pub fn is_constant(&self) -> bool {
@@ -117,14 +127,6 @@ impl ScanModel {
     #[must_use]
     pub fn cost(&self, charges: &[usize], assignment: &Assignment) -> Picos {
         let values = self.circuit.evaluate(assignment);
-        charges
-            .iter()
-            .map(|&c| &self.charges[c])
-            .map(|c| match (values.get(c.fires), values.get(c.reached)) {
-                (true, _) => c.on,
-                (false, true) => c.off,
-                (false, false) => Picos::ZERO,
-            })
-            .sum()
+        charges.iter().map(|&c| self.charges[c].cost(&values)).sum()
     }
 }

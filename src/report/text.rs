@@ -1,12 +1,13 @@
 //! An audit as text for people: the bound, its parts, the groups, the scan that attains it, what it rests on.
 
 use super::columns::{Cell, columns, left, paint, right};
-use crate::audit::{Audit, Fate, FreeValue, GroupUse, RungUse, Share, Where};
+use crate::audit::{Audit, Fate, FreeValue, GroupUse, RungUse, Share, Value, Where};
 use crate::table::Evidence;
 use crate::time::Picos;
 use crate::verdict::{Check, Verdict};
 use anstyle::{AnsiColor, Style};
 use std::collections::BTreeMap;
+use unicode_width::UnicodeWidthStr;
 
 const BOLD: Style = Style::new().bold();
 const GOOD: Style = AnsiColor::Green.on_default().bold();
@@ -14,18 +15,21 @@ const CARE: Style = AnsiColor::Yellow.on_default().bold();
 const BAD: Style = AnsiColor::Red.on_default().bold();
 const FAINT: Style = Style::new().dimmed();
 
+/// Lists are wrapped to so many columns.
+const WIDTH: usize = 100;
+
 /// How much is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
     /// Groups, and rungs a group.
     pub top: usize,
-    /// Values of the scan, assumed times, approximations.
+    /// Values of the scan a line, assumed times, kinds of approximations.
     pub values: usize,
 }
 
 impl Default for Extent {
     fn default() -> Self {
-        Extent { top: 10, values: 40 }
+        Extent { top: 10, values: 12 }
     }
 }
 
@@ -37,16 +41,18 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
         text += &answer(audit, check);
     }
     text += &head(audit);
-    text += &parts(audit);
-    for group in audit.groups.iter().take(extent.top) {
+    text += &parts(audit, extent);
+    for group in audit.main_groups(extent.top).0 {
         text += &self::group(audit, group, extent);
     }
-    text += &more(audit.groups.len(), extent.top, "\n", "smaller group", "smaller groups");
     text += &witness(audit, extent);
     text += &assumed(audit, extent);
     text += &list("What the table's times do not hold", &audit.table.notes);
     text += &list("What was stated and is believed", &audit.facts);
-    text += &list("Why the bound may be too low all the same", &audit.doubts);
+    text += &list(
+        "Why the bound may be too low all the same (state it with --facts or --interrupts)",
+        &audit.doubts,
+    );
     text += &approximations(audit, extent);
     text += &list("Warnings", &warnings(audit));
     text
@@ -71,6 +77,15 @@ fn answer(audit: &Audit, check: &Check) -> String {
             bound.lower,
             with_margin(check.lower)
         ),
+        Verdict::Undecided(reasons) if check.upper <= limit => {
+            let reasons: String = reasons.iter().map(|reason| format!("  {reason}\n")).collect();
+            format!(
+                "{}: no scan takes longer than {}{}, the limit is {limit}; but the bound may be too low:\n{reasons}\n",
+                paint(CARE, "UNDECIDED"),
+                bound.upper,
+                with_margin(check.upper)
+            )
+        }
         Verdict::Undecided(reasons) => {
             let reasons: String = reasons.iter().map(|reason| format!("  {reason}\n")).collect();
             format!(
@@ -118,10 +133,7 @@ fn head(audit: &Audit) -> String {
     let mut text = columns(0, &rows);
     text.push('\n');
     let cpu = audit.cpu.as_ref().map_or(String::new(), |cpu| format!(", {cpu}"));
-    let files = match audit.files.as_slice() {
-        [one] => one.clone(),
-        files => format!("{} files", files.len()),
-    };
+    let files = capped(&audit.files, 3).join(", ");
     text += &columns(
         0,
         &[
@@ -153,37 +165,31 @@ fn trust(audit: &Audit) -> String {
     )
 }
 
-fn parts(audit: &Audit) -> String {
+fn parts(audit: &Audit, extent: Extent) -> String {
     let bound = &audit.bound;
-    let row = |name: &str, time: Picos, what: String| {
-        vec![
-            left(name),
-            right(us(time)),
-            right(Share::of(time, bound.upper).to_string()),
-            left(what).styled(FAINT),
-        ]
+    let row = |name: String, time: Picos, what: String| {
+        let share = Share::of(time, bound.upper).to_string();
+        vec![left(name), right(us(time)), right(share), left(what).styled(FAINT)]
     };
-    let mut rows =
-        vec![row("always", bound.always, "charges that no state of the plant changes".to_owned())];
+    let always = "what no state of the plant changes".to_owned();
+    let mut rows = vec![row("always".to_owned(), bound.always, always)];
     for term in &audit.overhead {
-        let evidence = if term.evidence == Evidence::Assumed { " (assumed)" } else { "" };
-        rows.push(row(&term.name, term.time, format!("{}{evidence}", term.why)));
+        let why = term.why.split(';').next().unwrap_or_default();
+        let assumed = if term.evidence == Evidence::Assumed { " (assumed)" } else { "" };
+        rows.push(row(term.name.clone(), term.time, format!("{why}{assumed}")));
     }
-    for group in &audit.groups {
-        if rows.len() > 12 {
-            break;
-        }
+    let (shown, rest) = audit.main_groups(extent.top);
+    for group in shown {
         let exact = if group.exact() { "exact" } else { "at most" };
-        rows.push(row(
-            &format!("group {}", group.id),
-            group.upper,
-            format!("{exact}; naive {}", us(group.naive)),
-        ));
+        let what = format!("{exact}; naive {}", us(group.naive));
+        rows.push(row(format!("group {}", group.id), group.upper, what));
     }
-    let shown = rows.len() - 1 - audit.overhead.len();
-    let mut text = heading("Parts of the bound") + &columns(2, &rows);
-    text += &more(audit.groups.len(), shown, "  ", "smaller group", "smaller groups");
-    text
+    match audit.groups.len() - shown.len() {
+        0 => {}
+        1 => rows.push(row("1 small group".to_owned(), rest, String::new())),
+        n => rows.push(row(format!("{n} small groups"), rest, String::new())),
+    }
+    heading("Parts of the bound") + &columns(2, &rows)
 }
 
 fn group(audit: &Audit, group: &GroupUse, extent: Extent) -> String {
@@ -195,11 +201,8 @@ fn group(audit: &Audit, group: &GroupUse, extent: Extent) -> String {
         us(group.upper),
         count(group.blocks.len(), "rung", "rungs")
     ));
-    let ties: Vec<String> =
-        group.ties.iter().take(8).map(|tie| named(&tie.device, &tie.comment)).collect();
-    let rest = group.devices.len().saturating_sub(ties.len());
-    let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
-    text += &format!("  tied by {}{rest}\n", ties.join(", "));
+    let ties: Vec<String> = group.ties.iter().map(|tie| named(&tie.device, &tie.comment)).collect();
+    text += &wrapped("  tied by ", &capped(&ties, 10));
     let rows: Vec<Vec<Cell>> =
         group.rungs.iter().take(extent.top).map(|rung| self::rung(audit, rung)).collect();
     text += &columns(2, &rows);
@@ -224,13 +227,13 @@ fn rung(audit: &Audit, rung: &RungUse) -> Vec<Cell> {
     }
     let comments = rung.comments.join(", ");
     let reason = rung.exclusion.as_ref().map(|reason| {
-        let through = if reason.devices.is_empty() {
-            String::new()
-        } else {
-            format!(" through {}", reason.devices.join(", "))
+        let through = match reason.devices.len() {
+            1..=4 => format!(" through {}", reason.devices.join(", ")),
+            // So many tell nothing.
+            _ => String::new(),
         };
         match reason.blocks.as_slice() {
-            [] => format!("can never run{through}"),
+            [] => format!("never costs more{through}"),
             [one] => format!("excluded by rung {one}{through}"),
             several => {
                 let numbers: Vec<String> = several.iter().map(u32::to_string).collect();
@@ -251,7 +254,7 @@ fn rung(audit: &Audit, rung: &RungUse) -> Vec<Cell> {
 }
 
 fn witness(audit: &Audit, extent: Extent) -> String {
-    let matter: Vec<&FreeValue> = audit.witness.iter().filter(|value| value.matters).collect();
+    let matter: Vec<&FreeValue> = audit.witness.iter().filter(|free| free.matters).collect();
     if matter.is_empty() {
         return String::new();
     }
@@ -261,21 +264,31 @@ fn witness(audit: &Audit, extent: Extent) -> String {
         matter.len(),
         audit.witness.len()
     );
-    let rows: Vec<Vec<Cell>> = matter
-        .iter()
-        .take(extent.values)
-        .map(|free| {
-            vec![
-                left(if free.at_start { "at its start" } else { "within it" }).styled(FAINT),
-                left(&free.name),
-                right(free.value.to_string()).styled(BOLD),
-                left(&free.comment).styled(FAINT),
-            ]
-        })
-        .collect();
-    heading(&title)
-        + &columns(2, &rows)
-        + &more(matter.len(), extent.values, "  ", "value", "values")
+    let mut text = heading(&title);
+    for (label, at_start) in [("when it starts", true), ("while it runs", false)] {
+        let mut lines: Vec<(String, Vec<String>)> = Vec::new();
+        for free in matter.iter().filter(|free| free.at_start == at_start) {
+            let name = named(&free.name, &free.comment);
+            let (state, name) = match free.value {
+                Value::Word(number) => ("", format!("{name} = {number}")),
+                Value::Bit(true) => ("on", name),
+                Value::Bit(false) => ("off", name),
+            };
+            match lines.iter_mut().find(|(known, _)| known == state) {
+                Some((_, names)) => names.push(name),
+                None => lines.push((state.to_owned(), vec![name])),
+            }
+        }
+        lines.sort_by_key(|(state, _)| ["on", "off", ""].iter().position(|known| known == state));
+        if !lines.is_empty() {
+            text += &format!("  {label}\n");
+        }
+        for (state, names) in lines {
+            let state = if state.is_empty() { "words" } else { &state };
+            text += &wrapped(&format!("    {state:<5}  "), &capped(&names, extent.values));
+        }
+    }
+    text
 }
 
 fn assumed(audit: &Audit, extent: Extent) -> String {
@@ -324,10 +337,7 @@ fn approximations(audit: &Audit, extent: Extent) -> String {
     );
     let mut text = heading(&title);
     for (what, places) in kinds.iter().take(extent.values) {
-        let shown = places.iter().take(4).cloned().collect::<Vec<_>>().join(", ");
-        let rest = places.len().saturating_sub(4);
-        let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
-        text += &format!("  {what}\n      {}\n", paint(FAINT, &format!("{shown}{rest}")));
+        text += &wrapped(&format!("  {what}: "), &capped(places, 4));
     }
     text + &more(kinds.len(), extent.values, "  ", "kind", "kinds")
 }
@@ -361,6 +371,35 @@ fn more(all: usize, shown: usize, indent: &str, one: &str, several: &str) -> Str
     }
 }
 
+/// The first so many entries, and how many more there are.
+fn capped(entries: &[String], most: usize) -> Vec<String> {
+    let mut shown: Vec<String> = entries.iter().take(most).cloned().collect();
+    if entries.len() > most {
+        shown.push(format!("and {} more", entries.len() - most));
+    }
+    shown
+}
+
+/// The entries apart by commas, behind a label and under each other where a line is full.
+fn wrapped(label: &str, entries: &[String]) -> String {
+    let indent = label.width().min(WIDTH / 3);
+    let (mut text, mut used) = (label.to_owned(), label.width());
+    for (index, entry) in entries.iter().enumerate() {
+        let comma = if index + 1 < entries.len() { "," } else { "" };
+        if index > 0 && used + 1 + entry.width() + comma.len() > WIDTH {
+            text += &format!("\n{}", " ".repeat(indent));
+            used = indent;
+        } else if index > 0 {
+            text.push(' ');
+            used += 1;
+        }
+        text += entry;
+        text += comma;
+        used += entry.width() + comma.len();
+    }
+    text + "\n"
+}
+
 fn count(number: usize, one: &str, several: &str) -> String {
     format!("{number} {}", if number == 1 { one } else { several })
 }
@@ -371,7 +410,16 @@ fn named(device: &str, comment: &str) -> String {
 
 fn place(audit: &Audit, at: Where) -> String {
     let step = at.step.map_or(String::new(), |step| format!(" step {step}"));
-    format!("{}:{}{step}", audit.files[at.file], at.line)
+    format!("{}:{}{step}", short(audit, at.file), at.line)
+}
+
+/// The file's name without its directories, where that tells the files apart.
+fn short(audit: &Audit, file: usize) -> &str {
+    let base = |name: &'_ str| name.rsplit(['/', '\\']).next().map_or(0, str::len);
+    let name = &audit.files[file];
+    let last = &name[name.len() - base(name)..];
+    let same = audit.files.iter().filter(|other| &other[other.len() - base(other)..] == last);
+    if same.count() == 1 { last } else { name }
 }
 
 /// Microseconds to three places, rounded up.

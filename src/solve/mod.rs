@@ -3,6 +3,7 @@
 mod bounds;
 mod clauses;
 mod cores;
+mod explain;
 pub mod export;
 mod formula;
 mod hitting;
@@ -12,6 +13,7 @@ mod problem;
 mod subsets;
 mod totalizer;
 
+pub use explain::exclusions;
 pub use maxima::maxima;
 pub use problem::{Item, Problem};
 

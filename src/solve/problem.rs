@@ -41,6 +41,16 @@ impl Problem {
     /// goes to the constant.
     #[must_use]
     pub fn new(model: &ScanModel, group: &Group) -> Problem {
+        Problem::build(model, group, true)
+    }
+
+    /// The same with an item for every guard, also for one that is the negation of another.
+    #[must_use]
+    pub fn with_negations(model: &ScanModel, group: &Group) -> Problem {
+        Problem::build(model, group, false)
+    }
+
+    fn build(model: &ScanModel, group: &Group, cancel: bool) -> Problem {
         let mut problem = Problem { variables: model.variables.len(), ..Problem::default() };
         let mut cone = Cone { source: &model.circuit, known: FxHashMap::default() };
         let mut terms = Vec::new();
@@ -63,11 +73,11 @@ impl Problem {
                 problem.hard.push(lit);
             }
         }
-        problem.collect(terms);
+        problem.collect(terms, cancel);
         problem
     }
 
-    fn collect(&mut self, terms: Vec<(Lit, u64, usize)>) {
+    fn collect(&mut self, terms: Vec<(Lit, u64, usize)>, cancel: bool) {
         // Per node: the weights of the node and of its negation, and the charges of each.
         let mut place: FxHashMap<usize, usize> = FxHashMap::default();
         let mut sums: Vec<(usize, [u64; 2], [Vec<usize>; 2])> = Vec::new();
@@ -90,7 +100,7 @@ impl Problem {
             }
         }
         for (node, weights, charges) in sums {
-            let least = weights[0].min(weights[1]);
+            let least = if cancel { weights[0].min(weights[1]) } else { 0 };
             self.constant = sum(self.constant, least);
             for (side, charges) in charges.into_iter().enumerate() {
                 let weight = weights[side] - least;

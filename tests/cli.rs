@@ -1,0 +1,101 @@
+//! The command line as its users meet it: arguments, output and exit codes.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// The cases under `tests/cli`, and the examples of the README.
+#[test]
+fn cases() {
+    trycmd::TestCases::new().case("tests/cli/*.trycmd").case("README.md");
+}
+
+fn scanbound(arguments: &[&str], directory: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .args(arguments)
+        .current_dir(directory)
+        .output()
+        .expect("the program starts")
+}
+
+/// So many bytes that no shortcut of a reader hides what a whole file of them does.
+const GARBAGE: usize = 100 << 20;
+
+/// Writes a file of `GARBAGE` bytes that `next` makes.
+fn garbage(path: &Path, next: impl Fn(u64) -> u8) {
+    let mut file = BufWriter::new(File::create(path).expect("a new file"));
+    let mut state: u64 = 0x9E37_79B9_7F4A_7C15;
+    for _ in 0..GARBAGE {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        file.write_all(&[next(state >> 33)]).expect("written");
+    }
+    file.flush().expect("written");
+}
+
+fn refused(directory: &Path, file: &str) {
+    let output = scanbound(&["audit", file, "--cpu", "Q26UDV"], directory);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told:.2000}");
+    assert!(output.stdout.is_empty());
+    assert!(told.contains(file), "{told:.2000}");
+    assert!(told.len() < 2_000_000, "{} bytes of messages", told.len());
+}
+
+#[test]
+fn garbage_of_100_mb_is_refused() {
+    let directory = tempfile::tempdir().expect("a directory");
+    // Bytes of every value; then printable lines; then lines that begin like instructions.
+    garbage(&directory.path().join("bytes.csv"), |n| n.to_le_bytes()[0]);
+    refused(directory.path(), "bytes.csv");
+    garbage(&directory.path().join("lines.il"), |n| match n % 40 {
+        0 => b'\n',
+        n => 32 + u8::try_from(n).expect("below 40") * 2,
+    });
+    refused(directory.path(), "lines.il");
+    let path = directory.path().join("almost.il");
+    let mut file = BufWriter::new(File::create(&path).expect("a new file"));
+    for _ in 0..GARBAGE / 8 {
+        file.write_all(b"LD X0 Q\n").expect("written");
+    }
+    file.flush().expect("written");
+    refused(directory.path(), "almost.il");
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    use std::process::Stdio;
+    let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .args(["tables", "qnudv"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_report_takes_the_old_ones_place_whole() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let report = directory.path().join("report.json");
+    std::fs::write(&report, "old").expect("written");
+    let report = report.to_str().expect("a plain path");
+    let arguments = ["audit", "samples/paper/program.il", "--table", "samples/paper/table.csv"];
+    let written = scanbound(&[&arguments[..], &["--format", "json", "-o", report]].concat(), root);
+    assert_eq!(written.status.code(), Some(0));
+    assert!(written.stdout.is_empty());
+    let json = std::fs::read_to_string(report).expect("a report");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(json["schema"], "scanbound.audit/1");
+    // A failing run leaves what is there.
+    let failed = scanbound(&["audit", "nowhere.il", "-o", report], root);
+    assert_eq!(failed.status.code(), Some(2));
+    assert!(std::fs::read_to_string(report).expect("still there").starts_with('{'));
+    let left = std::fs::read_dir(directory.path()).expect("a directory").count();
+    assert_eq!(left, 1, "no half-written file is left behind");
+}
