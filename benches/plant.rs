@@ -1,4 +1,5 @@
 //! Writes a plant program for measurements: `cargo bench --bench plant -- STATIONS SEED DIRECTORY`.
+#![allow(clippy::print_stderr)]
 
 #[path = "common/plant.rs"]
 mod plant;

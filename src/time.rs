@@ -74,7 +74,13 @@ impl Picos {
     /// The time in the unit in which it reads best, exact (`8.448 ms`, `20 ns`).
     #[must_use]
     pub fn best_text(self) -> String {
-        let (digits, unit) = match self.0 {
+        self.text_like(self)
+    }
+
+    /// The time in the unit in which another reads best, exact: for times that stand beside each other.
+    #[must_use]
+    pub fn text_like(self, other: Picos) -> String {
+        let (digits, unit) = match other.0 {
             0 => (6, "us"),
             n if n >= 1_000_000_000_000 => (12, "s"),
             n if n >= 1_000_000_000 => (9, "ms"),
@@ -178,5 +184,6 @@ mod tests {
         for ps in [0, 1, 999, 1_000, 1_520_000, 8_448_000_000, 1_000_000_000_001] {
             assert_eq!(Picos(ps).best_text().parse::<Picos>(), Ok(Picos(ps)));
         }
+        assert_eq!(Picos(917_474_134).text_like(Picos(1_091_023_762)), "0.917474134 ms");
     }
 }

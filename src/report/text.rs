@@ -102,28 +102,29 @@ fn answer(audit: &Audit, check: &Check) -> String {
 
 fn head(audit: &Audit) -> String {
     let bound = &audit.bound;
+    let time = |time: Picos| right(time.text_like(bound.naive));
     let mut rows = Vec::new();
     if bound.exact() {
         rows.push(vec![
             left("longest scan").styled(BOLD),
-            right(bound.upper.best_text()).styled(BOLD),
+            time(bound.upper).styled(BOLD),
             left("exact: a scan that takes this long was found and replayed"),
         ]);
     } else {
         rows.push(vec![
             left("longest scan").styled(BOLD),
-            right(bound.upper.best_text()).styled(BOLD),
+            time(bound.upper).styled(BOLD),
             left("at most: no scan takes longer"),
         ]);
         rows.push(vec![
             left(""),
-            right(bound.lower.best_text()).styled(BOLD),
+            time(bound.lower).styled(BOLD),
             left("at least: a scan that takes this long was found and replayed"),
         ]);
     }
     rows.push(vec![
         left("naive sum"),
-        right(bound.naive.best_text()),
+        time(bound.naive),
         left(format!(
             "everything at its dearer time; exclusion takes off {} ({})",
             bound.saved(),
