@@ -6,8 +6,10 @@ mod deciding;
 pub mod fixture;
 mod names;
 mod pipeline;
+mod questions;
 
-pub use pipeline::{Failure, Progress, Request, audit};
+pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, conclude, follow};
+pub use questions::{File, Form, certificates, question};
 
 use crate::diagnostic::Diagnostic;
 use crate::table::Evidence;

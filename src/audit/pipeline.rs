@@ -40,6 +40,8 @@ pub struct Request<'a> {
     pub method: Method,
     /// How long the search may take; the bound is valid whenever it stops.
     pub time_limit: Option<Duration>,
+    /// What was noticed before, told in front of what the audit notices.
+    pub warnings: &'a [Diagnostic],
     /// Asked now and then; true stops the search as the time limit does.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
     /// Told how far the audit is.
@@ -85,30 +87,78 @@ impl From<Diagnostic> for Failure {
     }
 }
 
+/// A project followed as far as its scan's model: all that there is to search.
+pub struct Followed {
+    /// When this began.
+    start: Instant,
+    /// The program.
+    pub program: Program,
+    /// The table that prices it.
+    pub table: Table,
+    /// Every instruction's price.
+    pub prices: Prices,
+    /// The charges of one scan.
+    pub model: ScanModel,
+    /// Its slices.
+    pub groups: Vec<Group>,
+    warnings: Vec<Diagnostic>,
+}
+
 /// Audits a project.
 ///
 /// # Errors
 /// All faults of the input at once, or that the analysis and the interpreter disagree.
 pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
+    let followed = follow(request)?;
+    Ok(conclude(followed, request)?.audit)
+}
+
+/// Reads, prices and follows a project, without any search.
+///
+/// # Errors
+/// All faults of the input at once.
+pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let start = Instant::now();
-    let deadline = request.time_limit.map(|limit| start + limit);
     let stage = |name| (request.progress)(Progress::Stage(name));
 
     stage("reading");
     let project = dialect::read(request.inputs, request.dialect)?;
-    let (program, table, warnings) = understand(&project, request)?;
+    let (program, table, found) = understand(&project, request)?;
     know_interrupts(&program, request)?;
+    let warnings = [request.warnings, &found].concat();
 
     stage("pricing");
     let prices = price::price(&program, &table, request.facts)?;
     if request.strict_times {
         refuse_assumed(&program, &prices)?;
     }
-    let times = prices.times();
 
     stage("following the scan");
-    let model = scan_model(&program, &times).map_err(|error| cannot_follow(&program, &error))?;
+    let model =
+        scan_model(&program, &prices.times()).map_err(|error| cannot_follow(&program, &error))?;
     let groups = groups::groups(&model);
+    Ok(Followed { start, program, table, prices, model, groups, warnings })
+}
+
+/// An audit and what it was found in.
+pub struct Concluded {
+    /// The audit.
+    pub audit: Audit,
+    /// The project.
+    pub followed: Followed,
+    /// The groups' maxima.
+    pub maxima: Vec<Maximum>,
+}
+
+/// Searches the groups' maxima, replays the worst scan and puts the audit together.
+///
+/// # Errors
+/// That the analysis and the interpreter disagree.
+pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, Failure> {
+    let Followed { start, program, table, prices, model, groups, warnings } = followed;
+    let deadline = request.time_limit.map(|limit| start + limit);
+    let stage = |name| (request.progress)(Progress::Stage(name));
+    let times = prices.times();
 
     stage("searching");
     let mut maxima = search(request, &model, &groups, deadline);
@@ -128,13 +178,14 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
         maxima: &maxima,
         assignment: &assignment,
     };
-    let mut audit = findings.audit(warnings);
+    let mut audit = findings.audit(warnings.clone());
     audit.facts.extend(request.times.iter().map(|Override { name, on, off }| {
         let idle = if on == off { String::new() } else { format!(", {off} where it does not run") };
         format!("{name} takes {on}{idle}")
     }));
     audit.elapsed = start.elapsed();
-    Ok(audit)
+    let followed = Followed { start, program, table, prices, model, groups, warnings };
+    Ok(Concluded { audit, followed, maxima })
 }
 
 /// The program that the source means, the table that prices it, and what was noticed on the way.

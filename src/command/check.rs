@@ -1,6 +1,6 @@
 //! `scanbound check`: whether the project keeps to a limit.
 
-use super::options::ProjectOptions;
+use super::options::{ProjectOptions, ReportOptions};
 use super::{Failure, Outcome};
 use clap::Args;
 use scanbound::time::Picos;
@@ -17,6 +17,8 @@ pub struct Arguments {
     margin: Margin,
     #[command(flatten)]
     project: ProjectOptions,
+    #[command(flatten)]
+    report: ReportOptions,
 }
 
 fn limit(text: &str) -> Result<Picos, String> {
@@ -25,10 +27,10 @@ fn limit(text: &str) -> Result<Picos, String> {
 
 /// Audits the project, judges and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let target = arguments.project.target()?;
+    let target = arguments.report.target()?;
     let audit = arguments.project.audit()?;
     let check = Check::new(&audit, arguments.limit, arguments.margin);
-    arguments.project.report(&audit, Some(&check), target)?;
+    arguments.report.write(&audit, Some(&check), target)?;
     Ok(match check.verdict {
         Verdict::Proved => Outcome::Done,
         Verdict::Refuted => Outcome::Refuted,

@@ -2,6 +2,7 @@
 
 mod audit;
 mod check;
+mod export;
 mod options;
 mod output;
 mod progress;
@@ -27,6 +28,8 @@ enum Command {
     Audit(audit::Arguments),
     /// Prove that no scan takes longer than a limit, or show one that does
     Check(check::Arguments),
+    /// Write the question of a group for a MaxSAT or SMT solver
+    Export(export::Arguments),
     /// List the timing tables, show one, or check one of your own
     Tables(tables::Arguments),
 }
@@ -111,6 +114,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
     match &cli.command {
         Command::Audit(arguments) => audit::run(arguments),
         Command::Check(arguments) => check::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
         Command::Tables(arguments) => tables::run(arguments),
     }
 }

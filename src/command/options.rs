@@ -53,6 +53,11 @@ pub struct ProjectOptions {
     /// How the maximum of a group is searched for
     #[arg(long, value_enum, default_value = "auto")]
     method: MethodName,
+}
+
+/// How the report is written.
+#[derive(Debug, Args)]
+pub struct ReportOptions {
     /// How the report is written
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -99,6 +104,14 @@ fn duration(text: &str) -> Result<Duration, String> {
 impl ProjectOptions {
     /// Reads the files and audits them.
     pub fn audit(&self) -> Result<Audit, Failure> {
+        self.with_request(|request| Ok(audit(request)?))
+    }
+
+    /// Reads the files and does something with what is asked, on the threads asked for.
+    pub fn with_request<T: Send>(
+        &self,
+        work: impl FnOnce(&Request<'_>) -> Result<T, Failure> + Send,
+    ) -> Result<T, Failure> {
         let mut facts = facts(self.facts.as_deref())?;
         facts.interrupts.extend(self.interrupts.iter().cloned());
         let table = self.table.as_deref().map(tables::find).transpose()?;
@@ -125,24 +138,25 @@ impl ProjectOptions {
             },
             time_limit: Some(self.time_limit),
             cancelled: &|| stop.load(Ordering::Relaxed),
+            warnings: &warnings,
             progress: &|progress| line.show(progress),
         };
         let threads = rayon::ThreadPoolBuilder::new()
             .num_threads(self.jobs.map_or(0, usize::from))
             .build()
             .context("the threads cannot be started")?;
-        let mut audit = threads.install(|| audit(&request))?;
-        audit.warnings.splice(..0, warnings);
-        Ok(audit)
+        threads.install(|| work(&request))
     }
+}
 
+impl ReportOptions {
     /// Where the report goes.
     pub fn target(&self) -> Result<Target, Failure> {
         Target::new(self.output.as_deref())
     }
 
     /// Writes the report in the format asked for.
-    pub fn report(
+    pub fn write(
         &self,
         audit: &Audit,
         check: Option<&Check>,

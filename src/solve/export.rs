@@ -2,7 +2,7 @@
 
 use super::clauses::Clauses;
 use super::{Group, Problem};
-use crate::model::{Atom, Lit, Node, ScanModel, VarId, VarKind};
+use crate::model::{Assignment, Atom, Lit, Node, ScanModel, VarId, VarKind};
 use crate::time::Picos;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -81,26 +81,62 @@ pub fn certificate(
     line(&mut text, format_args!("; unsat: it cannot."));
     text.push_str("(set-logic ALL)\n");
     definitions(&mut text, model, &problem);
-    text.push_str("(assert (> (+\n");
-    line(&mut text, format_args!("  {} ; always", problem.constant));
-    for item in &problem.items {
-        let names: Vec<String> = item.charges.iter().map(|&c| one_line(&charge(c))).collect();
-        let guard = reference(item.guard);
-        line(&mut text, format_args!("  (ite {guard} {} 0) ; {}", item.weight, names.join(" | ")));
-    }
-    line(&mut text, format_args!("  0) {}))", bound.0));
+    total(&mut text, &problem, charge);
+    line(&mut text, format_args!("(assert (> total {}))", bound.0));
     text.push_str("(check-sat)\n");
     text
 }
 
-/// Declares the variables, defines the circuit's gates and asserts what must hold.
-fn definitions(text: &mut String, model: &ScanModel, problem: &Problem) {
+/// The scan that costs `cost`, as a question without a choice: every variable has its value. A solver that
+/// answers `sat` confirms that the group can cost that much.
+#[must_use]
+pub fn attained(
+    model: &ScanModel,
+    group: &Group,
+    best: &Assignment,
+    cost: Picos,
+    charge: &dyn Fn(usize) -> String,
+) -> String {
+    let problem = Problem::new(model, group);
+    let mut text = String::new();
+    line(&mut text, format_args!("; A scan in which this group of charges costs {} ps.", cost.0));
+    line(&mut text, format_args!("; sat: it does."));
+    text.push_str("(set-logic ALL)\n");
+    for variable in definitions(&mut text, model, &problem) {
+        let value = best.0[variable.0 as usize];
+        let value = match model.variables[variable.0 as usize].kind {
+            VarKind::Bit => (value != 0).to_string(),
+            VarKind::Word => format!("#x{value:04X}"),
+        };
+        line(&mut text, format_args!("(assert (= v{} {value}))", variable.0));
+    }
+    total(&mut text, &problem, charge);
+    line(&mut text, format_args!("(assert (= total {}))", cost.0));
+    text.push_str("(check-sat)\n");
+    text
+}
+
+/// Defines `total`, what the group costs.
+fn total(text: &mut String, problem: &Problem, charge: &dyn Fn(usize) -> String) {
+    text.push_str("(define-fun total () Int (+\n");
+    line(text, format_args!("  {} ; always", problem.constant));
+    for item in &problem.items {
+        let names: Vec<String> = item.charges.iter().map(|&c| one_line(&charge(c))).collect();
+        let guard = reference(item.guard);
+        line(text, format_args!("  (ite {guard} {} 0) ; {}", item.weight, names.join(" | ")));
+    }
+    text.push_str("  0))\n");
+}
+
+/// Declares the variables, defines the circuit's gates and asserts what must hold; the variables.
+fn definitions(text: &mut String, model: &ScanModel, problem: &Problem) -> BTreeSet<VarId> {
     let nodes = problem.circuit.nodes();
     let atoms = nodes.iter().filter_map(|node| match node {
         Node::Atom(atom) => Some(atom.variable()),
         _ => None,
     });
-    for variable in atoms.collect::<BTreeSet<VarId>>() {
+    let variables: BTreeSet<VarId> = atoms.collect();
+    for &variable in &variables {
         let described = &model.variables[variable.0 as usize];
         let sort = match described.kind {
             VarKind::Bit => "Bool",
@@ -124,6 +160,7 @@ fn definitions(text: &mut String, model: &ScanModel, problem: &Problem) {
     for &lit in &problem.hard {
         line(text, format_args!("(assert {})", reference(lit)));
     }
+    variables
 }
 
 fn reference(lit: Lit) -> String {

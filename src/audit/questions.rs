@@ -1,0 +1,58 @@
+//! The groups' questions and the proofs of their answers, as files for other solvers.
+
+use super::pipeline::{Concluded, Followed};
+use crate::solve::export;
+
+/// In which form a question is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Weighted partial MaxSAT.
+    Wcnf,
+    /// SMT-LIB 2 with `assert-soft`.
+    Smt2,
+}
+
+/// A file to be written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Its name, without a directory.
+    pub name: String,
+    /// Its content.
+    pub text: String,
+}
+
+/// What a charge is, on one line: its place and its text.
+fn describe(followed: &Followed, charge: usize) -> String {
+    let program = &followed.program;
+    let instruction = &program.instructions[followed.model.charges[charge].instruction];
+    let file = &program.files[instruction.place.file as usize].name;
+    format!("{file}:{} {}", instruction.place.line, instruction.text)
+}
+
+/// The question of a group, counted from 1 as in reports; `None` if there is no such group.
+#[must_use]
+pub fn question(followed: &Followed, group: usize, form: Form) -> Option<String> {
+    let group = followed.groups.get(group.checked_sub(1)?)?;
+    let charge = |charge| describe(followed, charge);
+    Some(match form {
+        Form::Wcnf => export::wcnf(&followed.model, group, &charge),
+        Form::Smt2 => export::smt2(&followed.model, group, &charge),
+    })
+}
+
+/// For each group two SMT-LIB 2 files: whether more than its upper bound is possible (unsatisfiable), and the
+/// scan that reaches its lower bound (satisfiable).
+pub fn certificates(concluded: &Concluded) -> impl Iterator<Item = File> {
+    let followed = &concluded.followed;
+    let groups = followed.groups.iter().zip(&concluded.maxima).enumerate();
+    groups.flat_map(move |(index, (group, maximum))| {
+        let charge = |charge| describe(followed, charge);
+        let bound = export::certificate(&followed.model, group, maximum.upper, &charge);
+        let scan = export::attained(&followed.model, group, &maximum.best, maximum.lower, &charge);
+        let number = index + 1;
+        [
+            File { name: format!("group-{number}-bound.smt2"), text: bound },
+            File { name: format!("group-{number}-scan.smt2"), text: scan },
+        ]
+    })
+}

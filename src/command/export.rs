@@ -1,0 +1,49 @@
+//! `scanbound export`: a group's question for other solvers.
+
+use super::options::ProjectOptions;
+use super::output::Target;
+use super::{Failure, Outcome};
+use anyhow::anyhow;
+use clap::{Args, ValueEnum};
+use scanbound::audit::{self, Form};
+use std::path::PathBuf;
+
+/// The arguments of `export`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    project: ProjectOptions,
+    /// The group, as the report numbers it
+    #[arg(long, value_name = "N")]
+    group: usize,
+    /// In which format
+    #[arg(long, value_enum)]
+    format: Format,
+    /// Write the question to a file, whole or not at all
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Format {
+    /// Weighted partial MaxSAT
+    Wcnf,
+    /// SMT-LIB 2 with soft assertions
+    Smt2,
+}
+
+/// Follows the project and writes the group's question.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let form = match arguments.format {
+        Format::Wcnf => Form::Wcnf,
+        Format::Smt2 => Form::Smt2,
+    };
+    let target = Target::new(arguments.output.as_deref())?;
+    let followed = arguments.project.with_request(|request| Ok(audit::follow(request)?))?;
+    let groups = followed.groups.len();
+    let question = audit::question(&followed, arguments.group, form).ok_or_else(|| {
+        anyhow!("there is no group {}: the groups are numbered 1 to {groups}", arguments.group)
+    })?;
+    target.write(&question)?;
+    Ok(Outcome::Done)
+}
