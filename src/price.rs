@@ -339,9 +339,15 @@ fn points(
         return (stated, format!("{stated} {side} points as stated"));
     }
     let highest = highest(program, area);
-    let (points, origin) = match highest {
-        None => (0, format!("the program uses no {side}")),
-        Some(cell) => {
+    let counted =
+        program.points.map(|[inputs, outputs]| if side == "input" { inputs } else { outputs });
+    let (points, origin) = match (counted, highest) {
+        (Some(points), _) => (
+            points,
+            format!("{points} {side} points in the words that the program uses as {side}s"),
+        ),
+        (None, None) => (0, format!("the program uses no {side}")),
+        (None, Some(cell)) => {
             let points = cell.index.saturating_add(1).div_ceil(16).saturating_mul(16);
             let name = program.cell_name(cell);
             (points, format!("{points} {side} points, since {name} is the highest {side} used"))

@@ -533,6 +533,8 @@ pub struct Program {
     pub approximations: Vec<Approximation>,
     /// Device comments by the device's written name.
     pub comments: BTreeMap<String, String>,
+    /// Input points and output points that the program uses, where its dialect counted them.
+    pub points: Option<[u32; 2]>,
     /// Ranges the user stated.
     pub ranges: Vec<StartRange>,
     /// The user's statements that were used, in words.

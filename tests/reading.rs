@@ -444,7 +444,7 @@ fn what_is_no_program_is_refused_with_a_reason() {
     assert_eq!(code("Dear all,\nplease find attached".as_bytes()), "unknown-dialect");
     assert_eq!(code(b"or just call the customer, and set it out\n"), "unknown-dialect");
     assert_eq!(code(b"Part,Count\nM8 screws,100\nM10,5\n"), "unknown-dialect");
-    assert_eq!(code("LD 00305\nAND NOT 00001\nOUT 00300\n".as_bytes()), "unknown-dialect");
+    assert_eq!(code("LD 00305\nAND NOT 00001\nOUT 00300\n".as_bytes()), "other-dialect");
     assert_eq!(code("Device Name,Comment\nX0,start\n".as_bytes()), "comments-alone");
     assert_eq!(code(b"LD X0\nOUT Y0\n\xFF\xFF\nEND\n"), "encoding");
     assert_eq!(read_project(&[], None).unwrap_err()[0].code, "no-program");

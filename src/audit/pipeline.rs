@@ -205,6 +205,16 @@ fn understand(
             let table = choose_table(request, program.cpu.as_deref())?;
             Ok((program, table, Vec::new()))
         }
+        Project::Omron(project) => {
+            let cpu = project.files.iter().find_map(|file| file.cpu.as_deref());
+            let table = choose_table(request, cpu)?;
+            let options = dialect::omron::DecodeOptions {
+                is_user_instruction: &|name| table.knows(name),
+                facts: request.facts,
+            };
+            let program = dialect::omron::decode(project, &options)?;
+            Ok((program, table, project.warnings.clone()))
+        }
     }
 }
 

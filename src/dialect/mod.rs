@@ -4,6 +4,7 @@ mod encoding;
 mod faults;
 pub mod melsec;
 pub mod minasec;
+pub mod omron;
 
 use std::borrow::Cow;
 
@@ -44,10 +45,11 @@ pub enum Kind {
 }
 
 /// All dialects.
-static DIALECTS: [Dialect; 6] = {
+static DIALECTS: [Dialect; 9] = {
     let [csv, gx3, list] = melsec::DIALECTS;
     let [assembly, hex, binary] = minasec::DIALECTS;
-    [csv, gx3, list, assembly, hex, binary]
+    let [c200h, cx, cxt] = omron::DIALECTS;
+    [csv, gx3, list, assembly, hex, binary, c200h, cx, cxt]
 };
 
 /// All dialects, for help texts and messages.
@@ -116,6 +118,8 @@ pub enum Project {
     Melsec(RawProject),
     /// MINASEC-U: the program memory.
     Minasec(Box<minasec::Source>),
+    /// OMRON: mnemonics and operands as written.
+    Omron(omron::source::RawProject),
 }
 
 /// Reads a project's files: the programs in the given order, and device comments. The dialect is found
@@ -185,6 +189,8 @@ pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Project, Vec<Diag
             .collect();
         if minasec::DIALECTS.iter().any(|one| one.name == dialect.name) {
             minasec::read(dialect, &same).map(|source| Project::Minasec(Box::new(source)))
+        } else if omron::DIALECTS.iter().any(|one| one.name == dialect.name) {
+            omron::project::read(dialect, &same).map(Project::Omron)
         } else {
             melsec::project::read(dialect, &same, &comments).map(Project::Melsec)
         }
@@ -213,6 +219,12 @@ pub fn read_project(
             "other-dialect",
             &source.name,
             format!("this is {}, not MELSEC", source.dialect),
+            "give the program's MELSEC export",
+        )]),
+        Project::Omron(project) => Err(vec![Diagnostic::file(
+            "other-dialect",
+            project.files.first().map_or("", |file| &file.name),
+            format!("this is {}, not MELSEC", project.dialect),
             "give the program's MELSEC export",
         )]),
     }

@@ -6,7 +6,10 @@ use super::{Evidence, Table};
 use crate::time::Picos;
 
 /// Name and text of each file under `timing-tables`, by name.
-const FILES: [(&str, &str); 13] = [
+const FILES: [(&str, &str); 16] = [
+    ("c200h", include_str!("../../timing-tables/c200h.csv")),
+    ("cj2m", include_str!("../../timing-tables/cj2m.csv")),
+    ("cp1l", include_str!("../../timing-tables/cp1l.csv")),
     ("fx2n", include_str!("../../timing-tables/fx2n.csv")),
     ("fx3u", include_str!("../../timing-tables/fx3u.csv")),
     ("fx5u", include_str!("../../timing-tables/fx5u.csv")),

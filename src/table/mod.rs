@@ -139,7 +139,7 @@ pub struct Table {
     pub name: String,
     /// What it is for, one line; empty if it does not say.
     pub title: String,
-    /// The family whose instruction set it prices: `q`, `l`, `fx`, `iqr`, `fx5`.
+    /// The family whose instruction set it prices: `q`, `l`, `fx`, `iqr`, `fx5`, `c`, `cs`.
     pub family: Option<String>,
     /// The CPUs it is for, upper case, without the word CPU.
     pub cpus: Vec<String>,

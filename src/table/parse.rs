@@ -35,7 +35,7 @@ const SHOWN: usize = 200;
 
 const COLUMNS: [&str; 7] =
     ["instruction", "on_us", "off_us", "per_unit_us", "unit", "evidence", "source"];
-const FAMILIES: [&str; 5] = ["q", "l", "fx", "iqr", "fx5"];
+const FAMILIES: [&str; 7] = ["q", "l", "fx", "iqr", "fx5", "c", "cs"];
 /// Rows with one number.
 const SINGLE: [&str; 9] = [
     "@end",

@@ -17,7 +17,10 @@ const COMMON: [&str; 62] = [
 ];
 
 /// Words that MELSEC does not have, but lists that begin with LD as well do.
-const NOT_OURS: [&str; 2] = ["ST", "STI"];
+const NOT_OURS: [&str; 13] = [
+    "ST", "STI", "LDNOT", "ANDNOT", "ORNOT", "OUTNOT", "ANDLD", "ORLD", "RSET", "KEEP", "DIFU",
+    "DIFD", "NOT",
+];
 
 /// Whether the beginning of a file is list text: its first instruction is one that a MELSEC program can
 /// begin with, and at least half of the first lines are common ones or mnemonics with devices.
@@ -28,7 +31,9 @@ pub(super) fn sniff(beginning: &str) -> bool {
         let Ok(mut found) = words::split(code(line)) else { continue };
         take_step(&mut found);
         let Some((first, operands)) = found.split_first() else { continue };
-        if NOT_OURS.iter().any(|word| first.eq_ignore_ascii_case(word)) {
+        // Nor are there function numbers, `MOV(21)`.
+        let numbered = first.ends_with(')') && first.contains('(');
+        if numbered || NOT_OURS.iter().any(|word| first.eq_ignore_ascii_case(word)) {
             return false;
         }
         seen += 1;

@@ -1,0 +1,488 @@
+//! Instructions on words: what they write, exactly where that is simple, else any value.
+
+use super::assembly::{Assembly, fired};
+use super::catalog::{Extent, Role};
+use super::operand::Operand;
+use super::resolve::Item;
+use crate::program::{
+    BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation, Units,
+    WordSource, WordTarget, Write,
+};
+
+/// Blocks of more words are forgotten rather than followed.
+pub(super) const MOST_WORDS: u32 = 256;
+
+/// An application instruction with one condition.
+pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
+    let mut key = asm.key(item, false);
+    key.units = units(asm, item);
+    let exact =
+        if item.operands.iter().any(Operand::is_indirect) { None } else { exact(asm, item) };
+    let followed = exact.is_some();
+    let writes = match exact {
+        Some(writes) => writes,
+        None => {
+            let choice = asm.choice();
+            forget(asm, item, choice)
+        }
+    };
+    let widened = !followed && !writes.is_empty();
+    let mut effects: Vec<_> = Vec::new();
+    if item.raw.immediate {
+        effects.extend(refresh(asm, item).into_iter().map(fired));
+    }
+    effects.extend(writes.into_iter().map(fired));
+    effects.extend(flags(asm, item).into_iter().map(fired));
+    if item.meaning() == "out-bit" {
+        // The one instruction here that also writes while its condition is off.
+        for effect in &mut effects {
+            effect.when = crate::program::When::Always;
+        }
+    }
+    let fires = asm.fires(item.raw.edge);
+    asm.act(fires, effects, Some(key));
+    if widened {
+        let written = written(asm, item);
+        asm.note(match written.is_empty() {
+            true => "what this changes takes any value".to_owned(),
+            false => format!("{written} takes any value"),
+        });
+    }
+    note_indirect(asm, item);
+}
+
+/// The operands that are written, as the source has them.
+fn written(asm: &Assembly, item: &Item<'_>) -> String {
+    let Some(row) = item.row else { return item.raw.operands.join(", ") };
+    let roles = row.operands.iter().zip(&item.raw.operands).zip(&item.operands);
+    let parts = roles.filter(|((role, _), _)| matches!(role, Role::Target(_))).map(
+        |((role, text), operand)| {
+            let length = match *role {
+                Role::Target(extent) => length(asm, item, extent),
+                _ => None,
+            };
+            match (length, operand) {
+                (_, Operand::Within(_)) => format!("all that {text} may lead to"),
+                (_, Operand::Anywhere) => "all memory".to_owned(),
+                (Some(1), _) => text.clone(),
+                (Some(count), _) => {
+                    format!("{text} and the {} words behind it", count.saturating_sub(1))
+                }
+                (None, _) => format!("the whole area of {text}"),
+            }
+        },
+    );
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+/// Notes that operands are read through addresses that are not known.
+pub(super) fn note_indirect(asm: &mut Assembly, item: &Item<'_>) {
+    let Some(row) = item.row else { return };
+    let read: Vec<&str> = item
+        .operands
+        .iter()
+        .zip(&item.raw.operands)
+        .zip(&row.operands)
+        .filter(|((operand, _), role)| {
+            operand.is_indirect() && matches!(role, Role::Source(Some(_)) | Role::SourceBit)
+        })
+        .map(|((_, text), _)| text.as_str())
+        .collect();
+    if !read.is_empty() {
+        asm.note(format!(
+            "{} is read through an address that is not known: any value is taken",
+            read.join(", ")
+        ));
+    }
+}
+
+/// Notes that a comparison may come out either way.
+pub(super) fn note_unknown(asm: &mut Assembly, item: &Item<'_>) {
+    if item.meaning() == "compare-unknown" {
+        asm.note("this comparison may come out either way");
+    }
+    note_indirect(asm, item);
+}
+
+/// How many words an operand reaches over; `None` if that is not known.
+fn length(asm: &Assembly, item: &Item<'_>, extent: Extent) -> Option<u32> {
+    match extent {
+        Extent::Words(count) => Some(count),
+        Extent::Counted(at) => item.operands.get(at)?.count(asm.memory.family),
+        Extent::UpTo(at) => {
+            let last = item.operands.get(at)?.word()?;
+            let role = item
+                .row?
+                .operands
+                .iter()
+                .position(|role| matches!(role, Role::Target(Extent::UpTo(_))))?;
+            let first = item.operands.get(role)?.word()?;
+            (first.area == last.area && first.index <= last.index)
+                .then(|| last.index - first.index + 1)
+        }
+        Extent::Unknown => None,
+    }
+}
+
+/// How many words the instruction handles, for times by the word.
+fn units(asm: &Assembly, item: &Item<'_>) -> Units {
+    let Some(row) = item.row else { return Units::None };
+    let most = u64::from(asm.memory.size(crate::program::AreaId(4)));
+    let of = |length: Option<u32>| {
+        length.map_or(Units::AtMost(most), |count| Units::Exactly(u64::from(count)))
+    };
+    let extents = row.operands.iter().filter_map(|role| match role {
+        Role::Target(extent) => Some(*extent),
+        _ => None,
+    });
+    let ranged =
+        extents.clone().find(|extent| matches!(extent, Extent::Counted(_) | Extent::UpTo(_)));
+    match (ranged, row.class, row.mnemonic) {
+        (Some(extent), ..) => of(length(asm, item, extent)),
+        (None, "search", "TCMP" | "MCMP") => Units::Exactly(16),
+        (None, "search", "BCMP") => Units::Exactly(32),
+        (None, "search", "BCMP2") => Units::Exactly(512),
+        (None, "search", _) => {
+            of(item.operands.first().and_then(|operand| operand.count(asm.memory.family)))
+        }
+        // Strings hold 4095 characters at most.
+        (None, "string" | "compare-string", _) => Units::AtMost(4095),
+        (None, "block" | "table" | "module", _) => Units::AtMost(most),
+        (None, "conversion" | "shift" | "bit" | "special", _) => {
+            let words: u32 = extents.filter_map(|extent| length(asm, item, extent)).sum();
+            Units::Exactly(u64::from(words.max(1)))
+        }
+        _ => Units::None,
+    }
+}
+
+/// Writes of any value to all that the instruction may write.
+pub(super) fn forget(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Write> {
+    let regions: Vec<Region> = match item.row {
+        // A user's instruction may write its operands and what belongs to them.
+        None => item.operands.iter().flat_map(|operand| operand.regions(Some(4))).collect(),
+        Some(row) if row.meaning == "refresh-units" => {
+            asm.memory.unit_areas().map(Region::Area).to_vec()
+        }
+        Some(row) => row
+            .operands
+            .iter()
+            .zip(&item.operands)
+            .filter_map(|(role, operand)| match role {
+                Role::Target(extent) => Some(operand.regions(length(asm, item, *extent))),
+                _ => None,
+            })
+            .flatten()
+            .collect(),
+    };
+    regions
+        .into_iter()
+        .filter(|region| !matches!(region, Region::Range { count: 0, .. }))
+        .map(|region| Write::Forget(region, choice))
+        .collect()
+}
+
+/// Input words that `!` reads anew before the instruction runs.
+fn refresh(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
+    let Some(row) = item.row else { return Vec::new() };
+    let mut writes = Vec::new();
+    for (role, operand) in row.operands.iter().zip(&item.operands) {
+        if let (Role::Source(Some(count)), Operand::Word(first)) = (role, operand)
+            && super::memory::Memory::is_refreshed(*first)
+        {
+            writes
+                .push(Write::Forget(Region::Range { first: *first, count: *count }, asm.choice()));
+        }
+    }
+    writes
+}
+
+/// The writes to condition flags that the catalog lists: each takes any value.
+pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
+    let named = item.row.map_or("*", |row| row.flags);
+    let indirect = item.operands.iter().any(Operand::is_indirect);
+    let refused = item.meaning().starts_with("flags-zone") && !limits_in_order(item);
+    if named == "*" || indirect || refused {
+        let (first, count) = asm.memory.flags();
+        return vec![Write::Forget(Region::Range { first, count }, asm.choice())];
+    }
+    let targets: Vec<BitTarget> =
+        named.split(' ').filter_map(|flag| asm.memory.flag(flag)).collect();
+    targets.into_iter().map(|target| Write::Bit(target, asm.free())).collect()
+}
+
+fn sources(asm: &mut Assembly, item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordSource>> {
+    let memory = asm.memory;
+    item.operands.get(at)?.sources(count, memory, &mut || asm.choice())
+}
+
+fn number(asm: &mut Assembly, item: &Item<'_>, at: usize, count: u32) -> Option<Number> {
+    sources(asm, item, at, count).map(Number::Words)
+}
+
+/// Where so many words from an operand on are written: nowhere for registers, `None` if not known.
+fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
+    match item.operands.get(at)? {
+        Operand::Word(first) => Some((0..count).map(|n| WordTarget::Cell(first.plus(n))).collect()),
+        Operand::Register => Some((0..count).map(|_| WordTarget::Discard).collect()),
+        _ => None,
+    }
+}
+
+/// How many words the operand of this place has by its role.
+fn width(item: &Item<'_>, at: usize) -> u32 {
+    match item.row.and_then(|row| row.operands.get(at)) {
+        Some(Role::Source(Some(count)) | Role::Target(Extent::Words(count))) => *count,
+        _ => 1,
+    }
+}
+
+/// What the instruction writes, where that is followed exactly.
+fn exact(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+    let wide = width(item, 0);
+    let ones = || Number::Words(vec![WordSource::Const(u16::MAX); wide as usize]);
+    let one = || {
+        let words = (0..wide).map(|n| WordSource::Const(u16::from(n == 0)));
+        Number::Words(words.collect())
+    };
+    let two = |asm: &mut Assembly, join: fn(Box<Number>, Box<Number>) -> Number| {
+        let (a, b) = (number(asm, item, 0, wide)?, number(asm, item, 1, wide)?);
+        Some(join(Box::new(a), Box::new(b)))
+    };
+    let (target, value) = match item.meaning() {
+        "move" => (1, number(asm, item, 0, wide)?),
+        "move-not" => (1, Number::Xor(Box::new(number(asm, item, 0, wide)?), Box::new(ones()))),
+        "complement" => (0, Number::Xor(Box::new(number(asm, item, 0, wide)?), Box::new(ones()))),
+        "increment" => (0, Number::Add(Box::new(number(asm, item, 0, wide)?), Box::new(one()))),
+        "decrement" => (0, Number::Sub(Box::new(number(asm, item, 0, wide)?), Box::new(one()))),
+        "add" => (2, two(asm, Number::Add)?),
+        "subtract" => (2, two(asm, Number::Sub)?),
+        "word-and" => (2, two(asm, Number::And)?),
+        "word-or" => (2, two(asm, Number::Or)?),
+        "word-xor" => (2, two(asm, Number::Xor)?),
+        "word-xnr" => (2, Number::Xor(Box::new(two(asm, Number::Xor)?), Box::new(ones()))),
+        "flags-compare" | "flags-compare-signed" | "flags-zone" | "flags-zone-signed" => {
+            return compare_flags(asm, item);
+        }
+        "copy" | "fill" | "shift-words" | "exchange" => return block(asm, item),
+        "move-bit" | "set-bit" | "reset-bit" | "out-bit" | "set-bits" | "reset-bits" => {
+            return bits(asm, item);
+        }
+        _ => return None,
+    };
+    Some(vec![Write::Words(targets(item, target, wide)?, value)])
+}
+
+fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+    if item.meaning() == "exchange" {
+        let wide = width(item, 0);
+        let (mut from, second) = (sources(asm, item, 1, wide)?, sources(asm, item, 0, wide)?);
+        let (mut to, last) = (targets(item, 0, wide)?, targets(item, 1, wide)?);
+        from.extend(second);
+        to.extend(last);
+        return Some(vec![Write::Words(to, Number::Words(from))]);
+    }
+    let extent = item.row?.operands.iter().find_map(|role| match role {
+        Role::Target(extent @ (Extent::Counted(_) | Extent::UpTo(_))) => Some(*extent),
+        _ => None,
+    })?;
+    let count = length(asm, item, extent).filter(|&count| count <= MOST_WORDS)?;
+    if count == 0 {
+        return Some(Vec::new());
+    }
+    let (first, from) = match item.meaning() {
+        "copy" => {
+            let (from, to) = (item.operands.get(1)?.word()?, item.operands.get(2)?.word()?);
+            let apart = from.area != to.area || from.index.abs_diff(to.index) >= count;
+            (to, if apart { sources(asm, item, 1, count)? } else { return None })
+        }
+        "fill" => {
+            (item.operands.get(1)?.word()?, vec![sources(asm, item, 0, 1)?[0]; count as usize])
+        }
+        // One word comes in at the first place, the last is lost; two operands mean that a zero comes in.
+        _ => {
+            let with = item.operands.len() == 3;
+            let first = item.operands.get(usize::from(with))?.word()?;
+            if asm.memory.is_volatile(first) {
+                return None;
+            }
+            let mut from =
+                if with { sources(asm, item, 0, 1)? } else { vec![WordSource::Const(0)] };
+            from.extend((0..count - 1).map(|n| WordSource::Cell(first.plus(n))));
+            (first, from)
+        }
+    };
+    let to = (0..count).map(|n| WordTarget::Cell(first.plus(n))).collect();
+    Some(vec![Write::Words(to, Number::Words(from))])
+}
+
+/// Instructions on single bits of words that operands name.
+fn bits(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+    let family = asm.memory.family;
+    let value = |set: &str| Logic::Const(item.meaning().starts_with(set));
+    let place = |first: Cell, bit: u32| BitTarget::WordBit(first.plus(bit / 16), (bit % 16) as u8);
+    match item.meaning() {
+        "move-bit" => {
+            // The control word: the source's bit in its low two digits, the target's in its high two.
+            let &Operand::Constant(control, _) = item.operands.get(1)? else { return None };
+            let digits = |byte: i64| {
+                let byte = u32::try_from(byte & 0xFF).ok()?;
+                let bit = match family {
+                    super::source::Family::C => (byte >> 4) * 10 + (byte & 15),
+                    super::source::Family::Cs => byte,
+                };
+                (bit < 16).then_some(bit)
+            };
+            let (from, to) = (digits(control)?, digits(control >> 8)?);
+            let target = place(item.operands.get(2)?.word()?, to);
+            let source = match item.operands.first()? {
+                Operand::Constant(value, _) => Logic::Const(value >> from & 1 == 1),
+                Operand::Word(cell) => {
+                    let memory = asm.memory;
+                    let bit =
+                        Operand::Bit(*cell, from as u8).bit_source(memory, &mut || asm.choice())?;
+                    Logic::Bit(bit)
+                }
+                _ => asm.free(),
+            };
+            Some(vec![Write::Bit(target, source)])
+        }
+        "set-bits" | "reset-bits" => {
+            let first = item.operands.first()?.word()?;
+            let start = item.operands.get(1)?.count(family).filter(|&bit| bit < 16)?;
+            let count =
+                item.operands.get(2)?.count(family).filter(|&count| count <= 16 * MOST_WORDS)?;
+            let write = |bit| Write::Bit(place(first, bit), value("set"));
+            Some((start..start + count).map(write).collect())
+        }
+        meaning => {
+            let first = item.operands.first()?.word()?;
+            let bit = item.operands.get(1)?.count(family).filter(|&bit| bit < 16)?;
+            let value = if meaning == "out-bit" { Logic::Condition } else { value("set") };
+            Some(vec![Write::Bit(place(first, bit), value)])
+        }
+    }
+}
+
+fn relation(item: &Item<'_>) -> Relation {
+    let name = item.row.map_or("", |row| row.mnemonic);
+    match name.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == '$') {
+        "=" => Relation::Equal,
+        "<>" => Relation::NotEqual,
+        "<" => Relation::Less,
+        "<=" => Relation::LessOrEqual,
+        ">" => Relation::Greater,
+        _ => Relation::GreaterOrEqual,
+    }
+}
+
+/// The truth value of a comparison or bit test that stands as a contact.
+pub(super) fn condition(asm: &mut Assembly, item: &Item<'_>) -> Logic {
+    let wide = width(item, 0);
+    let value = match item.meaning() {
+        "test" | "test-not" => test(asm, item),
+        "compare" | "compare-signed" | "compare-real" => {
+            let reading = match item.meaning() {
+                "compare" => Reading::Unsigned,
+                "compare-signed" => Reading::Signed,
+                _ => Reading::Real(asm.choice()),
+            };
+            comparison(asm, item, (0, 1), wide, relation(item), reading)
+        }
+        _ => None,
+    };
+    let value = value.unwrap_or_else(|| asm.free());
+    match item.raw.edge {
+        // An edge of a comparison: only while it holds, or while it does not.
+        None => value,
+        Some(super::source::Edge::Rising) => Logic::All(vec![value, asm.free()]),
+        Some(super::source::Edge::Falling) => Logic::All(vec![value.not(), asm.free()]),
+    }
+}
+
+fn test(asm: &mut Assembly, item: &Item<'_>) -> Option<Logic> {
+    let family = asm.memory.family;
+    let bit = item.operands.get(1)?.count(family)? & 15;
+    let memory = asm.memory;
+    let value = match item.operands.first()? {
+        Operand::Constant(value, _) => Logic::Const(value >> bit & 1 == 1),
+        Operand::Word(cell) => {
+            Logic::Bit(Operand::Bit(*cell, bit as u8).bit_source(memory, &mut || asm.choice())?)
+        }
+        _ => return None,
+    };
+    Some(if item.meaning() == "test" { value } else { value.not() })
+}
+
+fn comparison(
+    asm: &mut Assembly,
+    item: &Item<'_>,
+    (left, right): (usize, usize),
+    wide: u32,
+    relation: Relation,
+    reading: Reading,
+) -> Option<Logic> {
+    let (left, right) = (number(asm, item, left, wide)?, number(asm, item, right, wide)?);
+    Some(Logic::Compare(Box::new(Compare { relation, reading, left, right })))
+}
+
+/// Whether ZCP's limits are constants in their order: otherwise it may end in an error and leave the flags.
+fn limits_in_order(item: &Item<'_>) -> bool {
+    let limit = |at: usize| match item.operands.get(at) {
+        Some(&Operand::Constant(value, _)) => Some(value),
+        _ => None,
+    };
+    let signed = item.meaning().ends_with("signed");
+    let bits = 16 * width(item, 0);
+    let read = |value: i64| {
+        let value = value & ((1 << bits) - 1);
+        if signed && value >> (bits - 1) == 1 { value - (1 << bits) } else { value }
+    };
+    matches!((limit(1), limit(2)), (Some(low), Some(high)) if read(low) <= read(high))
+}
+
+/// CMP and ZCP: each flag becomes what the comparison says.
+fn compare_flags(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+    if item.meaning().starts_with("flags-zone") && !limits_in_order(item) {
+        return Some(Vec::new());
+    }
+    let signed = item.meaning().ends_with("signed");
+    let reading = if signed { Reading::Signed } else { Reading::Unsigned };
+    let wide = width(item, 0);
+    let numbers: Option<Vec<Number>> =
+        (0..2 + usize::from(item.meaning().starts_with("flags-zone")))
+            .map(|at| number(asm, item, at, wide))
+            .collect();
+    let numbers = numbers?;
+    let holds = |relation: Relation, right: usize| {
+        let (left, right) = (numbers[0].clone(), numbers[right].clone());
+        Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+    };
+    let zone = numbers.len() == 3;
+    // For ZCP: below the lower limit, above the upper, within.
+    let values: Vec<(&str, Logic)> = if zone {
+        let (below, above) = (holds(Relation::Less, 1), holds(Relation::Greater, 2));
+        let within = Logic::Any(vec![below.clone(), above.clone()]).not();
+        vec![("GT", above), ("LT", below), ("EQ", within)]
+    } else {
+        vec![
+            ("GT", holds(Relation::Greater, 1)),
+            ("EQ", holds(Relation::Equal, 1)),
+            ("LT", holds(Relation::Less, 1)),
+            ("GE", holds(Relation::GreaterOrEqual, 1)),
+            ("NE", holds(Relation::NotEqual, 1)),
+            ("LE", holds(Relation::LessOrEqual, 1)),
+        ]
+    };
+    let mut writes: Vec<Write> = values
+        .into_iter()
+        .filter_map(|(flag, value)| asm.memory.flag(flag).map(|target| Write::Bit(target, value)))
+        .collect();
+    let others: &[&str] =
+        if zone { &["ER", "AER", "N", "GE", "NE", "LE"] } else { &["ER", "AER", "N"] };
+    let others: Vec<BitTarget> = others.iter().filter_map(|flag| asm.memory.flag(flag)).collect();
+    writes.extend(
+        others.into_iter().map(|target| Write::Bit(target, asm.free())).collect::<Vec<_>>(),
+    );
+    Some(writes)
+}

@@ -1,0 +1,428 @@
+//! From an OMRON project to a program: every instruction with its exact or widened meaning, all faults at once.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::assembly::Assembly;
+use super::catalog::Role;
+use super::emit::{CallSite, Emitter};
+use super::layout::{Layout, layout};
+use super::memory::Memory;
+use super::operand::{Operand, Reader, Want};
+use super::resolve::{Item, resolve};
+use super::source::{Family, RawFile, RawProgram, RawProject, Symbols, Task};
+use crate::diagnostic::Diagnostic;
+use crate::dialect::Faults;
+use crate::facts::Facts;
+use crate::program::{
+    BitSource, Cell, Effect, Interrupt, Logic, Program, Region, SourceFile, StartRange, Step, When,
+    Write,
+};
+
+/// What decoding needs to know besides the source.
+pub struct DecodeOptions<'a> {
+    /// Whether a name that OMRON does not know is a user's instruction, as far as the table prices it.
+    pub is_user_instruction: &'a dyn Fn(&str) -> bool,
+    /// What the user states.
+    pub facts: &'a Facts,
+}
+
+/// Decodes a project.
+///
+/// # Errors
+/// All faults of all files.
+pub fn decode(
+    project: &RawProject,
+    options: &DecodeOptions<'_>,
+) -> Result<Program, Vec<Diagnostic>> {
+    let memory = Memory { family: project.family };
+    let mut decoder = Decoder {
+        asm: Assembly::new(memory, project.dialect),
+        faults: Vec::new(),
+        routines: BTreeMap::new(),
+        calls: Vec::new(),
+        tasks: Vec::new(),
+        bodies: Vec::new(),
+        switches: false,
+        used: [BTreeSet::new(), BTreeSet::new()],
+    };
+    for (index, file) in project.files.iter().enumerate() {
+        let last = index + 1 == project.files.len();
+        decoder.file(file, options, last);
+    }
+    decoder.connect();
+    decoder.arrange(project, options);
+    decoder.ranges(project, options);
+    let Decoder { mut asm, mut faults, used: [read, written], .. } = decoder;
+    // A word that is written serves outputs, another inputs.
+    let inputs = read.difference(&written).count();
+    asm.program.points = Some([inputs, written.len()].map(|words| 16 * words as u32));
+    faults.append(&mut asm.faults);
+    if !faults.is_empty() {
+        faults.sort_by_key(|fault| (position(project, &fault.file), fault.line));
+        return Err(faults);
+    }
+    asm.program.blocks = asm.program.instructions.last().map_or(0, |last| last.block);
+    asm.program.cpu = project.files.iter().find_map(|file| file.cpu.clone());
+    asm.program.approximations.sort();
+    asm.program.approximations.dedup();
+    Ok(asm.program)
+}
+
+fn position(project: &RawProject, file: &str) -> usize {
+    project.files.iter().position(|other| other.name == file).unwrap_or(usize::MAX)
+}
+
+/// A subroutine's body among the instructions, to find calls that come back to themselves.
+struct Body {
+    program: usize,
+    number: u32,
+    global: bool,
+    range: std::ops::Range<usize>,
+}
+
+struct Decoder {
+    asm: Assembly,
+    faults: Vec<Diagnostic>,
+    /// First instructions of subroutines by program, whether global, and number.
+    routines: BTreeMap<(usize, bool, u32), usize>,
+    /// Calls with their program and the fault to tell where there is no such subroutine.
+    calls: Vec<(usize, CallSite, Diagnostic)>,
+    /// Programs with their tasks: their instructions, the END.
+    tasks: Vec<(Task, String, std::ops::Range<usize>, usize)>,
+    bodies: Vec<Body>,
+    switches: bool,
+    /// Words of the input and output area that are read, and those that are written.
+    used: [BTreeSet<u32>; 2],
+}
+
+impl Decoder {
+    fn file(&mut self, file: &RawFile, options: &DecodeOptions<'_>, last: bool) {
+        let start = self.asm.next();
+        let mut count = 0;
+        self.asm.file = self.asm.program.files.len() as u32;
+        self.asm.program.files.push(SourceFile {
+            name: file.name.clone(),
+            instructions: start..start,
+            count: 0,
+        });
+        for program in &file.programs {
+            count += program.instructions.len();
+            self.program(file, program, options, last);
+        }
+        let end = self.asm.next();
+        if let Some(source) = self.asm.program.files.last_mut() {
+            (source.instructions, source.count) = (start..end, count);
+        }
+        for symbols in file.programs.iter().map(|program| &program.symbols).chain([&file.symbols]) {
+            self.comments(symbols);
+        }
+    }
+
+    /// Symbols are the names that people know addresses by.
+    fn comments(&mut self, symbols: &Symbols) {
+        let reader = Reader { memory: self.asm.memory, symbols: [symbols, symbols] };
+        for (name, symbol) in symbols {
+            let want = if symbol.kind.to_ascii_uppercase().starts_with("BOOL") {
+                Want::Bit
+            } else {
+                Want::Word
+            };
+            let device = match reader.read(&symbol.address, want) {
+                Ok(Operand::Word(cell) | Operand::Flag(cell)) => self.asm.program.cell_name(cell),
+                Ok(Operand::Bit(cell, bit)) => {
+                    format!("{}.{bit:02}", self.asm.program.cell_name(cell))
+                }
+                _ => continue,
+            };
+            let text = match symbol.comment.trim() {
+                "" => name.clone(),
+                comment => format!("{name}: {comment}"),
+            };
+            self.asm.program.comments.entry(device).or_insert(text);
+        }
+    }
+
+    fn program(
+        &mut self,
+        file: &RawFile,
+        program: &RawProgram,
+        options: &DecodeOptions<'_>,
+        last: bool,
+    ) {
+        let memory = self.asm.memory;
+        let reader = Reader { memory, symbols: [&program.symbols, &file.symbols] };
+        let mut faults = Faults::new(&file.name);
+        let items: Vec<Item<'_>> = program
+            .instructions
+            .iter()
+            .filter_map(|raw| resolve(raw, &reader, options.is_user_instruction, &mut faults))
+            .collect();
+        let complete = !faults.any_error();
+        for item in &items {
+            self.count_points(item);
+        }
+        // One program of the C series may go on through several files; only the last ends it.
+        let end_needed = memory.family == Family::Cs || last;
+        let mut layout_faults = Faults::new(&file.name);
+        let layout = layout(&items, memory.family, end_needed, &mut layout_faults);
+        if items.is_empty() && complete {
+            faults.push(Diagnostic::file(
+                "empty-program",
+                &file.name,
+                format!("the program {} has no instructions", program.name),
+                "export the program again",
+            ));
+        }
+        self.faults.extend(faults.into_diagnostics());
+        // Without the instructions that are not understood, the frame may seem broken where it is not.
+        if complete {
+            self.faults.extend(layout_faults.into_diagnostics());
+        }
+        let start = self.asm.next();
+        let fault_count = self.asm.faults.len();
+        let gate = match program.task {
+            Task::Cyclic(_) => {
+                let choice = self.asm.choice();
+                let fires = Logic::Bit(BitSource::Free(choice));
+                if let Some(first) = items.first() {
+                    self.asm.at(first);
+                }
+                Some(self.asm.push(Step::Jump { fires, target: 0 }, Vec::new(), None))
+            }
+            _ => None,
+        };
+        self.asm.rung();
+        self.clear_flags();
+        let mut emitter = Emitter::new(&mut self.asm, &items, &layout);
+        let end = emitter.run();
+        let (starts, calls) =
+            (std::mem::take(&mut emitter.starts), std::mem::take(&mut emitter.calls));
+        self.switches |= emitter.switches;
+        if !complete {
+            // Branches that do not add up may follow from what is missing.
+            self.asm.faults.truncate(fault_count);
+        }
+        if let Some(gate) = gate
+            && let Step::Jump { target, .. } = &mut self.asm.program.instructions[gate].step
+        {
+            *target = end;
+        }
+        self.collect(&items, &layout, &starts, calls, file);
+        self.tasks.push((program.task, program.name.clone(), start..self.asm.next(), end));
+    }
+
+    /// Counts the words of the input and output area that an instruction names.
+    fn count_points(&mut self, item: &Item<'_>) {
+        let Some(row) = item.row else { return };
+        for (role, operand) in row.operands.iter().zip(&item.operands) {
+            let (Operand::Word(cell) | Operand::Bit(cell, _)) = *operand else { continue };
+            let (written, count) = match role {
+                Role::TargetBit | Role::Target(_) => (1, 1),
+                Role::Source(Some(count)) => (0, *count),
+                _ => (0, 1),
+            };
+            let words = (0..count).map(|n| cell.plus(n));
+            self.used[written].extend(
+                words.filter(|cell| self.asm.memory.is_point(*cell)).map(|cell| cell.index),
+            );
+        }
+    }
+
+    /// The system clears the condition flags when a task begins.
+    fn clear_flags(&mut self) {
+        if self.asm.memory.family == Family::Cs && !self.tasks.is_empty() {
+            let (first, count) = self.asm.memory.flags();
+            let write = Write::Forget(Region::Range { first, count }, self.asm.choice());
+            self.asm.push(Step::Nothing, vec![Effect { when: When::Always, write }], None);
+        }
+    }
+
+    fn collect(
+        &mut self,
+        items: &[Item<'_>],
+        layout: &Layout,
+        starts: &[Option<usize>],
+        calls: Vec<CallSite>,
+        file: &RawFile,
+    ) {
+        let program = self.tasks.len();
+        for routine in &layout.routines {
+            let (Some(first), Some(last)) = (starts[routine.begin], starts[routine.end]) else {
+                continue;
+            };
+            self.routines.insert((program, routine.global, routine.number), first);
+            self.bodies.push(Body {
+                program,
+                number: routine.number,
+                global: routine.global,
+                range: first..last + 1,
+            });
+        }
+        for call in calls {
+            let raw = items[call.item].raw;
+            let fault = Diagnostic::line(
+                "no-subroutine",
+                &file.name,
+                raw.line,
+                crate::dialect::shown(&raw.text),
+                format!("subroutine {} is not in the project", call.number),
+                "give the file that holds it as well, or correct the number",
+            );
+            self.calls.push((program, call, fault.at_step(raw.step)));
+        }
+    }
+
+    /// Leads each call to its subroutine, and finds those that come back to themselves.
+    fn connect(&mut self) {
+        let shared = self.asm.memory.family == Family::C;
+        let mut graph: BTreeSet<(usize, usize)> = BTreeSet::new();
+        let mut entries: Vec<(usize, usize, usize)> = Vec::new();
+        for (program, call, fault) in &self.calls {
+            let own = self.routines.get(&(*program, call.global, call.number));
+            let others = self.routines.iter().filter(|((_, global, number), _)| {
+                *number == call.number && *global == call.global
+            });
+            let found = own.or_else(|| {
+                others.map(|(_, first)| first).next().filter(|_| shared || call.global)
+            });
+            let Some(&first) = found else {
+                self.faults.push(fault.clone());
+                continue;
+            };
+            if let Step::Call { target, .. } = &mut self.asm.program.instructions[call.at].step {
+                *target = first;
+            }
+            let caller = self.bodies.iter().position(|body| body.range.contains(&call.at));
+            let callee = self.bodies.iter().position(|body| body.range.start == first);
+            if let (Some(caller), Some(callee)) = (caller, callee) {
+                graph.insert((caller, callee));
+                entries.push((
+                    caller,
+                    callee,
+                    self.calls.iter().position(|(_, other, _)| other.at == call.at).unwrap_or(0),
+                ));
+            }
+        }
+        for (caller, callee, at) in entries {
+            if reaches(&graph, callee, caller) {
+                let body = &self.bodies[callee];
+                let mut fault = self.calls[at].2.clone();
+                fault.code = "recursion";
+                fault.message = format!(
+                    "subroutine {}{} comes to call itself",
+                    if body.global { "G" } else { "" },
+                    body.number
+                );
+                fault.help = "the PLC has no bound for this either: take the call out".to_owned();
+                if body.program == self.calls[at].0 || body.global || shared {
+                    self.faults.push(fault);
+                }
+            }
+        }
+    }
+
+    /// The order in which the programs run.
+    fn arrange(&mut self, project: &RawProject, options: &DecodeOptions<'_>) {
+        let mut tasks = std::mem::take(&mut self.tasks);
+        tasks.sort_by_key(|(task, ..)| match task {
+            Task::Each => (0, 0),
+            Task::Cyclic(number) => (1, *number),
+            Task::Interrupt(number) => (2, *number),
+        });
+        let cyclic = tasks.iter().filter(|(task, ..)| matches!(task, Task::Cyclic(_))).count();
+        for (task, name, range, end) in tasks {
+            let Task::Interrupt(number) = task else {
+                let gated = matches!(task, Task::Cyclic(_));
+                self.gate(range.start, gated && (cyclic > 1 || self.switches), gated);
+                self.asm.program.mains.push(range.start..end + 1);
+                continue;
+            };
+            let label = format!("task {number}");
+            let stated = [label.as_str(), name.as_str()]
+                .into_iter()
+                .find_map(|label| options.facts.interrupts.get(label));
+            self.asm.program.interrupts.push(Interrupt {
+                name: label,
+                entry: range.start,
+                times: stated.copied().unwrap_or(1),
+                stated: stated.is_some(),
+            });
+        }
+        if self.asm.program.mains.is_empty() && self.faults.is_empty() {
+            let name = project.files.first().map_or("", |file| &file.name);
+            self.faults.push(Diagnostic::file(
+                "no-program",
+                name,
+                "no program runs in each scan",
+                "the project has interrupt tasks only: give its cyclic tasks",
+            ));
+        }
+        if !self.asm.program.interrupts.is_empty() {
+            super::interrupts::widen(&mut self.asm.program);
+        }
+    }
+
+    /// A task may be off where the project can switch it; otherwise its gate is always open.
+    fn gate(&mut self, at: usize, may_be_off: bool, gated: bool) {
+        if !gated {
+            return;
+        }
+        if may_be_off {
+            let what = "the task may be off".to_owned();
+            self.asm
+                .program
+                .approximations
+                .push(crate::program::Approximation { instruction: at, what });
+        } else if let Step::Jump { fires, .. } = &mut self.asm.program.instructions[at].step {
+            *fires = Logic::Const(false);
+        }
+    }
+
+    /// The user's ranges of words at the scan's start.
+    fn ranges(&mut self, project: &RawProject, options: &DecodeOptions<'_>) {
+        let nothing = Symbols::new();
+        let symbols = project.files.first().map_or(&nothing, |file| &file.symbols);
+        let reader = Reader { memory: self.asm.memory, symbols: [symbols, &nothing] };
+        for (device, &(low, high)) in &options.facts.ranges {
+            match reader.read(device, Want::Word) {
+                Ok(Operand::Word(_)) if (0x8000..0x1_0000).contains(&high) => self.faults.push(Diagnostic::file(
+                    "fact",
+                    project.files.first().map_or("", |file| &file.name),
+                    format!("the range of '{device}' reaches to {high}, past a signed word's 32767"),
+                    "ranges are of signed words, or of double words from 65536 on: state a smaller one",
+                )),
+                Ok(Operand::Word(cell)) => {
+                    let wide = low < -0x8000 || high > 0x7FFF;
+                    let cells: Vec<Cell> = (0..1 + u32::from(wide)).map(|n| cell.plus(n)).collect();
+                    self.asm.program.ranges.push(StartRange { cells, low, high });
+                    self.asm.program.facts.push(format!("{device} is {low} to {high} when the scan starts"));
+                }
+                _ => self.faults.push(Diagnostic::file(
+                    "fact",
+                    project.files.first().map_or("", |file| &file.name),
+                    format!("a range is stated for '{device}', which is no word"),
+                    "write the word as in the program, such as D100 or \"DM 0100\"",
+                )),
+            }
+        }
+        let stated = self.asm.program.interrupts.iter().filter(|interrupt| interrupt.stated);
+        let facts: Vec<String> = stated
+            .map(|interrupt| {
+                format!("{} runs {} times a scan at most", interrupt.name, interrupt.times)
+            })
+            .collect();
+        self.asm.program.facts.extend(facts);
+    }
+}
+
+fn reaches(graph: &BTreeSet<(usize, usize)>, from: usize, to: usize) -> bool {
+    let (mut seen, mut open) = (BTreeSet::from([from]), vec![from]);
+    while let Some(at) = open.pop() {
+        if at == to {
+            return true;
+        }
+        let next = graph.iter().filter(|(caller, _)| *caller == at).map(|(_, callee)| *callee);
+        open.extend(next.filter(|callee| seen.insert(*callee)));
+    }
+    false
+}
