@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 const ORDER: &[&str] = &[
     "time",
     "diagnostic",
+    "column",
     "facts",
     "program",
     "dialect",
@@ -19,6 +20,7 @@ const ORDER: &[&str] = &[
     "groups",
     "solve",
     "replay",
+    "emulate",
     "audit",
     "verdict",
     "render",
@@ -47,7 +49,7 @@ const DIALECTS: &[&str] =
     &["melsec", "mitsubishi", "omron", "keyence", "rockwell", "minasec", "gx works", "gxworks"];
 
 /// The modules that may know dialects: those before the program's end and those that talk to the user.
-const KNOW_DIALECTS: &[&str] = &["dialect", "audit", "command", "main"];
+const KNOW_DIALECTS: &[&str] = &["dialect", "emulate", "audit", "command", "main"];
 
 /// Where floating point may be used: to show shares and to share out the search's own time, and where the PLC
 /// itself computes with reals. Beginnings of paths.
@@ -251,7 +253,10 @@ fn dialects_do_not_know_each_other() {
 fn times_never_pass_through_floating_point() {
     let mut faults = Vec::new();
     for (float, allowed) in FLOATS {
-        for s in library().iter().filter(|s| !allowed.iter().any(|at| s.path.starts_with(at))) {
+        for s in library()
+            .iter()
+            .filter(|s| !s.is_test() && !allowed.iter().any(|at| s.path.starts_with(at)))
+        {
             let bad = s.code().filter(|(_, line)| has_word(line, float));
             faults.extend(bad.map(|(number, line)| format!("{}:{number}: {line}", s.path)));
         }

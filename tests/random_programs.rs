@@ -39,37 +39,37 @@ fn check(tape: &[u16], taste: Taste, method: Method, cap: usize) -> Result<(), S
 
 #[test]
 fn rungs_of_bits() {
-    on_tapes(cases(1000), 250, |tape| check(tape, PLAIN, Method::Auto, 300));
+    on_tapes(cases(400), 250, |tape| check(tape, PLAIN, Method::Auto, 300));
 }
 
 #[test]
 fn choices_and_forgotten_cells() {
     let taste = Taste { choices: true, ..PLAIN };
-    on_tapes(cases(500), 250, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(200), 250, |tape| check(tape, taste, Method::Auto, 300));
 }
 
 #[test]
 fn words_and_comparisons() {
     let taste = Taste { words: true, ..PLAIN };
-    on_tapes(cases(500), 250, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(200), 250, |tape| check(tape, taste, Method::Auto, 300));
 }
 
 #[test]
 fn arithmetic() {
     let taste = Taste { words: true, arithmetic: true, ..PLAIN };
-    on_tapes(cases(300), 250, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(150), 250, |tape| check(tape, taste, Method::Auto, 300));
 }
 
 #[test]
 fn reals() {
     let taste = Taste { words: true, reals: true, choices: true, ..PLAIN };
-    on_tapes(cases(300), 250, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(150), 250, |tape| check(tape, taste, Method::Auto, 300));
 }
 
 #[test]
 fn control() {
     let taste = Taste { control: true, ..PLAIN };
-    on_tapes(cases(1000), 350, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(400), 350, |tape| check(tape, taste, Method::Auto, 300));
 }
 
 #[test]
@@ -82,5 +82,5 @@ fn everything_together() {
         control: true,
         items: 10,
     };
-    on_tapes(cases(500), 500, |tape| check(tape, taste, Method::Auto, 200));
+    on_tapes(cases(200), 500, |tape| check(tape, taste, Method::Auto, 200));
 }

@@ -4,5 +4,7 @@
 
 pub mod bound;
 pub mod ir;
+pub mod list;
+pub mod plc;
 pub mod search;
 pub mod tape;

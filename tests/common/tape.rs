@@ -35,7 +35,8 @@ impl<'a> Tape<'a> {
     }
 }
 
-/// How many cases to run: `standard`, times the factor in the environment variable SCANBOUND_CASES if it is set.
+/// How many cases to run: `standard`, times the factor in the environment variable SCANBOUND_CASES if it is set
+/// (50 for a thorough run of some minutes).
 pub fn cases(standard: u32) -> u32 {
     let factor = std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse::<u32>().ok());
     standard * factor.unwrap_or(1)
