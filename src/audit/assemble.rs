@@ -33,7 +33,7 @@ pub struct Findings<'a> {
 }
 
 /// The charges that no assignment changes.
-fn constant_charges(model: &ScanModel) -> Vec<usize> {
+pub fn constant_charges(model: &ScanModel) -> Vec<usize> {
     (0..model.charges.len()).filter(|&index| model.charges[index].is_constant()).collect()
 }
 

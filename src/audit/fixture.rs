@@ -142,13 +142,18 @@ pub fn fixture() -> Audit {
             "how often I0 interrupts a scan is not stated: taken once (--interrupts I0=N)"
                 .to_owned(),
         ],
-        approximations: [(7, "D300Z0"), (8, "D301Z0")]
-            .map(|(line, operand)| ApproximationUse {
-                at: Where { file: 0, line, step: None },
-                instruction: format!("MOV K1 {operand}"),
-                what: "an indexed device is written: any D may have changed".to_owned(),
-            })
-            .into(),
+        approximations: [
+            (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),
+            (8, "MOV K1 D301Z0", "an indexed device is written: any D may have changed"),
+            (9, "MUL D1 D2 D3", "what MUL writes is taken as any value"),
+            (11, "BCD D1 D2", "what BCD writes is taken as any value"),
+        ]
+        .map(|(line, instruction, what)| ApproximationUse {
+            at: Where { file: 0, line, step: None },
+            instruction: instruction.to_owned(),
+            what: what.to_owned(),
+        })
+        .into(),
         warnings: vec![
             Diagnostic::file("no-comments", "搬送.csv", "no comments", "export COMMENT.csv")
                 .warning(),

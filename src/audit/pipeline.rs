@@ -1,7 +1,7 @@
 //! The road from source text to an audit.
 
 use super::Audit;
-use super::assemble::Findings;
+use super::assemble::{Findings, constant_charges};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::melsec::decode::DecodeOptions;
 use crate::dialect::melsec::device::Family;
@@ -161,7 +161,9 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     let times = prices.times();
 
     stage("searching");
-    let mut maxima = search(request, &model, &groups, deadline);
+    let zeros = Assignment(vec![0; model.variables.len()]);
+    let constant = prices.overhead_sum() + model.cost(&constant_charges(&model), &zeros);
+    let mut maxima = search(request, &model, &groups, deadline, constant);
     let assignment = together(request, &model, &groups, &mut maxima)?;
 
     stage("replaying");
@@ -338,6 +340,7 @@ fn search(
     model: &ScanModel,
     groups: &[Group],
     deadline: Option<Instant>,
+    constant: Picos,
 ) -> Vec<Maximum> {
     let dearest =
         |group: &Group| group.charges.iter().map(|&c| model.charges[c].dearer()).sum::<Picos>();
@@ -348,8 +351,8 @@ fn search(
         let Ok(mut known) = known.lock() else { return };
         known[group] = (upper, lower);
         (request.progress)(Progress::Bounds {
-            upper: known.iter().map(|bounds| bounds.0).sum(),
-            lower: known.iter().map(|bounds| bounds.1).sum(),
+            upper: constant + known.iter().map(|bounds| bounds.0).sum(),
+            lower: constant + known.iter().map(|bounds| bounds.1).sum(),
             solved: known.iter().filter(|(upper, lower)| upper == lower).count(),
             groups: groups.len(),
         });

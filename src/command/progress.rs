@@ -1,7 +1,7 @@
 //! How far the audit is, on a line of stderr, if that is a terminal.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use scanbound::audit::Progress;
+use scanbound::audit::{Progress, Share};
 use std::io::IsTerminal;
 use std::time::Duration;
 
@@ -27,7 +27,11 @@ impl Line {
         self.0.set_message(match progress {
             Progress::Stage(stage) => stage.to_owned(),
             Progress::Bounds { upper, lower, solved, groups } => {
-                format!("searching: {lower} to {upper}, {solved} of {groups} groups solved")
+                let gap = Share::of(upper.checked_sub(lower).unwrap_or_default(), upper);
+                format!(
+                    "searching: {} to {upper} ({gap} apart), {solved} of {groups} groups solved",
+                    lower.text_like(upper)
+                )
             }
         });
     }

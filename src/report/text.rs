@@ -1,7 +1,9 @@
 //! An audit as text for people: the bound, its parts, the groups, the scan that attains it, what it rests on.
 
 use super::columns::{Cell, columns, left, paint, right};
-use crate::audit::{Audit, Fate, FreeValue, GroupUse, RungUse, Share, Value, Where};
+use crate::audit::{
+    ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, Value, Where,
+};
 use crate::table::Evidence;
 use crate::time::Picos;
 use crate::verdict::{Check, Verdict};
@@ -326,21 +328,42 @@ fn approximations(audit: &Audit, extent: Extent) -> String {
     if audit.approximations.is_empty() {
         return String::new();
     }
-    let mut by_text: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    // The same said of several instructions is said once: of `it`.
+    let mut kinds: Vec<(String, Vec<&ApproximationUse>)> = Vec::new();
+    let mut known: BTreeMap<String, usize> = BTreeMap::new();
     for one in &audit.approximations {
-        by_text.entry(&one.what).or_default().push(place(audit, one.at));
+        let words = one.what.split(' ').map(|word| if word == mnemonic(one) { "it" } else { word });
+        let kind = words.collect::<Vec<_>>().join(" ");
+        let at = *known.entry(kind.clone()).or_insert_with(|| {
+            kinds.push((kind, Vec::new()));
+            kinds.len() - 1
+        });
+        kinds[at].1.push(one);
     }
-    let mut kinds: Vec<(&str, Vec<String>)> = by_text.into_iter().collect();
-    kinds.sort_by_key(|(_, places)| std::cmp::Reverse(places.len()));
+    kinds.sort_by_key(|(_, uses)| std::cmp::Reverse(uses.len()));
     let title = format!(
         "Taken wider than the PLC does it ({}): the bound can only be too high by these",
         count(audit.approximations.len(), "place", "places")
     );
     let mut text = heading(&title);
-    for (what, places) in kinds.iter().take(extent.values) {
-        text += &wrapped(&format!("  {what}: "), &capped(places, 4));
+    for (kind, uses) in kinds.iter().take(extent.values) {
+        let alone = uses.iter().all(|one| mnemonic(one) == mnemonic(uses[0]));
+        let what = if alone { &uses[0].what } else { kind };
+        let entries: Vec<String> = uses
+            .iter()
+            .map(|one| match alone {
+                true => place(audit, one.at),
+                false => format!("{} {}", mnemonic(one), place(audit, one.at)),
+            })
+            .collect();
+        text += &format!("  {what}\n");
+        text += &wrapped("      ", &capped(&entries, 6));
     }
     text + &more(kinds.len(), extent.values, "  ", "kind", "kinds")
+}
+
+fn mnemonic(one: &ApproximationUse) -> &str {
+    one.instruction.split(' ').next().unwrap_or_default()
 }
 
 fn warnings(audit: &Audit) -> Vec<String> {

@@ -1,0 +1,93 @@
+//! The samples' audits: what must hold of every report, whatever the program.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// What is audited, by the arguments behind `audit`.
+const SAMPLES: [&[&str]; 4] = [
+    &["samples/paper/program.il", "--table", "samples/paper/table.csv"],
+    &["samples/transfer-line/line.il", "--cpu", "Q26UDV"],
+    &["samples/filler"],
+    &["samples/drives/drives.il", "--cpu", "FX3U"],
+];
+
+fn json(arguments: &[&str]) -> Value {
+    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .arg("audit")
+        .args(arguments)
+        .args(["--format", "json"])
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
+        .output()
+        .expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+fn ps(value: &Value) -> u64 {
+    value.as_u64().unwrap_or_else(|| panic!("{value} is no time"))
+}
+
+fn list(value: &Value) -> &Vec<Value> {
+    value.as_array().unwrap_or_else(|| panic!("{value} is no list"))
+}
+
+#[test]
+fn the_parts_add_up_to_the_bound() {
+    for sample in SAMPLES {
+        let report = json(sample);
+        let scan = &report["scan"];
+        let constant = ps(&scan["always_ps"]) + ps(&scan["overhead_ps"]);
+        for key in ["upper_ps", "lower_ps"] {
+            let groups: u64 = list(&report["groups"]).iter().map(|group| ps(&group[key])).sum();
+            assert_eq!(ps(&scan[key]), constant + groups, "{sample:?}");
+        }
+        assert!(ps(&scan["upper_ps"]) <= ps(&scan["naive_ps"]));
+        assert_eq!(scan["exact"], true, "{sample:?} is small enough");
+        let overhead: u64 = list(&report["overhead"]).iter().map(|term| ps(&term["ps"])).sum();
+        assert_eq!(ps(&scan["overhead_ps"]), overhead);
+    }
+}
+
+#[test]
+fn a_groups_charges_add_up_to_what_its_best_scan_costs() {
+    for sample in SAMPLES {
+        for group in list(&json(sample)["groups"]) {
+            let charges = list(&group["charges"]);
+            let cost: u64 = charges.iter().map(|charge| ps(&charge["cost_ps"])).sum();
+            assert_eq!(ps(&group["lower_ps"]), cost);
+            for charge in charges {
+                let expected = match (charge["runs"] == true, charge["reached"] == true) {
+                    (true, _) => ps(&charge["on_ps"]),
+                    (false, true) => ps(&charge["off_ps"]),
+                    (false, false) => 0,
+                };
+                assert_eq!(ps(&charge["cost_ps"]), expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn two_runs_and_any_number_of_threads_give_the_same_report() {
+    for sample in SAMPLES {
+        let run = |jobs: &str| {
+            let mut report = json(&[sample, &["--jobs", jobs]].concat());
+            report["seconds"] = Value::Null;
+            report
+        };
+        let one = run("1");
+        assert_eq!(one, run("1"));
+        assert_eq!(one, run("4"));
+    }
+}
+
+#[test]
+fn the_papers_groups_and_maximum_are_found() {
+    let report = json(SAMPLES[0]);
+    let groups = list(&report["groups"]);
+    assert_eq!(groups[0]["blocks"], serde_json::json!([1, 4, 6]));
+    assert_eq!(groups[1]["blocks"], serde_json::json!([2, 3, 5]));
+    // SwOp0 and SwOp3 run, SwOp5 costs what it costs when it does not.
+    assert_eq!(ps(&groups[0]["upper_ps"]), 120_000_000 + 80_000_000 + 40_000);
+}
