@@ -531,6 +531,8 @@ pub struct Program {
     pub choices: u32,
     /// What was taken wider than it is.
     pub approximations: Vec<Approximation>,
+    /// Names of cells that have none of their own, such as what an instruction remembers.
+    pub names: BTreeMap<Cell, String>,
     /// Device comments by the device's written name.
     pub comments: BTreeMap<String, String>,
     /// Input points and output points that the program uses, where its dialect counted them.
@@ -545,6 +547,9 @@ impl Program {
     /// The cell's name as users write it (`X1F`, `D100`).
     #[must_use]
     pub fn cell_name(&self, cell: Cell) -> String {
+        if let Some(name) = self.names.get(&cell) {
+            return name.clone();
+        }
         let area = &self.areas[usize::from(cell.area.0)];
         match area.radix {
             Radix::Decimal => format!("{}{}", area.name, cell.index),

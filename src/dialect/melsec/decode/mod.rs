@@ -238,8 +238,19 @@ impl<'a> Decoder<'a> {
 
     /// A hidden bit that remembers something from one execution to the next.
     pub fn memory(&mut self) -> Cell {
+        let cell = super::device::edge(self.edges);
         self.edges += 1;
-        super::device::edge(self.edges - 1)
+        if let Some(raw) = self.raw {
+            let files = if self.project.files.len() > 1 {
+                format!("{}:", self.project.files[self.file].program)
+            } else {
+                String::new()
+            };
+            self.program
+                .names
+                .insert(cell, format!("last scan of `{}` ({files}{})", raw.text, raw.line));
+        }
+        cell
     }
 
     /// A count that stands in an operand: its least and largest value, and whether it is known exactly.
