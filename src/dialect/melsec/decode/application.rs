@@ -90,6 +90,9 @@ impl Decoder<'_> {
         let free = entry.operation == Operation::Free;
         if !free {
             self.output_here(mnemonic);
+        } else if self.depth > 0 && !mnemonic.starts_with("NOP") {
+            // With contacts in front it is their output all the same.
+            self.has_output = true;
         }
         if !self.sources_are_read(raw, entry) {
             return;

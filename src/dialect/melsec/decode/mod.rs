@@ -7,6 +7,8 @@ mod control;
 mod finish;
 mod output;
 mod rungs;
+#[cfg(test)]
+mod tests;
 
 use super::device::{Family, areas};
 use super::source::{RawInstruction, RawProject};
