@@ -13,8 +13,9 @@ use scanbound::diagnostic::Diagnostic;
 
 /// How long can one scan of a PLC program take, at most?
 ///
-/// Reads MELSEC programs (GX Works2, GX Works3 and GX Developer CSV, list text), prices them with a timing
-/// table, and proves an upper bound on the scan time; shows the scan that attains it, and the reasons.
+/// Reads programs of MELSEC (GX Works2, GX Works3 and GX Developer CSV, list text), OMRON (mnemonics, .cxt) and
+/// MINASEC-U, prices them with a timing table, and proves an upper bound on the scan time; shows the scan that
+/// attains it, and the reasons.
 #[derive(Debug, Parser)]
 #[command(version, propagate_version = true, max_term_width = 100)]
 pub struct Cli {
