@@ -8,7 +8,9 @@
 //! What is special to ladder programs: nearly all conflicts are local. So the search first looks at small parts
 //! of the program by themselves, as they follow each other in the order of execution, each with a small solver
 //! of its own, and leaves to larger and larger parts only what is left. A part's clauses are some of the whole's,
-//! so its cores are the whole's cores.
+//! so its cores are the whole's cores. In between, `mine` takes what ties the whole together: modes and run flags.
+
+mod mine;
 
 use super::bounds::Bounds;
 use super::clauses::Clauses;
@@ -24,6 +26,10 @@ const SMALLEST: usize = 100;
 
 /// Each round's parts are so many times larger than the last round's.
 const GROWTH: usize = 4;
+
+/// So many rounds go by before the search looks at the whole for what propagation shows. Until then it goes
+/// down in weight step by step; after that little is left, and the parts are asked for all their wishes at once.
+const FINE: usize = 2;
 
 /// Steps beyond the assumptions that may be spent on finding out whether a core does without a wish, or
 /// whether a second one of its wishes must fail. Nearly always a few settle it.
@@ -61,16 +67,25 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
     }
     let whole = clauses.variables + 1;
     let mut size = smallest;
-    while size < whole && !search.done() {
-        search.round(size, whole);
+    for round in 0.. {
+        if search.done() {
+            return;
+        }
+        if round == FINE {
+            search.mine();
+        }
+        // A round just below the whole would cost as much.
+        size = if size < whole / 2 { size } else { whole };
+        search.round(size, whole, round < FINE);
+        if size == whole {
+            return;
+        }
         // The parts' best values together: seldom the best of the whole, but a scan.
         let values = &search.values;
         let holds = |literal: i32| values[literal.unsigned_abs() as usize] == (literal > 0);
-        search.bounds.found(clauses.assignment(problem, holds));
+        let assignment = clauses.assignment(problem, holds);
+        search.bounds.found(assignment);
         size *= GROWTH;
-    }
-    if !search.done() {
-        search.round(whole, whole);
     }
 }
 
@@ -107,24 +122,19 @@ impl Search<'_, '_> {
         self.contradiction || self.bounds.exact() || self.bounds.limits().reached()
     }
 
-    /// Goes through all parts of a size.
-    fn round(&mut self, size: usize, whole: usize) {
+    /// Goes through all parts of a size, weight by weight if `fine`.
+    fn round(&mut self, size: usize, whole: usize, fine: bool) {
         let parts = whole.div_ceil(size);
         let mut wishes = vec![Vec::new(); parts];
-        for variable in 1..self.formula.bound() {
-            let variable = i32::try_from(variable).expect("variables are counted in 31 bits");
-            for literal in [variable, -variable] {
-                if self.weight(literal) > 0 {
-                    wishes[self.formula.home(literal) / size].push(literal);
-                }
-            }
+        for literal in self.all_wishes() {
+            wishes[self.formula.home(literal) / size].push(literal);
         }
         let clauses = self.formula.parts(size, parts);
         for (part, (wishes, clauses)) in wishes.into_iter().zip(clauses).enumerate() {
-            self.oracle = Oracle::new(self.bounds.limits());
+            self.start_apart();
             self.formula.teach(&clauses, &mut self.oracle);
             self.wishes = wishes;
-            self.part(part * size..((part + 1) * size).min(whole), parts == 1);
+            self.part(part * size..((part + 1) * size).min(whole), parts == 1, fine);
             if self.done() {
                 return;
             }
@@ -132,8 +142,9 @@ impl Search<'_, '_> {
     }
 
     /// Pays for cores of one part until all its wishes can hold together.
-    fn part(&mut self, homes: std::ops::Range<usize>, whole: bool) {
-        let mut least = self.wanted(0).first().map_or(0, |&wish| self.weight(wish));
+    fn part(&mut self, homes: std::ops::Range<usize>, whole: bool, fine: bool) {
+        let heaviest = self.wanted(0).first().map_or(0, |&wish| self.weight(wish));
+        let mut least = if fine { heaviest } else { 1 };
         loop {
             self.bounds.count();
             let wanted = self.wanted(least);
@@ -157,7 +168,7 @@ impl Search<'_, '_> {
                         least = next;
                     }
                     for (core, weight) in std::mem::take(&mut self.unpaid) {
-                        self.relax(&core, weight);
+                        self.relax(&core, weight, SMALL_EFFORT);
                     }
                 }
             }
@@ -170,6 +181,18 @@ impl Search<'_, '_> {
             let variable = i32::try_from(home).expect("variables are counted in 31 bits");
             self.values[home] = self.oracle.holds(variable);
         }
+    }
+
+    /// Begins with a solver that knows nothing.
+    fn start_apart(&mut self) {
+        self.oracle = Oracle::new(self.bounds.limits());
+        self.wishes = Vec::new();
+    }
+
+    /// All literals that have weights.
+    fn all_wishes(&self) -> impl Iterator<Item = i32> {
+        let literals = self.formula.variables().flat_map(|variable| [variable, -variable]);
+        literals.filter(|&literal| self.weight(literal) > 0)
     }
 
     fn weight(&self, literal: i32) -> u64 {
@@ -269,8 +292,9 @@ impl Search<'_, '_> {
         self.unpaid.push((core, weight));
     }
 
-    /// The new wishes of a core that was paid.
-    fn relax(&mut self, core: &[i32], weight: u64) {
+    /// The new wishes of a core that was paid. `effort` steps may be spent on finding out how many of the old
+    /// ones must fail.
+    fn relax(&mut self, core: &[i32], weight: u64, effort: u64) {
         for literal in core {
             if let Some(&(counter, count)) = self.counted.get(literal) {
                 self.wish_at_most(counter, count, weight);
@@ -285,9 +309,9 @@ impl Search<'_, '_> {
         self.counters.push(Totalizer::new(&failed, self.formula.home(core[0])));
         // At least one fails; perhaps it is easy to see that more do.
         let mut fails = 1;
-        while fails < core.len() {
+        while effort > 0 && fails < core.len() {
             let more = self.output(counter, fails + 1);
-            if self.oracle.ask(&[-more], SMALL_EFFORT) != Some(false) {
+            if self.oracle.ask(&[-more], effort) != Some(false) {
                 break;
             }
             self.formula.add(more, vec![more], &mut self.oracle);

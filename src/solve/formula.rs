@@ -33,9 +33,9 @@ impl Formula {
         self.homes[literal.unsigned_abs() as usize]
     }
 
-    /// How many variables there are, and one.
-    pub fn bound(&self) -> usize {
-        self.homes.len()
+    /// All variables.
+    pub fn variables(&self) -> impl Iterator<Item = i32> + use<> {
+        1..i32::try_from(self.homes.len()).expect("variables are counted in 31 bits")
     }
 
     /// A further variable, which further clauses define.
@@ -61,6 +61,16 @@ impl Formula {
             sorted[self.homes[owner] / size].push(index);
         }
         sorted
+    }
+
+    /// All clauses from this index on.
+    pub fn since(&self, index: usize) -> impl Iterator<Item = &[i32]> {
+        self.clauses[index..].iter().map(|clause| &clause.1[..])
+    }
+
+    /// How many clauses there are.
+    pub fn len(&self) -> usize {
+        self.clauses.len()
     }
 
     /// Tells a solver some of the clauses, by their indices.

@@ -10,6 +10,7 @@ mod hitting;
 mod maxima;
 mod oracle;
 mod problem;
+mod propagator;
 mod subsets;
 mod totalizer;
 

@@ -39,8 +39,8 @@ pub struct Propagator {
     limits: Vec<usize>,
     head: usize,
     seen: Vec<bool>,
-    broken: bool,
-    pub steps: u64,
+    /// Literals that hold without assumptions, to be told when there are none.
+    late: Vec<i32>,
 }
 
 fn code(literal: i32) -> usize {
@@ -59,29 +59,40 @@ impl Propagator {
         }
     }
 
-    /// What holds from now on. Takes back all assumptions.
+    /// What holds from now on. Under assumptions, a clause that is already false or leaves one literal open may
+    /// go unnoticed until these are taken back.
     pub fn add(&mut self, clause: &[i32]) {
-        self.back(0);
         let mut open: Vec<i32> = Vec::with_capacity(clause.len());
         for &literal in clause {
             self.reserve(literal.unsigned_abs() as usize);
             match self.values[code(literal)] {
-                1 => return,
-                -1 => {}
+                1 if self.level_of(literal) == 0 => return,
+                -1 if self.level_of(literal) == 0 => {}
                 _ if open.contains(&-literal) => return,
                 _ if open.contains(&literal) => {}
                 _ => open.push(literal),
             }
         }
+        // Watched are literals that are not false, else those that are false last.
+        open.sort_by_key(|&l| match self.values[code(l)] {
+            -1 => u32::MAX - self.level_of(l),
+            _ => 0,
+        });
         match open[..] {
-            [] => self.broken = true,
+            // The clauses exclude each other: there is nothing left to find out.
+            [] => {}
             [literal] => {
-                self.set(literal, Reason::None);
-                self.broken |= self.propagate().is_some();
+                self.late.push(literal);
+                if self.limits.is_empty() {
+                    self.settle();
+                }
             }
             [a, b] => {
                 self.watches[code(-a)].push(Watch { blocker: b, place: BINARY });
                 self.watches[code(-b)].push(Watch { blocker: a, place: BINARY });
+                if self.value(a) == 0 && self.value(b) == -1 {
+                    self.set(a, Reason::Binary(b));
+                }
             }
             [a, b, ..] => {
                 let place = Place::try_from(self.arena.len()).expect("clauses fit 32 bits");
@@ -89,8 +100,15 @@ impl Propagator {
                 self.arena.extend(&open);
                 self.watches[code(-a)].push(Watch { blocker: b, place });
                 self.watches[code(-b)].push(Watch { blocker: a, place });
+                if self.value(a) == 0 && self.value(b) == -1 {
+                    self.set(a, Reason::Clause(place));
+                }
             }
         }
+    }
+
+    fn level_of(&self, literal: i32) -> u32 {
+        self.levels[literal.unsigned_abs() as usize]
     }
 
     /// 1 if the literal is true, -1 if it is false, 0 if it is open.
@@ -98,21 +116,39 @@ impl Propagator {
         self.values.get(code(literal)).copied().unwrap_or(0)
     }
 
-    /// Whether the value holds without assumptions.
-    pub fn fixed(&self, literal: i32) -> bool {
-        self.value(literal) != 0 && self.levels[literal.unsigned_abs() as usize] == 0
+    /// How many clauses have the variable in a place that is watched.
+    pub fn occurrences(&self, variable: i32) -> usize {
+        let of = |literal| self.watches.get(code(literal)).map_or(0, Vec::len);
+        of(variable) + of(-variable)
     }
 
-    /// How many assumptions are made.
-    pub fn level(&self) -> usize {
-        self.limits.len()
+    /// What follows from the assumptions, these among them.
+    pub fn implied(&self) -> &[i32] {
+        &self.trail[self.limits.first().copied().unwrap_or(0)..]
     }
 
     /// Takes back assumptions until so many are left.
     pub fn back(&mut self, level: usize) {
-        if level >= self.limits.len() {
-            return;
+        if level < self.limits.len() {
+            self.undo(level);
         }
+        if level == 0 {
+            self.settle();
+        }
+    }
+
+    /// Sets what holds without assumptions. Should that contradict itself, later questions find less; the
+    /// clauses then have no model, which is for others to say.
+    fn settle(&mut self) {
+        for literal in std::mem::take(&mut self.late) {
+            if self.value(literal) == 0 {
+                self.set(literal, Reason::None);
+                let _contradiction = self.propagate();
+            }
+        }
+    }
+
+    fn undo(&mut self, level: usize) {
         let keep = self.limits[level];
         for &literal in &self.trail[keep..] {
             self.values[code(literal)] = 0;
@@ -145,10 +181,6 @@ impl Propagator {
         core
     }
 
-    pub fn broken(&self) -> bool {
-        self.broken
-    }
-
     fn set(&mut self, literal: i32, reason: Reason) {
         let variable = literal.unsigned_abs() as usize;
         self.values[code(literal)] = 1;
@@ -162,7 +194,6 @@ impl Propagator {
         while self.head < self.trail.len() {
             let truth = self.trail[self.head];
             self.head += 1;
-            self.steps += 1;
             let at = code(truth);
             let mut watches = std::mem::take(&mut self.watches[at]);
             let (mut read, mut kept) = (0, 0);
