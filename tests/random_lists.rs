@@ -4,7 +4,7 @@
 mod common;
 
 use common::bound::{Times, bound};
-use common::list::{Taste, generate};
+use common::list::{Part, Taste, generate};
 use common::plc::{Device, Executed, Line, Luck, Plc, line};
 use common::search::holds;
 use common::tape::{Tape, cases, on_tapes};
@@ -19,16 +19,22 @@ use std::collections::BTreeMap;
 
 const PLAIN: Taste = Taste { words: false, control: false, wild: false, items: 6 };
 
-fn program(lines: &[String], facts: &Facts) -> Result<Program, String> {
-    let text = lines.join("\n") + "\n";
-    let input = Input { name: "main.txt".to_owned(), bytes: text.into_bytes() };
+/// The range that the facts state for D0 in some projects.
+const RANGE: (i64, i64) = (-1, 3);
+
+fn program(files: &[Vec<String>], facts: &Facts) -> Result<Program, String> {
+    let input = |(file, lines): (usize, &Vec<String>)| Input {
+        name: format!("part{file}.txt"),
+        bytes: (lines.join("\n") + "\n").into_bytes(),
+    };
+    let inputs: Vec<Input> = files.iter().enumerate().map(input).collect();
     let told = |faults: Vec<scanbound::diagnostic::Diagnostic>| {
         let line = |f: &scanbound::diagnostic::Diagnostic| {
             format!("{:?} {}: {}", f.line, f.text, f.message)
         };
         faults.iter().map(line).collect::<Vec<_>>().join("\n")
     };
-    let Project::Melsec(project) = read(&[input], Some("melsec-list")).map_err(told)? else {
+    let Project::Melsec(project) = read(&inputs, Some("melsec-list")).map_err(told)? else {
         return Err("not read as MELSEC".to_owned());
     };
     let options = DecodeOptions {
@@ -62,6 +68,8 @@ fn times(tape: &mut Tape<'_>, program: &Program) -> Times {
 #[derive(Clone)]
 struct Fortune<'w> {
     words: &'w [u16],
+    /// Whether D0 starts within its range.
+    ranged: bool,
     values: BTreeMap<Device, u16>,
     seed: u64,
 }
@@ -80,9 +88,16 @@ impl Fortune<'_> {
     }
 
     /// Index registers stay small, so that what is indexed is near.
-    fn fresh(&mut self, (area, _): Device) -> u16 {
+    fn fresh(&mut self, (area, number): Device) -> u16 {
         let z = self.draw();
-        if area == "Z" { (z % 3) as u16 } else { self.words[(z >> 20) as usize % self.words.len()] }
+        match (area, number) {
+            ("Z", _) => (z % 3) as u16,
+            ("D", 0) if self.ranged => {
+                let (low, high) = RANGE;
+                (low + (z >> 20) as i64 % (high - low + 1)) as u16
+            }
+            _ => self.words[(z >> 20) as usize % self.words.len()],
+        }
     }
 }
 
@@ -93,7 +108,6 @@ impl Luck for &mut Fortune<'_> {
         }
         let word = matches!(of.0, "D" | "W" | "Z" | "T" | "C" | "ST");
         let value = if word { self.fresh(of) } else { (self.draw() >> 33) as u16 & 1 };
-        // Loops counted by a word must end in good time.
         self.values.insert(of, value);
         value
     }
@@ -103,22 +117,25 @@ impl Luck for &mut Fortune<'_> {
     }
 }
 
-/// What each line costs on and off.
-fn prices(program: &Program, times: &Times) -> BTreeMap<usize, (Picos, Picos)> {
+/// What each line of each file costs on and off.
+type Prices = BTreeMap<(usize, usize), (Picos, Picos)>;
+
+fn prices(program: &Program, times: &Times) -> Prices {
     let mut prices = BTreeMap::new();
     for (instruction, (on, off)) in program.instructions.iter().zip(times) {
         if instruction.timing.is_some() {
-            let sum: &mut (Picos, Picos) =
-                prices.entry(instruction.place.line as usize).or_default();
+            let sum: &mut (Picos, Picos) = prices
+                .entry((instruction.place.file as usize, instruction.place.line as usize))
+                .or_default();
             *sum = (sum.0 + *on, sum.1 + *off);
         }
     }
     prices
 }
 
-fn cost(executed: &[Executed], prices: &BTreeMap<usize, (Picos, Picos)>) -> Picos {
-    let price = |(_, line, on): &Executed| {
-        let (yes, no) = prices.get(line).copied().unwrap_or_default();
+fn cost(executed: &[Executed], prices: &Prices) -> Picos {
+    let price = |(file, line, on): &Executed| {
+        let (yes, no) = prices.get(&(*file, *line)).copied().unwrap_or_default();
         if *on { yes } else { no }
     };
     executed.iter().map(price).sum()
@@ -126,14 +143,15 @@ fn cost(executed: &[Executed], prices: &BTreeMap<usize, (Picos, Picos)>) -> Pico
 
 /// Climbs on the PLC from random starts and complains of the first scan above the bound.
 fn climb(
-    lines: &[String],
-    prices: &BTreeMap<usize, (Picos, Picos)>,
+    texts: &[Vec<String>],
+    prices: &Prices,
     upper: Picos,
-    words: &[u16],
+    start: &Fortune<'_>,
     scans: u64,
     interrupts: &[(u32, u32)],
 ) -> Result<Picos, String> {
-    let files: [Vec<Line>; 1] = [lines.iter().map(|text| line(text)).collect()];
+    let files: Vec<Vec<Line>> =
+        texts.iter().map(|lines| lines.iter().map(|text| line(text)).collect()).collect();
     let mut best: Option<(Picos, Fortune<'_>)> = None;
     let mut most = Picos::ZERO;
     for scan in 0..scans {
@@ -151,16 +169,19 @@ fn climb(
                 }
                 next
             }
-            _ => Fortune { words, values: BTreeMap::new(), seed: mix(scan) },
+            _ => Fortune { seed: mix(scan), ..start.clone() },
         };
-        let start = fortune.clone();
+        let before = fortune.clone();
         let executed = Plc::new(&files, &mut fortune, interrupts.to_vec()).scan();
         let total = cost(&executed, prices);
         most = most.max(total);
         if total > upper {
             let told: Vec<String> = executed
                 .iter()
-                .map(|(_, at, on)| format!("  {at} {} {on} {:?}", lines[at - 1], prices.get(at)))
+                .map(|(file, at, on)| {
+                    let price = prices.get(&(*file, *at));
+                    format!("  {file}:{at} {} {on} {price:?}", texts[*file][at - 1])
+                })
                 .collect();
             return Err(format!(
                 "the bound is {upper:?}, but a PLC takes {total:?} from {:?}\n{}",
@@ -170,7 +191,7 @@ fn climb(
         }
         let restart = scan % 40 == 0;
         if restart || best.as_ref().is_none_or(|(cost, _)| total >= *cost) {
-            let kept = Fortune { values: fortune.values, ..start };
+            let kept = Fortune { values: fortune.values, ..before };
             best = Some((total, kept));
         }
     }
@@ -179,15 +200,25 @@ fn climb(
 
 fn check(tape: &[u16], taste: Taste, cap: usize, scans: u64) -> Result<(), String> {
     let mut tape = Tape::new(tape);
-    let lines = generate(&mut tape, taste);
-    let listing = || lines.join("\n");
-    let mut facts = Facts::default();
-    facts.interrupts.insert("I0".to_owned(), 2);
-    let has_interrupt = lines.iter().any(|line| line == "I0");
-    if !has_interrupt {
-        facts.interrupts.clear();
+    let ranged = taste.words && tape.percent(20);
+    let several = taste.control && tape.percent(15);
+    let mut files = vec![generate(&mut tape, taste, Part::First)];
+    if several {
+        files.push(generate(&mut tape, taste, Part::Further));
     }
-    let program = program(&lines, &facts).map_err(|why| format!("{why}\n{}", listing()))?;
+    let listing = || {
+        let text = files.iter().map(|lines| lines.join("\n")).collect::<Vec<_>>().join("\n--\n");
+        format!("{text}\n{}", if ranged { "D0 starts within its range" } else { "" })
+    };
+    let mut facts = Facts::default();
+    if ranged {
+        facts.ranges.insert("D0".to_owned(), RANGE);
+    }
+    let has_interrupt = files[0].iter().any(|line| line == "I0");
+    if has_interrupt {
+        facts.interrupts.insert("I0".to_owned(), 2);
+    }
+    let program = program(&files, &facts).map_err(|why| format!("{why}\n{}", listing()))?;
     let times = times(&mut tape, &program);
     let with_lines = |why: String| {
         let line = |(i, t): (&scanbound::program::Instruction, _)| {
@@ -200,7 +231,8 @@ fn check(tape: &[u16], taste: Taste, cap: usize, scans: u64) -> Result<(), Strin
     holds(&program, &times, &bound, cap).map_err(with_lines)?;
     let words = common::search::words(&program);
     let interrupts = if has_interrupt { &[(0, 2)][..] } else { &[] };
-    climb(&lines, &prices(&program, &times), bound.upper, &words, scans, interrupts)
+    let start = Fortune { words: &words, ranged, values: BTreeMap::new(), seed: 0 };
+    climb(&files, &prices(&program, &times), bound.upper, &start, scans, interrupts)
         .map_err(with_lines)?;
     Ok(())
 }

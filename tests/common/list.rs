@@ -16,6 +16,14 @@ pub struct Taste {
     pub items: usize,
 }
 
+/// Which of a project's files is made, and so what it may hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    First,
+    /// Without interrupt routines: their labels are the project's.
+    Further,
+}
+
 struct Generator<'t, 'a> {
     tape: &'t mut Tape<'a>,
     taste: Taste,
@@ -30,9 +38,11 @@ struct Generator<'t, 'a> {
 }
 
 const FIRST_ROUTINE: u32 = 100;
+/// The label behind the first FEND.
+const BEHIND: u32 = 99;
 
-/// The lines of a program of one file.
-pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> Vec<String> {
+/// The lines of one file.
+pub fn generate(tape: &mut Tape<'_>, taste: Taste, part: Part) -> Vec<String> {
     let mut g = Generator {
         tape,
         taste,
@@ -43,8 +53,19 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> Vec<String> {
         breaks: Vec::new(),
         edges: 0,
     };
+    // The first FEND may be jumped over: a second main part stands behind it.
+    let second = taste.control && g.tape.percent(15);
+    if second {
+        g.contacts();
+        g.put(format!("CJ P{BEHIND}"));
+    }
     g.items(0, 0);
-    let interrupt = taste.wild && taste.control && g.tape.percent(20);
+    if second {
+        g.put("FEND");
+        g.put(format!("P{BEHIND}"));
+        g.items(1, 0);
+    }
+    let interrupt = part == Part::First && taste.wild && taste.control && g.tape.percent(20);
     if g.routines > 0 || interrupt {
         g.put("FEND");
     }
@@ -125,7 +146,7 @@ impl Generator<'_, '_> {
             }
             14 => {
                 let count = if self.taste.wild && self.tape.percent(30) {
-                    self.tape.pick(&["D0", "K1M0", "D1"])
+                    self.tape.pick(&["D1", "K1M0", "D2"])
                 } else {
                     self.tape.pick(&["K1", "K2", "K3"])
                 };
@@ -254,7 +275,7 @@ impl Generator<'_, '_> {
         let plain = ["X0", "X1", "M0", "M1", "X2", "M2", "M3", "Y0", "T0", "C0", "M4", "T1", "ST0"];
         match self.tape.below(12) {
             8 if self.taste.words => self.tape.pick(&["D0.0", "D1.F", "D2.1"]).to_owned(),
-            9 if self.taste.wild => self.tape.pick(&["M0Z0", "DX0", "X0Z1"]).to_owned(),
+            9 if self.taste.wild => self.tape.pick(&["M0Z0", "DX0", "X0Z1", "DY0"]).to_owned(),
             10 if self.taste.control => self.tape.pick(&["M50", "SM400", "SM401"]).to_owned(),
             _ => self.tape.pick(&plain).to_owned(),
         }
@@ -263,7 +284,7 @@ impl Generator<'_, '_> {
     fn target_bit(&mut self) -> String {
         match self.tape.below(10) {
             7 if self.taste.words => self.tape.pick(&["D0.0", "D1.F"]).to_owned(),
-            8 if self.taste.wild => self.tape.pick(&["M0Z0", "Y0Z1"]).to_owned(),
+            8 if self.taste.wild => self.tape.pick(&["M0Z0", "Y0Z1", "DY0"]).to_owned(),
             _ => self.tape.pick(&["M0", "M1", "Y0", "M2", "M3", "M4"]).to_owned(),
         }
     }
