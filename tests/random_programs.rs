@@ -2,11 +2,13 @@
 
 mod common;
 
-use common::bound::bound;
+use common::bound::{bound, bound_within};
 use common::ir::{Taste, generate};
 use common::search::holds;
 use common::tape::{Tape, cases, on_tapes};
-use scanbound::solve::Method;
+use scanbound::replay::replay;
+use scanbound::solve::{Limits, Method};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 const PLAIN: Taste = Taste {
     words: false,
@@ -17,7 +19,16 @@ const PLAIN: Taste = Taste {
     items: 10,
 };
 
-fn check(tape: &[u16], taste: Taste, method: Method, cap: usize) -> Result<(), String> {
+const ALL: Taste =
+    Taste { words: true, arithmetic: true, reals: true, choices: true, control: true, items: 10 };
+
+/// Checks a program with the search that its tape draws.
+fn check(tape: &[u16], taste: Taste, cap: usize) -> Result<(), String> {
+    let method = match tape.len() % 4 {
+        0 => Method::Subsets,
+        1 => Method::Cores,
+        _ => Method::Auto,
+    };
     let (program, times) = generate(&mut Tape::new(tape), taste);
     let listing = || {
         let line = |(i, t): (&scanbound::program::Instruction, _)| {
@@ -39,48 +50,70 @@ fn check(tape: &[u16], taste: Taste, method: Method, cap: usize) -> Result<(), S
 
 #[test]
 fn rungs_of_bits() {
-    on_tapes(cases(400), 250, |tape| check(tape, PLAIN, Method::Auto, 300));
+    on_tapes(cases(400), 250, |tape| check(tape, PLAIN, 300));
 }
 
 #[test]
 fn choices_and_forgotten_cells() {
     let taste = Taste { choices: true, ..PLAIN };
-    on_tapes(cases(200), 250, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(200), 250, |tape| check(tape, taste, 300));
 }
 
 #[test]
 fn words_and_comparisons() {
     let taste = Taste { words: true, ..PLAIN };
-    on_tapes(cases(200), 250, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(200), 250, |tape| check(tape, taste, 300));
 }
 
 #[test]
 fn arithmetic() {
     let taste = Taste { words: true, arithmetic: true, ..PLAIN };
-    on_tapes(cases(150), 250, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(150), 250, |tape| check(tape, taste, 300));
 }
 
 #[test]
 fn reals() {
     let taste = Taste { words: true, reals: true, choices: true, ..PLAIN };
-    on_tapes(cases(150), 250, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(150), 250, |tape| check(tape, taste, 300));
 }
 
 #[test]
 fn control() {
     let taste = Taste { control: true, ..PLAIN };
-    on_tapes(cases(400), 350, |tape| check(tape, taste, Method::Auto, 300));
+    on_tapes(cases(400), 350, |tape| check(tape, taste, 300));
 }
 
 #[test]
 fn everything_together() {
-    let taste = Taste {
-        words: true,
-        arithmetic: true,
-        reals: true,
-        choices: true,
-        control: true,
-        items: 10,
-    };
-    on_tapes(cases(200), 500, |tape| check(tape, taste, Method::Auto, 200));
+    on_tapes(cases(200), 500, |tape| check(tape, ALL, 200));
+}
+
+/// However early a search ends, its upper bound holds, and its lower bound is a scan where it says so.
+#[test]
+fn an_early_end_leaves_valid_bounds() {
+    on_tapes(cases(200), 350, |tape| {
+        let (program, times) = generate(&mut Tape::new(tape), ALL);
+        let told = |why: scanbound::scan::ScanError| why.to_string();
+        let exact = bound(&program, &times, Method::Auto).map_err(told)?;
+        for method in [Method::Auto, Method::Subsets, Method::Cores] {
+            for patience in [0, 1, 3, 10] {
+                let asked = AtomicU32::new(0);
+                let cancelled = || asked.fetch_add(1, Ordering::Relaxed) >= patience;
+                let limits = Limits { cancelled: &cancelled, ..Limits::default() };
+                let early = bound_within(&program, &times, method, &limits).map_err(told)?;
+                let reached = replay(&program, &times, &early.best);
+                let is_scan = reached.broken_ranges.is_empty();
+                if early.upper < exact.upper
+                    || early.lower > exact.upper
+                    || is_scan && reached.total < early.lower
+                {
+                    return Err(format!(
+                        "{method:?} stopped after {patience} says {:?} to {:?}, its scan costs {:?}, the maximum is {:?}",
+                        early.lower, early.upper, reached.total, exact.upper
+                    ));
+                }
+            }
+        }
+        Ok(())
+    });
 }

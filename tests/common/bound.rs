@@ -19,6 +19,16 @@ pub struct Bound {
 }
 
 pub fn bound(program: &Program, times: &Times, method: Method) -> Result<Bound, ScanError> {
+    bound_within(program, times, method, &Limits::default())
+}
+
+/// The same with a search that may end early.
+pub fn bound_within(
+    program: &Program,
+    times: &Times,
+    method: Method,
+    limits: &Limits<'_>,
+) -> Result<Bound, ScanError> {
     let model = scan_model(program, times)?;
     let constant = |charge: &&scanbound::model::Charge| charge.is_constant();
     let always: Picos = model
@@ -36,7 +46,7 @@ pub fn bound(program: &Program, times: &Times, method: Method) -> Result<Bound, 
     let mut groups = groups(&model);
     groups.push(rest(&model, &groups));
     for group in groups {
-        let found = maximum(&model, &group, method, &Limits::default());
+        let found = maximum(&model, &group, method, limits);
         for variable in &group.variables {
             let index = variable.0 as usize;
             best.0[index] = found.best.0[index];
