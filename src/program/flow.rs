@@ -1,6 +1,6 @@
 //! Where control can go in a program: loops, jumps, calls, a routine's extent, and loops taken in bulk.
 
-use crate::program::{BitTarget, ChoiceId, Program, Region, Step, WordTarget, Write};
+use crate::program::{BitTarget, Cell, ChoiceId, Program, Region, Step, WordTarget, Write};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// More single ranges of an area than this are forgotten as the whole area.
@@ -215,6 +215,13 @@ pub fn written(program: &Program, at: usize) -> Vec<Region> {
         regions.extend(forgets);
     }
     regions
+}
+
+/// Whether any instruction may write the cell.
+#[must_use]
+pub fn is_written(program: &Program, cell: Cell) -> bool {
+    let written = (0..program.instructions.len()).flat_map(|at| written(program, at));
+    written.into_iter().any(|region| region.holds(cell))
 }
 
 /// Areas of which many single ranges are listed, as a whole.

@@ -252,7 +252,8 @@ impl Decoder<'_> {
     /// The FX's 32-bit counters hold their value in two words of their own.
     fn is_long_counter(&self, device: &Device) -> bool {
         self.family == Family::Fx
-            && matches!(device.place, Place::At(Kind::Timed(_), 200..) if device.name == "C" || device.name == "CN")
+            && matches!(device.name.as_str(), "C" | "CN")
+            && matches!(device.place, Place::At(Kind::Timed(_) | Kind::VolatileBit, 200..))
     }
 
     /// The FX's timers for subroutines and its 1 ms timers run on wherever the scan is.

@@ -138,7 +138,11 @@ impl Decoder<'_> {
             return;
         }
         let (fires, effects) = match mnemonic {
-            "JMP" => (Logic::Const(true), Vec::new()),
+            "JMP" if self.zones.is_empty() => (Logic::Const(true), Vec::new()),
+            "JMP" => {
+                self.approximate("JMP within a master control is taken to jump or not".to_owned());
+                (self.free_bit(), Vec::new())
+            }
             "SCJ" => {
                 // It jumps from the scan on after the one in which the condition came true.
                 let memory = self.memory();

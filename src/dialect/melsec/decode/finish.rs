@@ -1,7 +1,7 @@
 //! What can only be settled when all files are read: labels, recursion, jumps' limits, loops taken in bulk, interrupts.
 
-use super::Decoder;
 use super::control::MOST_TURNS;
+use super::{Counts, Decoder};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::program::flow;
 use crate::program::{Program, Step};
@@ -10,8 +10,8 @@ use crate::program::{Program, Step};
 const MOST_UNROLLED: u64 = 200_000;
 
 impl Decoder<'_> {
-    /// The program, if nothing is wrong with it.
-    pub(super) fn finish(mut self) -> Result<Program, Vec<Diagnostic>> {
+    /// The program, if nothing is wrong with it, and the words whose stated range it counts by.
+    pub(super) fn finish(mut self) -> Result<(Program, Counts), Vec<Diagnostic>> {
         self.resolve();
         self.program.interrupts = std::mem::take(&mut self.interrupts);
         if !self.has_faults() {
@@ -32,7 +32,7 @@ impl Decoder<'_> {
         self.start_ranges();
         crate::program::interrupts::isolate(&mut self.program, &self.volatile);
         self.program.approximations.sort();
-        Ok(self.program)
+        Ok((self.program, self.counts))
     }
 
     fn has_faults(&self) -> bool {

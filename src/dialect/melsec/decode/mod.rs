@@ -15,11 +15,12 @@ use super::source::{RawInstruction, RawProject};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
 use crate::facts::Facts;
+use crate::program::flow;
 use crate::program::{
     Approximation, Cell, Effect, Instruction, Interrupt, Logic, Place, Program, Region, SourceFile,
     StartRange, Step, TimingKey, Units, When, Write,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What decoding needs to know besides the source.
 pub struct DecodeOptions<'a> {
@@ -39,12 +40,30 @@ pub fn decode(
     project: &RawProject,
     options: &DecodeOptions<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
-    let mut decoder = Decoder::new(project, options);
-    for file in 0..project.files.len() {
-        decoder.file(file);
+    let mut overwritten = BTreeSet::new();
+    loop {
+        let mut decoder = Decoder::new(project, options, &overwritten);
+        for file in 0..project.files.len() {
+            decoder.file(file);
+        }
+        let (program, counts) = decoder.finish()?;
+        // A stated range speaks of the scan's start. Where the program may write a word that it counts by,
+        // the range is worth nothing there, and decoding begins again without it.
+        let before = overwritten.len();
+        overwritten.extend(
+            counts
+                .into_iter()
+                .filter(|(_, cell)| flow::is_written(&program, *cell))
+                .map(|(text, _)| text),
+        );
+        if overwritten.len() == before {
+            return Ok(program);
+        }
     }
-    decoder.finish()
 }
+
+/// Words that count something, as written, and their cells.
+type Counts = Vec<(String, Cell)>;
 
 /// A jump, call or loop whose target is not known yet.
 struct Fixup {
@@ -75,6 +94,10 @@ pub struct Decoder<'a> {
     block_open: bool,
     edges: u32,
 
+    /// Words whose stated range does not hold where they count: the program may write them.
+    overwritten: &'a BTreeSet<String>,
+    /// Words that count and whose stated range was believed.
+    counts: Counts,
     labels: Vec<BTreeMap<u32, usize>>,
     fixups: Vec<Fixup>,
     loops: Vec<usize>,
@@ -100,7 +123,11 @@ struct State {
 }
 
 impl<'a> Decoder<'a> {
-    fn new(project: &'a RawProject, options: &'a DecodeOptions<'a>) -> Self {
+    fn new(
+        project: &'a RawProject,
+        options: &'a DecodeOptions<'a>,
+        overwritten: &'a BTreeSet<String>,
+    ) -> Self {
         let cpu = project.files.iter().find_map(|file| file.cpu.clone());
         let program = Program {
             dialect: project.dialect.to_owned(),
@@ -129,6 +156,8 @@ impl<'a> Decoder<'a> {
             has_output: true,
             block_open: false,
             edges: 0,
+            overwritten,
+            counts: Vec::new(),
             labels: vec![BTreeMap::new(); project.files.len()],
             fixups: Vec::new(),
             loops: Vec::new(),
@@ -260,17 +289,29 @@ impl<'a> Decoder<'a> {
         if let Some(value) = self.constant(text) {
             return (value, value, true);
         }
-        let stated = self.options.facts.ranges.get(&text.to_ascii_uppercase()).or(self
-            .options
-            .facts
-            .ranges
-            .get(text));
-        match stated {
-            Some(&(low, high)) => {
+        let upper = text.to_ascii_uppercase();
+        let stated = self.options.facts.ranges.get(&upper).or(self.options.facts.ranges.get(text));
+        let cell = match super::operand::parse(text, self.family) {
+            Ok(super::operand::Operand::Device(device)) => match device.place {
+                super::operand::Place::At(super::device::Kind::Word(area), index) => {
+                    Some(Cell { area, index })
+                }
+                _ => None,
+            },
+            _ => None,
+        };
+        let word = i64::from(i16::MIN)..=i64::from(i16::MAX);
+        match (stated, cell) {
+            (Some(_), _) if self.overwritten.contains(&upper) => {
+                self.approximate(format!("the count {text} may be written within the scan: its stated range does not hold here, and it is taken as up to {largest}"));
+                (0, largest, false)
+            }
+            (Some(&(low, high)), Some(cell)) if word.contains(&low) && word.contains(&high) => {
                 self.program.facts.push(format!("{text} lies between {low} and {high}"));
+                self.counts.push((upper, cell));
                 (low, high, true)
             }
-            None => {
+            _ => {
                 self.approximate(format!("the count {text} is not known: taken as up to {largest}; state its range to lower this"));
                 (0, largest, false)
             }

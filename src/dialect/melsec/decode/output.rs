@@ -3,7 +3,7 @@
 use super::access::{BitPlace, WordPlace};
 use super::rungs::{letters, remember};
 use super::{Decoder, always, edge, fired, timing};
-use crate::dialect::melsec::device::{Kind, Timed};
+use crate::dialect::melsec::device::{Family, Kind, Timed};
 use crate::dialect::melsec::operand::{Device, Place};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{
@@ -92,7 +92,10 @@ impl Decoder<'_> {
         let present =
             Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![self.free_word()]));
         if timed.retentive {
-            let held = Logic::All(vec![Logic::Condition.not(), Logic::cell(contact)]);
+            // Once on, it stays so until it is reset; only up-and-down counters fall back by themselves.
+            let old = Logic::cell(contact);
+            let falls_back = self.family == Family::Fx && device.name == "C" && index >= 200;
+            let held = if falls_back { Logic::All(vec![Logic::Condition.not(), old]) } else { old };
             effects
                 .push(always(Write::Bit(BitTarget::Cell(contact), Logic::Any(vec![done, held]))));
         } else {

@@ -261,3 +261,19 @@ fn every_instruction_of_real_programs_is_decoded() {
     let prices = crate::price::price(&p, &table, &Facts::default());
     assert!(prices.is_ok(), "{prices:?}");
 }
+
+#[test]
+fn a_stated_range_does_not_bound_a_count_that_the_scan_overwrites() {
+    let text = "LD X0; MOV K100 D0; FOR D0; LD X1; FB1 D9; NEXT; LD X0; BMOV D10 D20 D0; END";
+    let facts = Facts { ranges: [("D0".to_owned(), (1, 3))].into(), ..Facts::default() };
+    let p = decode_files(&[("main", text)], Family::Q, &facts).expect("a program");
+    assert!(p.instructions.iter().any(|i| matches!(i.step, Step::Bulk { .. })));
+    let units = p.instructions.iter().filter_map(|i| i.timing.as_ref()).map(|key| &key.units);
+    assert!(units.into_iter().any(|units| *units == Units::AtMost(65_535)));
+}
+
+#[test]
+fn high_speed_counters_of_the_fx_are_taken_as_any_value() {
+    let text = "LD X0; OUT C235 K10; LD C235; OUT Y0; LD> C235 K5; OUT Y1; LD X1; DMOV K0 C235; RST C235; END";
+    on(Family::Fx, &text.replace(';', "\n")).expect("a program");
+}
