@@ -7,6 +7,7 @@
 
 pub mod audit;
 pub mod column;
+pub mod compare;
 pub mod diagnostic;
 pub mod dialect;
 pub mod emulate;

@@ -9,7 +9,8 @@ pub mod omron;
 use std::borrow::Cow;
 
 use crate::diagnostic::Diagnostic;
-use faults::{Faults, shown};
+pub(crate) use faults::Faults;
+use faults::shown;
 use melsec::source::RawProject;
 
 /// So many bytes at the beginning tell what a file is.
@@ -187,7 +188,7 @@ pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Project, Vec<Diag
             .filter(|(other, _)| other.name == dialect.name)
             .map(|(_, input)| *input)
             .collect();
-        if minasec::DIALECTS.iter().any(|one| one.name == dialect.name) {
+        if minasec::is_dialect(dialect.name) {
             minasec::read(dialect, &same).map(|source| Project::Minasec(Box::new(source)))
         } else if omron::DIALECTS.iter().any(|one| one.name == dialect.name) {
             omron::project::read(dialect, &same).map(Project::Omron)

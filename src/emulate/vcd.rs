@@ -1,6 +1,6 @@
 //! Writes what was emulated as a value change dump, as GTKWave and PulseView open it.
 
-use super::machine::{Observer, View};
+use super::machine::{Machine, Observer, View};
 use super::stimulus::{Change, Stimulus, What};
 use crate::dialect::minasec::{Device, Kind};
 use crate::time::Picos;
@@ -13,7 +13,7 @@ pub const EMULATED: &str = "emulated by scanbound, not measured";
 /// Writes the dump while the machine runs. The first fault of writing is kept and told by [`Dump::finish`].
 pub struct Dump<W: Write> {
     out: Writer<W>,
-    /// Toggles when a scan begins, as a program would toggle an output.
+    /// Rises when a scan begins, and falls a word later.
     scan: IdCode,
     terminals: Vec<IdCode>,
     devices: Vec<(Device, IdCode)>,
@@ -23,17 +23,20 @@ pub struct Dump<W: Write> {
     running: IdCode,
     plant: std::vec::IntoIter<Change>,
     last: View,
-    toggle: bool,
+    /// How long the scan's pulse is, and when it falls next.
+    pulse: Picos,
+    falls: Option<Picos>,
     at: Option<Picos>,
     fault: Option<io::Error>,
 }
 
 impl<W: Write> Dump<W> {
-    /// Begins a dump. The stimulus gives the levels at the input terminals.
+    /// Begins a dump. The stimulus gives the levels at the input terminals, the machine the state to begin with.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn new(out: W, stimulus: &Stimulus, view: View) -> io::Result<Dump<W>> {
+    pub fn new(out: W, stimulus: &Stimulus, machine: &Machine) -> io::Result<Dump<W>> {
+        let view = machine.view();
         let mut out = Writer::new(out);
         out.version(concat!("scanbound ", env!("CARGO_PKG_VERSION")))?;
         out.comment(EMULATED)?;
@@ -79,7 +82,8 @@ impl<W: Write> Dump<W> {
             running,
             plant: plant.into_iter(),
             last: view,
-            toggle: false,
+            pulse: machine.period(),
+            falls: None,
             at: None,
             fault: None,
         };
@@ -124,32 +128,45 @@ impl<W: Write> Dump<W> {
         Ok(())
     }
 
+    /// Moves on to a moment; what comes with the one before stays there.
     fn moment(&mut self, at: Picos) -> io::Result<()> {
-        if self.at != Some(at) {
+        if self.at.is_none_or(|now| now < at) {
             self.at = Some(at);
             self.out.timestamp(at.0)?;
         }
         Ok(())
     }
 
-    /// The terminals' changes until then.
-    fn plant_until(&mut self, at: Picos) -> io::Result<()> {
-        while let Some(&change) = self.plant.as_slice().first().filter(|change| change.at <= at) {
-            self.plant.next();
-            if let What::Input(input) = change.what {
-                self.moment(change.at.max(self.at.unwrap_or_default()))?;
-                self.out.change_scalar(self.terminals[usize::from(input)], change.on)?;
+    /// What happens until then that is not told of: the terminals' changes and the end of the scan's pulse.
+    fn until(&mut self, at: Picos) -> io::Result<()> {
+        loop {
+            let plant = self.plant.as_slice().first().copied().filter(|change| change.at <= at);
+            let falls = self.falls.filter(|&falls| falls <= at);
+            match (plant, falls) {
+                (None, None) => return Ok(()),
+                (Some(change), falls) if falls.is_none_or(|falls| change.at <= falls) => {
+                    self.plant.next();
+                    if let What::Input(input) = change.what {
+                        self.moment(change.at)?;
+                        self.out.change_scalar(self.terminals[usize::from(input)], change.on)?;
+                    }
+                }
+                (_, Some(falls)) => {
+                    self.falls = None;
+                    self.moment(falls)?;
+                    self.out.change_scalar(self.scan, false)?;
+                }
+                (Some(_), None) => {}
             }
         }
-        Ok(())
     }
 
     fn write(&mut self, at: Picos, view: View, scan: bool) -> io::Result<()> {
-        self.plant_until(at)?;
+        self.until(at)?;
         if scan {
             self.moment(at)?;
-            self.toggle = !self.toggle;
-            self.out.change_scalar(self.scan, self.toggle)?;
+            self.falls = Some(at + self.pulse);
+            self.out.change_scalar(self.scan, true)?;
         }
         if view != self.last {
             self.moment(at)?;
@@ -173,7 +190,7 @@ impl<W: Write> Dump<W> {
         match self.fault.take() {
             Some(fault) => Err(fault),
             None => {
-                self.plant_until(at)?;
+                self.until(at)?;
                 self.moment(at)?;
                 self.out.flush()
             }

@@ -266,6 +266,12 @@ impl Source {
     }
 }
 
+/// Whether a dialect's name is one of the machine's.
+#[must_use]
+pub fn is_dialect(name: &str) -> bool {
+    DIALECTS.iter().any(|dialect| dialect.name == name)
+}
+
 /// Reads the program of the one file in it.
 ///
 /// # Errors
