@@ -283,6 +283,9 @@ fn points_are_those_stated_or_up_to_the_highest_used() {
 fn built_in_tables_price_what_their_cpus_run() {
     for name in crate::table::builtin::names() {
         let table = Table::builtin(name).unwrap();
+        if table.family.is_none() {
+            continue;
+        }
         let price = |names: &[&str], class: &str, units| {
             price_of(&table, &key(names, class, units), &Tags::new()).unwrap()
         };

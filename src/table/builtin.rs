@@ -6,7 +6,7 @@ use super::{Evidence, Table};
 use crate::time::Picos;
 
 /// Name and text of each file under `timing-tables`, by name.
-const FILES: [(&str, &str); 16] = [
+const FILES: [(&str, &str); 17] = [
     ("c200h", include_str!("../../timing-tables/c200h.csv")),
     ("cj2m", include_str!("../../timing-tables/cj2m.csv")),
     ("cp1l", include_str!("../../timing-tables/cp1l.csv")),
@@ -16,6 +16,7 @@ const FILES: [(&str, &str); 16] = [
     ("iqr", include_str!("../../timing-tables/iqr.csv")),
     ("l02", include_str!("../../timing-tables/l02.csv")),
     ("l26", include_str!("../../timing-tables/l26.csv")),
+    ("minasec-u", include_str!("../../timing-tables/minasec-u.csv")),
     ("q00u", include_str!("../../timing-tables/q00u.csv")),
     ("q02", include_str!("../../timing-tables/q02.csv")),
     ("q02h", include_str!("../../timing-tables/q02h.csv")),

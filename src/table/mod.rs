@@ -1,6 +1,7 @@
 //! A timing table: what each instruction of a CPU costs, with the evidence for it, and how a row is found.
 
 pub mod builtin;
+mod clock;
 mod parse;
 
 use std::collections::BTreeMap;
@@ -8,6 +9,7 @@ use std::fmt;
 
 use crate::time::Picos;
 
+pub use clock::StatedClock;
 pub use parse::{Override, Parsed, parse_override};
 
 /// The timing classes: each has its `@class` row in every built-in table.

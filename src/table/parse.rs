@@ -37,7 +37,7 @@ const COLUMNS: [&str; 7] =
     ["instruction", "on_us", "off_us", "per_unit_us", "unit", "evidence", "source"];
 const FAMILIES: [&str; 7] = ["q", "l", "fx", "iqr", "fx5", "c", "cs"];
 /// Rows with one number.
-const SINGLE: [&str; 9] = [
+const SINGLE: [&str; 11] = [
     "@end",
     "@program",
     "@rung",
@@ -47,6 +47,8 @@ const SINGLE: [&str; 9] = [
     "@output8",
     "@output16",
     "@watchdog",
+    "@input-delay",
+    "@output-delay",
 ];
 /// Rows whose second field is text.
 const TEXT: [&str; 5] = ["@base", "@cpu", "@family", "@note", "@title"];
