@@ -2,9 +2,10 @@
 
 use super::deciding::{deciding, depends_on};
 use super::names::Names;
+use super::response::Delay;
 use super::{
-    ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, Fate, FreeValue, GroupUse,
-    OverheadUse, RungUse, Share, TableUse, Tie, Value, Where,
+    ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
+    GroupUse, OverheadUse, RungUse, Share, TableUse, Tie, Value, Where,
 };
 use crate::diagnostic::Diagnostic;
 use crate::model::{Assignment, Atom, Group, Node, Origin, ScanModel, VarKind};
@@ -87,6 +88,7 @@ impl Findings<'_> {
             doubts: self.doubts(),
             approximations: self.approximations(),
             warnings,
+            response: None,
             elapsed: Duration::ZERO,
         }
     }
@@ -342,6 +344,14 @@ impl Findings<'_> {
             title: self.table.title.clone(),
             notes: self.table.notes.clone(),
             watchdog: self.table.watchdog(),
+            factor: self.prices.factor.as_ref().map(|factor| FactorUse {
+                text: factor.text.clone(),
+                evidence: factor.evidence,
+                source: factor.source.clone(),
+                without: factor.taken_off(bound.upper),
+            }),
+            input_delay: self.table.row("@input-delay").map(Delay::of_row),
+            output_delay: self.table.row("@output-delay").map(Delay::of_row),
             assumed_share: Share::of(assumed_time, bound.lower),
             assumed,
             assumed_time,

@@ -80,6 +80,9 @@ pub fn fixture() -> Audit {
             title: "QnUDV".to_owned(),
             notes: vec!["not included: communication".to_owned()],
             watchdog: Some(us(200_000)),
+            factor: None,
+            input_delay: None,
+            output_delay: None,
             assumed: vec![AssumedUse {
                 name: "BMOV".to_owned(),
                 row: "@block".to_owned(),
@@ -158,6 +161,7 @@ pub fn fixture() -> Audit {
             Diagnostic::file("no-comments", "搬送.csv", "no comments", "export COMMENT.csv")
                 .warning(),
         ],
+        response: None,
         elapsed: Duration::from_millis(1_250),
     }
 }

@@ -7,6 +7,7 @@ pub mod fixture;
 mod names;
 mod pipeline;
 mod questions;
+pub mod response;
 
 pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, conclude, follow};
 pub use questions::{File, Form, certificates, question};
@@ -50,6 +51,8 @@ pub struct Audit {
     pub approximations: Vec<ApproximationUse>,
     /// Findings that did not stop the audit.
     pub warnings: Vec<Diagnostic>,
+    /// The worst response time, if it was asked for.
+    pub response: Option<response::Response>,
     /// How long the audit took.
     pub elapsed: Duration,
 }
@@ -132,12 +135,31 @@ pub struct TableUse {
     pub notes: Vec<String>,
     /// The CPU's watchdog time by default.
     pub watchdog: Option<Picos>,
+    /// The factor on the whole scan.
+    pub factor: Option<FactorUse>,
+    /// The longest time from an input terminal to the scan.
+    pub input_delay: Option<response::Delay>,
+    /// The longest time from the scan to an output terminal.
+    pub output_delay: Option<response::Delay>,
     /// The assumed times that the program uses, those that weigh most in the worst scan first.
     pub assumed: Vec<AssumedUse>,
     /// How much of the worst scan found rests on assumed times, overhead included.
     pub assumed_time: Picos,
     /// The same as a share of that scan.
     pub assumed_share: Share,
+}
+
+/// A factor on the whole scan, and what the bound would be without it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FactorUse {
+    /// As the table has it.
+    pub text: String,
+    /// How well founded.
+    pub evidence: Evidence,
+    /// Why there is one.
+    pub source: String,
+    /// The bound without it, rounded up.
+    pub without: Picos,
 }
 
 /// An assumed time and what it weighs.

@@ -15,7 +15,7 @@ use crate::program::Program;
 use crate::replay::{Replay, replay};
 use crate::scan::{ScanError, scan_model};
 use crate::solve::{Limits, Maximum, Method, maxima, maximum};
-use crate::table::{Evidence, Override, Table};
+use crate::table::{Evidence, Factor, Override, StatedClock, Table};
 use crate::time::Picos;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -32,6 +32,8 @@ pub struct Request<'a> {
     pub table: Option<&'a Table>,
     /// Times that the user stated.
     pub times: &'a [Override],
+    /// The clock that the user stated, for a machine that runs one word a clock.
+    pub clock: Option<&'a StatedClock>,
     /// What the user stated about the plant.
     pub facts: &'a Facts,
     /// Whether assumed times are refused.
@@ -185,6 +187,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         let idle = if on == off { String::new() } else { format!(", {off} where it does not run") };
         format!("{name} takes {on}{idle}")
     }));
+    audit.facts.extend(request.clock.map(StatedClock::to_string));
     audit.elapsed = start.elapsed();
     let followed = Followed { start, program, table, prices, model, groups, warnings };
     Ok(Concluded { audit, followed, maxima })
@@ -195,6 +198,10 @@ fn understand(
     project: &Project,
     request: &Request<'_>,
 ) -> Result<(Program, Table, Vec<Diagnostic>), Failure> {
+    if request.clock.is_some() && !matches!(project, Project::Minasec(_)) {
+        let file = request.inputs.first().map_or("", |input| &input.name);
+        return Err(Failure::from(no_clock(file)));
+    }
     match project {
         Project::Melsec(project) => {
             let cpu = project.files.iter().find_map(|file| file.cpu.as_deref());
@@ -204,7 +211,8 @@ fn understand(
         }
         Project::Minasec(source) => {
             let program = dialect::minasec::decode::decode(source);
-            let table = choose_table(request, program.cpu.as_deref())?;
+            let mut table = choose_table(request, program.cpu.as_deref())?;
+            request.clock.into_iter().for_each(|clock| table.set_clock(clock));
             Ok((program, table, Vec::new()))
         }
         Project::Omron(project) => {
@@ -283,6 +291,11 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
     Ok(table)
 }
 
+fn no_clock(file: &str) -> Diagnostic {
+    let message = "a clock tells nothing about this CPU: its instructions take different times";
+    Diagnostic::file("no-clock", file, message, "leave --clock out; --table and --time give times")
+}
+
 fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
     let mut first: std::collections::BTreeMap<&str, (usize, usize)> =
         std::collections::BTreeMap::new();
@@ -314,6 +327,12 @@ fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
         .collect();
     for term in prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed) {
         let message = format!("the scan's term {} is assumed: {}", term.name, term.why);
+        faults.push(Diagnostic::file("assumed-time", "", message, help));
+    }
+    if let Some(Factor { text, source, .. }) =
+        prices.factor.as_ref().filter(|factor| factor.evidence == Evidence::Assumed)
+    {
+        let message = format!("the factor {text} on the whole scan is assumed: {source}");
         faults.push(Diagnostic::file("assumed-time", "", message, help));
     }
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }

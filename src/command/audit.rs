@@ -5,12 +5,24 @@ use super::output::Target;
 use super::{Failure, Outcome};
 use anyhow::Context;
 use clap::Args;
-use scanbound::audit;
+use scanbound::audit::response::Response;
+use scanbound::audit::{self, Audit};
+use scanbound::diagnostic::Diagnostic;
+use scanbound::time::Picos;
 use std::path::{Path, PathBuf};
 
 /// The arguments of `audit`.
 #[derive(Debug, Args)]
 pub struct Arguments {
+    /// Add the worst time from an input's edge to an output's
+    #[arg(long)]
+    response: bool,
+    /// The longest time from an input terminal to the scan, in place of the table's
+    #[arg(long, value_name = "DURATION", requires = "response")]
+    input_delay: Option<Picos>,
+    /// The longest time from the scan to an output terminal, in place of the table's
+    #[arg(long, value_name = "DURATION", requires = "response")]
+    output_delay: Option<Picos>,
     #[command(flatten)]
     project: ProjectOptions,
     #[command(flatten)]
@@ -23,15 +35,34 @@ pub struct Arguments {
 /// Audits the project and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let target = arguments.report.target()?;
-    let concluded = arguments.project.with_request(|request| {
+    let mut concluded = arguments.project.with_request(|request| {
         let followed = audit::follow(request)?;
         Ok(audit::conclude(followed, request)?)
     })?;
     if let Some(directory) = &arguments.certificate {
         certify(&concluded, directory)?;
     }
-    arguments.report.write(&concluded.audit, None, target)?;
+    let audit = &mut concluded.audit;
+    if arguments.response {
+        let response = Response::of(audit, arguments.input_delay, arguments.output_delay);
+        audit.response = Some(response.map_err(|sides| unknown(audit, &sides))?);
+    }
+    arguments.report.write(audit, None, target)?;
     Ok(Outcome::Done)
+}
+
+fn unknown(audit: &Audit, sides: &[&str]) -> Failure {
+    let fault = |side: &&str| {
+        Diagnostic::file(
+            "no-delay",
+            &audit.table.name,
+            format!("the table does not say how long an {side} takes (@{side}-delay)"),
+            format!(
+                "give it with --{side}-delay, such as --{side}-delay 10ms: the module's manual has it"
+            ),
+        )
+    };
+    Failure::Input(sides.iter().map(fault).collect())
 }
 
 fn certify(concluded: &audit::Concluded, directory: &Path) -> Result<(), Failure> {

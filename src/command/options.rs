@@ -9,7 +9,7 @@ use scanbound::facts::Facts;
 use scanbound::input::gather;
 use scanbound::report::{csv, json, text};
 use scanbound::solve::Method;
-use scanbound::table::{Override, parse_override};
+use scanbound::table::{Override, StatedClock, parse_override};
 use scanbound::time::Picos;
 use scanbound::verdict::Check;
 use std::path::{Path, PathBuf};
@@ -41,6 +41,9 @@ pub struct ProjectOptions {
     /// The time of an instruction where it runs and where it does not; may be repeated
     #[arg(long, value_name = "NAME=ON[/OFF]", value_parser = parse_override)]
     time: Vec<Override>,
+    /// The clock of a MINASEC-U: a frequency (30.3kHz), the period of a word (33us), fast or slow
+    #[arg(long, value_name = "CLOCK")]
+    clock: Option<StatedClock>,
     /// Refuse times that the table only assumes
     #[arg(long)]
     strict_times: bool,
@@ -129,6 +132,7 @@ impl ProjectOptions {
             cpu: self.cpu.as_deref(),
             table: table.as_ref(),
             times: &self.time,
+            clock: self.clock.as_ref(),
             facts: &facts,
             strict_times: self.strict_times,
             method: match self.method {

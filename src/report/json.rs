@@ -21,6 +21,8 @@ struct Report<'a> {
     overhead: Vec<Overhead<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     check: Option<CheckResult<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    response: Option<Response<'a>>,
     seconds: f64,
 }
 
@@ -39,9 +41,32 @@ struct Table<'a> {
     title: &'a str,
     not_included: &'a [String],
     watchdog_ps: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    factor: Option<Factor<'a>>,
     unverified: Vec<&'a str>,
     unverified_ps: u64,
     unverified_rows: Vec<Unverified<'a>>,
+}
+
+#[derive(Serialize)]
+struct Factor<'a> {
+    factor: &'a str,
+    evidence: &'static str,
+    why: &'a str,
+    upper_without_ps: u64,
+}
+
+#[derive(Serialize)]
+struct Response<'a> {
+    input_ps: u64,
+    input_evidence: &'static str,
+    input_why: &'a str,
+    scans: u64,
+    scan_ps: u64,
+    output_ps: u64,
+    output_evidence: &'static str,
+    output_why: &'a str,
+    upper_ps: u64,
 }
 
 #[derive(Serialize)]
@@ -210,11 +235,26 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
             })
             .collect(),
         check: check.map(result),
+        response: audit.response.as_ref().map(response),
         seconds: audit.elapsed.as_secs_f64(),
     };
     let mut text = serde_json::to_string_pretty(&report).expect("plain data has a JSON form");
     text.push('\n');
     text
+}
+
+fn response(response: &audit::response::Response) -> Response<'_> {
+    Response {
+        input_ps: response.input.time.0,
+        input_evidence: response.input.evidence.word(),
+        input_why: &response.input.source,
+        scans: audit::response::SCANS,
+        scan_ps: response.scan.0,
+        output_ps: response.output.time.0,
+        output_evidence: response.output.evidence.word(),
+        output_why: &response.output.source,
+        upper_ps: response.total.0,
+    }
 }
 
 fn table(table: &audit::TableUse) -> Table<'_> {
@@ -223,6 +263,12 @@ fn table(table: &audit::TableUse) -> Table<'_> {
         title: &table.title,
         not_included: &table.notes,
         watchdog_ps: table.watchdog.map(|time| time.0),
+        factor: table.factor.as_ref().map(|factor| Factor {
+            factor: &factor.text,
+            evidence: factor.evidence.word(),
+            why: &factor.source,
+            upper_without_ps: factor.without.0,
+        }),
         unverified: table.assumed.iter().map(|one| one.name.as_str()).collect(),
         unverified_ps: table.assumed_time.0,
         unverified_rows: table

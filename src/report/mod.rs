@@ -3,5 +3,6 @@
 mod columns;
 pub mod csv;
 pub mod json;
+mod response;
 pub mod tables;
 pub mod text;

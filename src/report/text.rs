@@ -1,6 +1,7 @@
 //! An audit as text for people: the bound, its parts, the groups, the scan that attains it, what it rests on.
 
 use super::columns::{Cell, columns, left, paint, right};
+use super::response;
 use crate::audit::{
     ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, Value, Where,
 };
@@ -43,6 +44,7 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
         text += &answer(audit, check);
     }
     text += &head(audit);
+    text += &response::section(audit);
     text += &parts(audit, extent);
     for group in audit.main_groups(extent.top).0 {
         text += &self::group(audit, group, extent);
@@ -133,6 +135,7 @@ fn head(audit: &Audit) -> String {
             Share::of(bound.saved(), bound.naive)
         )),
     ]);
+    rows.extend(response::nominal(audit));
     let mut text = columns(0, &rows);
     text.push('\n');
     let cpu = audit.cpu.as_ref().map_or(String::new(), |cpu| format!(", {cpu}"));
@@ -156,7 +159,10 @@ fn head(audit: &Audit) -> String {
 fn trust(audit: &Audit) -> String {
     let table = &audit.table;
     if table.assumed.is_empty() {
-        return format!("{}: every time used is published, measured or stated", table.name);
+        let founded = "every time used is published, measured or stated";
+        let factor = table.factor.as_ref().filter(|one| one.evidence == Evidence::Assumed);
+        let but = factor.map_or("", |_| "; the factor on the whole scan is assumed");
+        return format!("{}: {founded}{but}", table.name);
     }
     let shown: Vec<&str> = table.assumed.iter().take(6).map(|one| one.name.as_str()).collect();
     let more = if table.assumed.len() > shown.len() { ", ..." } else { "" };

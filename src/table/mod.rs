@@ -132,6 +132,14 @@ impl Factor {
         let product = u128::from(time.0) * u128::from(self.millionths);
         u64::try_from(product.div_ceil(1_000_000)).ok().map(Picos)
     }
+
+    /// What a time that holds the factor is without it, rounded up.
+    #[must_use]
+    pub fn taken_off(&self, time: Picos) -> Picos {
+        let whole = u128::from(time.0) * 1_000_000;
+        // The factor is at least 1.
+        Picos(u64::try_from(whole.div_ceil(u128::from(self.millionths))).unwrap_or(time.0))
+    }
 }
 
 /// A timing table.

@@ -1,0 +1,53 @@
+//! What a table's factor adds, and the worst response time, as parts of the text report.
+
+use super::columns::{Cell, columns, left, right};
+use crate::audit::Audit;
+use crate::audit::response::SCANS;
+use crate::table::Evidence;
+
+/// The longest scan without the table's factor: one row for the head.
+pub(super) fn nominal(audit: &Audit) -> Option<Vec<Cell>> {
+    let factor = audit.table.factor.as_ref()?;
+    Some(vec![
+        left("nominal"),
+        right(factor.without.best_text()),
+        left(format!(
+            "without the factor {} on the whole scan ({}): {}",
+            factor.text, factor.evidence, factor.source
+        )),
+    ])
+}
+
+/// The worst response time with its parts; nothing if it was not asked for.
+pub(super) fn section(audit: &Audit) -> String {
+    let Some(response) = &audit.response else { return String::new() };
+    let row = |name: &str, time: String, what: String| vec![left(name), right(time), left(what)];
+    let evidence = |evidence: Evidence| match evidence {
+        Evidence::Assumed => "assumed: ",
+        Evidence::Stated => "",
+        Evidence::Measured => "measured: ",
+        Evidence::Published => "published: ",
+    };
+    let delay = |name: &str, delay: &crate::audit::response::Delay| {
+        row(name, delay.time.best_text(), format!("{}{}", evidence(delay.evidence), delay.source))
+    };
+    let scans = response.scan.times(SCANS);
+    let rows = [
+        delay("input", &response.input),
+        row(
+            "scans",
+            scans.best_text(),
+            format!(
+                "{SCANS} x {}: an edge that just missed a scan's input latch waits for the next",
+                response.scan
+            ),
+        ),
+        delay("output", &response.output),
+        row(
+            "together",
+            response.total.best_text(),
+            "at most, where the program takes the input to the output within one scan".to_owned(),
+        ),
+    ];
+    format!("\nFrom an input's edge to an output's\n{}", columns(2, &rows))
+}
