@@ -78,6 +78,7 @@ impl Findings<'_> {
             cpu: self.program.cpu.clone(),
             instructions: self.program.files.iter().map(|file| file.count).sum(),
             blocks: self.program.blocks,
+            clocked: None,
             table: self.table(&all, &bound),
             bound,
             overhead,

@@ -75,6 +75,7 @@ pub fn fixture() -> Audit {
         cpu: Some("Q26UDV".to_owned()),
         instructions: 42,
         blocks: 9,
+        clocked: None,
         table: TableUse {
             name: "qnudv".to_owned(),
             title: "QnUDV".to_owned(),

@@ -13,7 +13,7 @@ pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, concl
 pub use questions::{File, Form, certificates, question};
 
 use crate::diagnostic::Diagnostic;
-use crate::table::Evidence;
+pub use crate::table::Evidence;
 use crate::time::Picos;
 use std::fmt;
 use std::time::Duration;
@@ -31,6 +31,8 @@ pub struct Audit {
     pub instructions: usize,
     /// How many rungs it has.
     pub blocks: u32,
+    /// How many words a scan has, on a machine where each takes one period of a clock.
+    pub clocked: Option<u64>,
     /// The timing table and what it leaves to trust.
     pub table: TableUse,
     /// The answer.
@@ -70,6 +72,19 @@ impl Audit {
 
     fn is_main(group: Picos, bound: &Bound) -> bool {
         u128::from(group.0) * 200 >= u128::from(bound.upper.0)
+    }
+}
+
+impl Audit {
+    /// What each scan takes at least by the table: what no condition avoids, without the table's factor.
+    #[must_use]
+    pub fn least(&self) -> Picos {
+        let always = self.bound.always + self.bound.overhead;
+        let Some(factor) = &self.table.factor else { return always };
+        // The same share as of the whole bound, rounded down.
+        let part = u128::from(always.0) * u128::from(factor.without.0);
+        let least = part.checked_div(u128::from(self.bound.upper.0)).unwrap_or(0);
+        Picos(u64::try_from(least).unwrap_or(always.0))
     }
 }
 

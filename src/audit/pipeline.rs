@@ -187,6 +187,9 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         let idle = if on == off { String::new() } else { format!(", {off} where it does not run") };
         format!("{name} takes {on}{idle}")
     }));
+    if dialect::minasec::is_dialect(&program.dialect) {
+        audit.clocked = Some(dialect::minasec::WORDS as u64);
+    }
     audit.facts.extend(request.clock.map(StatedClock::to_string));
     audit.elapsed = start.elapsed();
     let followed = Followed { start, program, table, prices, model, groups, warnings };

@@ -2,10 +2,14 @@
 
 mod audit;
 mod check;
+mod compare;
+mod convert;
+mod emulate;
 mod export;
 mod options;
 mod output;
 mod progress;
+mod sink;
 mod tables;
 
 use clap::{Parser, Subcommand};
@@ -31,6 +35,12 @@ enum Command {
     Check(check::Arguments),
     /// Write the question of a group for a MaxSAT or SMT solver
     Export(export::Arguments),
+    /// Hold measured scan times against the bound; the last file holds them
+    Compare(compare::Arguments),
+    /// Emulate a MINASEC-U that runs a program
+    Emulate(emulate::Arguments),
+    /// Assemble a MINASEC-U program, or take machine code apart
+    Convert(convert::Arguments),
     /// List the timing tables, show one, or check one of your own
     Tables(tables::Arguments),
 }
@@ -40,7 +50,7 @@ enum Command {
 pub enum Outcome {
     /// Done; for `check`: proved.
     Done,
-    /// `check`: refuted.
+    /// `check`: refuted; `compare`: a measurement lies above the bound.
     Refuted,
     /// `check`: undecided.
     Undecided,
@@ -116,6 +126,9 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Audit(arguments) => audit::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::Compare(arguments) => compare::run(arguments),
+        Command::Emulate(arguments) => emulate::run(arguments),
+        Command::Convert(arguments) => convert::run(arguments),
         Command::Tables(arguments) => tables::run(arguments),
     }
 }

@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// The project and how it is audited.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct ProjectOptions {
     /// Program files of one project, in the order in which they run; a directory stands for the programs in it
     #[arg(value_name = "PROGRAM", required = true)]
@@ -105,6 +105,13 @@ fn duration(text: &str) -> Result<Duration, String> {
 }
 
 impl ProjectOptions {
+    /// These options without the last of the files, and that file; `None` if there is no other.
+    pub fn split_last(&self) -> Option<(ProjectOptions, PathBuf)> {
+        let mut rest = self.clone();
+        let last = rest.programs.pop()?;
+        (!rest.programs.is_empty()).then_some((rest, last))
+    }
+
     /// Reads the files and audits them.
     pub fn audit(&self) -> Result<Audit, Failure> {
         self.with_request(|request| Ok(audit(request)?))
@@ -154,6 +161,20 @@ impl ProjectOptions {
 }
 
 impl ReportOptions {
+    /// The report in the format asked for.
+    pub fn in_format(
+        &self,
+        text: impl FnOnce() -> String,
+        json: impl FnOnce() -> String,
+        csv: impl FnOnce() -> String,
+    ) -> String {
+        match self.format {
+            Format::Text => text(),
+            Format::Json => json(),
+            Format::Csv => csv(),
+        }
+    }
+
     /// Where the report goes.
     pub fn target(&self) -> Result<Target, Failure> {
         Target::new(self.output.as_deref())
@@ -167,11 +188,11 @@ impl ReportOptions {
         target: Target,
     ) -> Result<(), Failure> {
         let extent = text::Extent { top: self.top, ..text::Extent::default() };
-        let report = match self.format {
-            Format::Text => text::render(audit, check, extent),
-            Format::Json => json::render(audit, check),
-            Format::Csv => csv::render(audit),
-        };
+        let report = self.in_format(
+            || text::render(audit, check, extent),
+            || json::render(audit, check),
+            || csv::render(audit),
+        );
         target.write(&report)
     }
 }

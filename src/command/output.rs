@@ -42,6 +42,16 @@ impl Target {
         Ok(Target::Whole { new, file: real })
     }
 
+    /// Puts a file that is complete in the old one's place.
+    pub fn keep(new: NamedTempFile, file: &Path) -> Result<(), Failure> {
+        let context = || cannot(file);
+        if let Ok(old) = file.metadata() {
+            new.as_file().set_permissions(old.permissions()).with_context(context)?;
+        }
+        new.persist(file).map_err(|error| error.error).with_context(context)?;
+        Ok(())
+    }
+
     /// Writes the result. A reader of stdout that has gone away is not an error.
     pub fn write(self, text: &str) -> Result<(), Failure> {
         let plain = || anstream::adapter::strip_str(text).to_string();
@@ -61,10 +71,7 @@ impl Target {
             Target::Whole { mut new, file } => {
                 let context = || cannot(&file);
                 new.write_all(plain().as_bytes()).with_context(context)?;
-                if let Ok(old) = file.metadata() {
-                    new.as_file().set_permissions(old.permissions()).with_context(context)?;
-                }
-                new.persist(&file).map_err(|error| error.error).with_context(context)?;
+                return Target::keep(new, &file);
             }
         }
         Ok(())

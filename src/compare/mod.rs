@@ -10,7 +10,7 @@ pub use capture::{Edge, Selection};
 pub use fit::{Clock, Fit, Ratio, Scale};
 pub use histogram::{Bin, Histogram};
 
-use crate::audit::{Audit, Share};
+use crate::audit::{Audit, Evidence, Share};
 use crate::diagnostic::Diagnostic;
 use crate::time::Picos;
 
@@ -38,7 +38,8 @@ pub struct Bounds {
     pub upper: Picos,
     /// A scan that was replayed takes this long.
     pub lower: Picos,
-    /// Every scan takes as long at least, if the table's times are the machine's: what no condition avoids.
+    /// Every scan takes as long at least, if the table's times are the machine's: what no condition avoids,
+    /// without the factor, which allows for what need not happen.
     pub least: Picos,
     /// The timing table.
     pub table: String,
@@ -54,15 +55,18 @@ impl Bounds {
     /// The bounds of an audit.
     #[must_use]
     pub fn of(audit: &Audit) -> Bounds {
-        let clocked = crate::dialect::minasec::is_dialect(&audit.dialect);
+        let factor = audit.table.factor.as_ref().filter(|one| one.evidence == Evidence::Assumed);
+        let supposed = factor.map_or(Picos::ZERO, |factor| {
+            audit.bound.upper.checked_sub(factor.without).unwrap_or(Picos::ZERO)
+        });
         Bounds {
             upper: audit.bound.upper,
             lower: audit.bound.lower,
-            least: audit.bound.always + audit.bound.overhead,
+            least: audit.least(),
             table: audit.table.name.clone(),
-            assumed: audit.table.assumed_time,
+            assumed: audit.table.assumed_time.max(supposed),
             doubts: audit.doubts.clone(),
-            clocked: clocked.then_some(crate::dialect::minasec::WORDS as u64),
+            clocked: audit.clocked,
         }
     }
 }

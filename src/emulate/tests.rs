@@ -28,9 +28,9 @@ fn run(words: [Word; WORDS], settings: &Settings, stimulus: &Stimulus, until: u6
     scans
 }
 
-/// The last scan that has ended by then.
-fn at(scans: &[Scan], seconds: f64) -> View {
-    let time = (seconds * SECOND as f64) as u64;
+/// The last scan that has ended by then, in tenths of a second.
+fn at(scans: &[Scan], tenths: u64) -> View {
+    let time = tenths * (SECOND / 10);
     scans.iter().rfind(|scan| scan.start.0 + scan.time.0 <= time).expect("a scan").view
 }
 
@@ -80,18 +80,18 @@ fn the_test_program_lights_the_lamp_at_10_and_stops_counting() {
             assert_eq!(lamp(pair[1].view), equal[1], "{pair:?}");
         }
     }
-    assert!(!lamp(at(&scans, 19.0)) && lamp(at(&scans, 21.9)));
-    assert_eq!(at(&scans, 21.9).count, 10);
+    assert!(!lamp(at(&scans, 190)) && lamp(at(&scans, 219)));
+    assert_eq!(at(&scans, 219).count, 10);
 }
 
 #[test]
 fn the_test_program_clears_on_x02_and_stops_on_x01() {
     let scans = test_run();
-    assert_eq!(at(&scans, 22.1).count, 0);
-    assert_eq!(at(&scans, 22.1).outputs, 0b01);
-    let stopped = at(&scans, 27.9);
+    assert_eq!(at(&scans, 221).count, 0);
+    assert_eq!(at(&scans, 221).outputs, 0b01);
+    let stopped = at(&scans, 279);
     assert_eq!((stopped.outputs, stopped.count), (0, 2), "stopped, the count as it was");
-    assert_eq!(at(&scans, 26.9).count, 2);
+    assert_eq!(at(&scans, 269).count, 2);
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn the_test_program_keeps_its_count_without_power_and_nothing_else() {
     let stimulus = "time_s,X00,POWER\n0,1,\n1,0,\n6,,0\n7,,1\n";
     let stimulus = Stimulus::parse("s.csv", stimulus.as_bytes()).expect("a stimulus");
     let scans = run(words(TEST_PROGRAM), &Settings::default(), &stimulus, 9 * SECOND);
-    let (before, after) = (at(&scans, 6.0), at(&scans, 7.1));
+    let (before, after) = (at(&scans, 60), at(&scans, 71));
     assert_eq!((before.count, before.outputs), (3, 1));
     assert_eq!((after.count, after.outputs), (3, 0), "it does not run again by itself");
     assert!(
@@ -116,8 +116,8 @@ fn the_reset_switch_and_the_clear_button_do_what_their_names_say() {
     let stimulus = "time_s,X00,RESET,CNTCLR\n0,1,,\n1,0,,\n6,,1,\n6.5,,0,\n7,,,1\n7.1,,,0\n";
     let stimulus = Stimulus::parse("s.csv", stimulus.as_bytes()).expect("a stimulus");
     let scans = run(words(TEST_PROGRAM), &Settings::default(), &stimulus, 8 * SECOND);
-    assert_eq!((at(&scans, 6.9).count, at(&scans, 6.9).outputs), (3, 0));
-    assert_eq!(at(&scans, 7.2).count, 0);
+    assert_eq!((at(&scans, 69).count, at(&scans, 69).outputs), (3, 0));
+    assert_eq!(at(&scans, 72).count, 0);
 }
 
 #[test]

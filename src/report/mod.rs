@@ -1,6 +1,7 @@
 //! An audit as text, JSON or CSV. Reports are pure functions of the audit and compute nothing.
 
 mod columns;
+pub mod compare;
 pub mod csv;
 pub mod json;
 mod response;

@@ -1,0 +1,88 @@
+//! `scanbound compare`: measured scan times against the bound.
+
+use super::options::{ProjectOptions, ReportOptions};
+use super::{Failure, Outcome};
+use anyhow::{Context, anyhow};
+use clap::{Args, ValueEnum};
+use scanbound::column::{UNITS, Unit};
+use scanbound::compare::{Bounds, Comparison, Edge, Selection, capture};
+use scanbound::report::compare::{csv, json, text};
+
+/// The arguments of `compare`. The last file holds the measurements.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The column of scan times, or with --pulses of time stamps [default: found by its name]
+    #[arg(long, value_name = "NAME", conflicts_with = "signal")]
+    column: Option<String>,
+    /// The column holds the time stamps of a pulse a scan
+    #[arg(long, conflicts_with = "signal")]
+    pulses: bool,
+    /// The column's unit, where its name does not say it: s, ms, us, ns or ps
+    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    unit: Option<Unit>,
+    /// A captured signal whose edges begin the scans
+    #[arg(long, value_name = "NAME")]
+    signal: Option<String>,
+    /// Which edges
+    #[arg(long, value_enum, default_value = "rising")]
+    edge: EdgeName,
+    /// Propose the clock, or the scale of the table, that the measurements support
+    #[arg(long)]
+    fit: bool,
+    #[command(flatten)]
+    project: ProjectOptions,
+    #[command(flatten)]
+    report: ReportOptions,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum EdgeName {
+    /// From 0 to 1
+    Rising,
+    /// From 1 to 0
+    Falling,
+    /// Both: the program inverts the signal in each scan
+    Both,
+}
+
+fn unit(text: &str) -> Result<Unit, String> {
+    let known = || format!("give one of {}", UNITS.map(|unit| unit.name).join(", "));
+    Unit::from_name(text).ok_or_else(known)
+}
+
+/// Audits the project, reads the measurements, compares and reports.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let Some((project, measured)) = arguments.project.split_last() else {
+        return Err(
+            anyhow!("give the program's files, and behind them the file of measurements").into()
+        );
+    };
+    let target = arguments.report.target()?;
+    let name = measured.display().to_string();
+    let bytes = std::fs::read(&measured).with_context(|| format!("{name} cannot be read"))?;
+    let selection = Selection {
+        column: arguments.column.as_deref(),
+        pulses: arguments.pulses,
+        unit: arguments.unit,
+        signal: arguments.signal.as_deref(),
+        edge: match arguments.edge {
+            EdgeName::Rising => Edge::Rising,
+            EdgeName::Falling => Edge::Falling,
+            EdgeName::Both => Edge::Both,
+        },
+    };
+    let measurements = capture::read(&name, &bytes, &selection)?;
+    drop(bytes);
+    let audit = project.audit()?;
+    let bounds = Bounds::of(&audit);
+    let Some(found) = Comparison::new(audit.files, bounds, measurements, arguments.fit) else {
+        return Err(Failure::Internal("measurements without a scan".to_owned()));
+    };
+    let report = arguments.report.in_format(
+        || text::render(&found),
+        || json::render(&found),
+        || csv::render(&found),
+    );
+    target.write(&report)?;
+    Ok(if found.above.is_some() { Outcome::Refuted } else { Outcome::Done })
+}

@@ -1,0 +1,87 @@
+//! `scanbound convert`: MINASEC-U programs from assembly to machine code and back.
+
+use super::output::Target;
+use super::sink::Sink;
+use super::{Failure, Outcome};
+use anyhow::{Context, anyhow};
+use clap::{Args, ValueEnum};
+use scanbound::diagnostic::Diagnostic;
+use scanbound::dialect::minasec::{Source, assembly, machine_code};
+use scanbound::dialect::{Input, Project, read};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The arguments of `convert`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// A MINASEC-U program: assembly, Intel HEX, or the program memory's bytes
+    #[arg(value_name = "PROGRAM")]
+    program: PathBuf,
+    /// The dialect [default: found from the content]
+    #[arg(long, value_name = "NAME")]
+    dialect: Option<String>,
+    /// What to write [default: by the output's name, else assembly]
+    #[arg(long, value_enum)]
+    to: Option<Form>,
+    /// Write to a file, whole or not at all
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Form {
+    /// Assembly, up to the last word that is not empty
+    Asm,
+    /// Intel HEX of all 256 words
+    Hex,
+    /// The 256 bytes themselves
+    Bin,
+}
+
+impl Form {
+    fn of_name(file: &Path) -> Option<Form> {
+        match file.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "asm" | "txt" | "s" => Some(Form::Asm),
+            "hex" | "ihx" | "ihex" => Some(Form::Hex),
+            "bin" => Some(Form::Bin),
+            _ => None,
+        }
+    }
+}
+
+/// Reads a MINASEC-U program from a file.
+pub fn source(file: &Path, dialect: Option<&str>) -> Result<Source, Failure> {
+    let name = file.display().to_string();
+    let bytes = std::fs::read(file).with_context(|| format!("{name} cannot be read"))?;
+    match read(&[Input { name: name.clone(), bytes }], dialect)? {
+        Project::Minasec(source) => Ok(*source),
+        _ => Err(Failure::Input(vec![Diagnostic::file(
+            "other-dialect",
+            &name,
+            "this is a program, but none of a MINASEC-U",
+            "give MINASEC-U assembly (LD X00, ST Y00), Intel HEX or the memory's 256 bytes",
+        )])),
+    }
+}
+
+/// Converts.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let named = arguments.output.as_deref().map(Form::of_name);
+    let form = match (arguments.to, named) {
+        (Some(form), _) | (None, Some(Some(form))) => form,
+        (None, None) => Form::Asm,
+        (None, Some(None)) => {
+            let help = "name the output .asm, .hex or .bin, or say what to write with --to";
+            return Err(anyhow!(help).into());
+        }
+    };
+    let source = source(&arguments.program, arguments.dialect.as_deref())?;
+    let mut sink = Sink::open(Target::new(arguments.output.as_deref())?)?;
+    let written = match form {
+        Form::Asm => sink.write_all(assembly::write(&source.words).as_bytes()),
+        Form::Hex => sink.write_all(machine_code::write_hex(&source.words).as_bytes()),
+        Form::Bin => sink.write_all(&source.bytes()),
+    };
+    sink.finish(written)?;
+    Ok(Outcome::Done)
+}
