@@ -1,12 +1,13 @@
-//! What a table's factor adds, and the worst response time, as parts of the text report.
+//! What a clock's tolerance adds, and the worst response time, as parts of the text report.
 
 use super::columns::{Cell, columns, left, right};
 use crate::audit::Audit;
 use crate::audit::response::SCANS;
 use crate::table::Evidence;
 
-/// The longest scan without the table's factor: one row for the head.
+/// The longest scan without the table's factor, where the factor is a clock's tolerance: one row for the head.
 pub(super) fn nominal(audit: &Audit) -> Option<Vec<Cell>> {
+    audit.clocked?;
     let factor = audit.table.factor.as_ref()?;
     Some(vec![
         left("nominal"),
