@@ -3,19 +3,20 @@
 
 mod common;
 
-use common::bound::{Times, bound};
+use common::bound::{Times, bound_within};
 use common::list::{Part, Taste, generate};
 use common::plc::{Device, Executed, Line, Luck, Plc, line};
-use common::search::holds;
+use common::search::{holds, none_above};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::dialect::melsec::decode::{DecodeOptions, decode};
 use scanbound::dialect::melsec::device::Family;
 use scanbound::dialect::{Input, Project, read};
 use scanbound::facts::Facts;
 use scanbound::program::Program;
-use scanbound::solve::Method;
+use scanbound::solve::{Limits, Method};
 use scanbound::time::Picos;
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
 const PLAIN: Taste = Taste { words: false, control: false, wild: false, items: 6 };
 
@@ -199,6 +200,17 @@ fn climb(
 }
 
 fn check(tape: &[u16], taste: Taste, cap: usize, scans: u64) -> Result<(), String> {
+    check_within(tape, taste, cap, scans, None)
+}
+
+/// With a time for the search the bound need not be exact, but holds all the same.
+fn check_within(
+    tape: &[u16],
+    taste: Taste,
+    cap: usize,
+    scans: u64,
+    time: Option<Duration>,
+) -> Result<(), String> {
     let mut tape = Tape::new(tape);
     let ranged = taste.words && tape.percent(20);
     let several = taste.control && tape.percent(15);
@@ -227,8 +239,14 @@ fn check(tape: &[u16], taste: Taste, cap: usize, scans: u64) -> Result<(), Strin
         let internal: Vec<String> = program.instructions.iter().zip(&times).map(line).collect();
         format!("{why}\n{}\n{}", listing(), internal.join("\n"))
     };
-    let bound = bound(&program, &times, Method::Auto).map_err(|why| with_lines(why.to_string()))?;
-    holds(&program, &times, &bound, cap).map_err(with_lines)?;
+    let deadline = time.map(|time| Instant::now() + time);
+    let limits = Limits { deadline, ..Limits::default() };
+    let bound = bound_within(&program, &times, Method::Auto, &limits)
+        .map_err(|why| with_lines(why.to_string()))?;
+    match time {
+        None => holds(&program, &times, &bound, cap).map_err(with_lines)?,
+        Some(_) => none_above(&program, &times, bound.upper, cap).map_err(with_lines)?,
+    };
     let words = common::search::words(&program);
     let interrupts = if has_interrupt { &[(0, 2)][..] } else { &[] };
     let start = Fortune { words: &words, ranged, values: BTreeMap::new(), seed: 0 };
@@ -264,4 +282,13 @@ fn words_and_control() {
 fn what_is_taken_wider() {
     let taste = Taste { words: true, control: true, wild: true, items: 6 };
     on_tapes(cases(120), 400, |tape| check(tape, taste, 100, 200));
+}
+
+#[test]
+fn large_projects_are_bounded() {
+    let time = Some(Duration::from_secs(1));
+    for wild in [false, true] {
+        let taste = Taste { words: true, control: true, wild, items: 60 };
+        on_tapes(cases(6), 4000, |tape| check_within(tape, taste, 20, 200, time));
+    }
 }

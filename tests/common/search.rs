@@ -236,13 +236,22 @@ pub fn holds(program: &Program, times: &Times, bound: &Bound, cap: usize) -> Res
             told(&reached)
         ));
     }
+    none_above(program, times, bound.upper, cap)
+}
+
+/// Whether no scan found costs more than the bound.
+pub fn none_above(
+    program: &Program,
+    times: &Times,
+    upper: Picos,
+    cap: usize,
+) -> Result<Found, String> {
     search(program, times, cap, |replay, answered| {
-        if replay.total <= bound.upper {
+        if replay.total <= upper {
             return Ok(());
         }
         Err(format!(
-            "the bound is {:?}, but a scan costs {:?}: {answered:?}\n{}",
-            bound.upper,
+            "the bound is {upper:?}, but a scan costs {:?}: {answered:?}\n{}",
             replay.total,
             told(replay)
         ))
