@@ -5,11 +5,14 @@ use std::path::Path;
 use std::process::Command;
 
 /// What is audited, by the arguments behind `audit`.
-const SAMPLES: [&[&str]; 4] = [
+const SAMPLES: [&[&str]; 7] = [
     &["samples/paper/program.il", "--table", "samples/paper/table.csv"],
     &["samples/transfer-line/line.il", "--cpu", "Q26UDV"],
     &["samples/filler"],
     &["samples/drives/drives.il", "--cpu", "FX3U"],
+    &["samples/snet/self-holding.il", "--cpu", "C200H"],
+    &["samples/sorter/sorter.il", "--cpu", "CJ2M"],
+    &["samples/sorter/sorter.cxt"],
 ];
 
 fn json(arguments: &[&str]) -> Value {
@@ -90,4 +93,29 @@ fn the_papers_groups_and_maximum_are_found() {
     assert_eq!(groups[1]["blocks"], serde_json::json!([2, 3, 5]));
     // SwOp0 and SwOp3 run, SwOp5 costs what it costs when it does not.
     assert_eq!(ps(&groups[0]["upper_ps"]), 120_000_000 + 80_000_000 + 40_000);
+}
+
+#[test]
+fn mnemonics_and_project_text_of_one_program_have_one_bound() {
+    let [text, project] = [SAMPLES[5], SAMPLES[6]].map(json);
+    for key in ["scan", "groups"] {
+        let of = |report: &Value| match &report[key] {
+            Value::Array(groups) => groups.iter().map(|group| group["upper_ps"].clone()).collect(),
+            scan => vec![scan.clone()],
+        };
+        assert_eq!(of(&text), of(&project), "{key}");
+    }
+    assert_eq!(text["scan"]["exact"], Value::Bool(true));
+    assert_eq!(text["program"]["dialect"], "omron-cx");
+    assert_eq!(project["program"]["dialect"], "omron-cxt");
+    assert_eq!(text["program"]["blocks"], project["program"]["blocks"]);
+}
+
+#[test]
+fn a_scan_of_contacts_and_coils_alone_costs_the_same_whatever_the_inputs() {
+    let report = json(SAMPLES[4]);
+    assert_eq!(report["program"]["dialect"], "omron-c200h");
+    assert_eq!(report["program"]["instructions"], 12);
+    assert_eq!(list(&report["groups"]).len(), 0);
+    assert_eq!(report["scan"]["upper_ps"], report["scan"]["lower_ps"]);
 }

@@ -83,7 +83,10 @@ impl Assembly {
 
     /// Begins a new rung.
     pub(super) fn rung(&mut self) {
-        let begun = self.program.instructions.last().map_or(0, |last| last.block);
+        // What has no price of its own opens no rung.
+        let mut priced =
+            self.program.instructions.iter().rev().filter(|last| last.timing.is_some());
+        let begun = priced.next().map_or(0, |last| last.block);
         self.program.blocks = begun + 1;
         self.depth = 0;
         self.closed = true;

@@ -65,6 +65,7 @@ fn written(asm: &Assembly, item: &Item<'_>) -> String {
                 (_, Operand::Within(_)) => format!("all that {text} may lead to"),
                 (_, Operand::Anywhere) => "all memory".to_owned(),
                 (Some(1), _) => text.clone(),
+                (Some(2), _) => format!("{text} and the word behind it"),
                 (Some(count), _) => {
                     format!("{text} and the {} words behind it", count.saturating_sub(1))
                 }

@@ -160,7 +160,7 @@ impl<'a> Emitter<'a> {
             )
         } else {
             (
-                format!("{open} branches are open here, {} takes {branches}", item.name),
+                format!("{} takes {branches} of the branches in front, here are {open}", item.name),
                 "join branches with AND LD and OR LD; KEEP, CNT and TTIM take two, CNTR and SFT three",
             )
         };

@@ -256,7 +256,7 @@ fn a_shift_register_shifts_on_the_rising_edge() {
 fn what_is_not_followed_is_forgotten_and_noted() {
     for (text, what) in [
         ("ADD(30) DM 0 #5 DM 10", "DM 10 takes any value"),
-        ("MUL(32) DM 0 #5 DM 10", "DM 10 and the 1 words behind it takes any value"),
+        ("MUL(32) DM 0 #5 DM 10", "DM 10 and the word behind it takes any value"),
         ("MOV(21) #5 *DM 3", "all that *DM 3 may lead to takes any value"),
         (
             "CMP(20) *DM 3 DM 4",
