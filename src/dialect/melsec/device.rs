@@ -86,7 +86,7 @@ pub struct Timed {
 }
 
 /// Every area a MELSEC program can have, by its place here.
-const AREAS: [(&str, AreaKind); 34] = [
+const AREAS: [(&str, AreaKind); 41] = [
     ("X", AreaKind::Bit),
     ("Y", AreaKind::Bit),
     ("M", AreaKind::Bit),
@@ -120,6 +120,13 @@ const AREAS: [(&str, AreaKind); 34] = [
     ("ER", AreaKind::Word),
     ("LZ", AreaKind::Word),
     ("LC", AreaKind::Bit),
+    ("LC coil ", AreaKind::Bit),
+    ("LT", AreaKind::Bit),
+    ("LT coil ", AreaKind::Bit),
+    ("LT value ", AreaKind::Word),
+    ("LST", AreaKind::Bit),
+    ("LST coil ", AreaKind::Bit),
+    ("LST value ", AreaKind::Word),
     ("LC value ", AreaKind::Word),
 ];
 
@@ -159,10 +166,10 @@ pub fn edge(index: u32) -> Cell {
 }
 
 /// Device names, the longer before those they begin with.
-pub const NAMES: [&str; 46] = [
-    "STN", "STC", "STS", "LSTN", "LCN", "LCC", "LCS", "LC", "SSN", "SSC", "SSS", "TN", "TC", "TS",
-    "CN", "CC", "CS", "SM", "SD", "SB", "SW", "SS", "SC", "SN", "ST", "ZR", "DX", "DY", "FX", "FY",
-    "FD", "RD", "ER", "LZ", "X", "Y", "M", "L", "F", "S", "B", "V", "T", "C", "D", "W",
+pub const NAMES: [&str; 48] = [
+    "STN", "STC", "STS", "LSTN", "LST", "LT", "LCN", "LCC", "LCS", "LC", "SSN", "SSC", "SSS", "TN",
+    "TC", "TS", "CN", "CC", "CS", "SM", "SD", "SB", "SW", "SS", "SC", "SN", "ST", "ZR", "DX", "DY",
+    "FX", "FY", "FD", "RD", "ER", "LZ", "X", "Y", "M", "L", "F", "S", "B", "V", "T", "C", "D", "W",
 ];
 
 /// Further names of one letter.
@@ -202,12 +209,9 @@ pub fn kind(name: &str, index: u32, family: Family) -> Option<Kind> {
         "T" => Kind::Timed(timer),
         "ST" => Kind::Timed(retentive),
         "C" => Kind::Timed(counter),
-        "LC" => Kind::Timed(Timed {
-            contact: area("LC"),
-            coil: area("LC"),
-            value: area("LC value "),
-            retentive: true,
-        }),
+        "LC" => Kind::Timed(timed("LC", true)),
+        "LT" => Kind::Timed(timed("LT", false)),
+        "LST" => Kind::Timed(timed("LST", true)),
         "TS" => Kind::Bit(timer.contact),
         "TC" => Kind::Bit(timer.coil),
         "TN" => Kind::Word(timer.value),

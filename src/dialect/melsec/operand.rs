@@ -183,15 +183,17 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     let (name, index, suffix) = split(text, family)?;
     let unknown = || format!("`{text}` is no device that this CPU family knows");
     let kind = kind(name, index, family).ok_or_else(unknown)?;
-    let (bit, suffix) = match suffix.strip_prefix('.') {
-        None => (None, suffix),
-        Some(rest) => {
-            let digit = rest.chars().next().and_then(|c| c.to_digit(16));
+    // The bit stands before the index register or behind it: D0.AZ1, D0Z1.A.
+    let (bit, suffix) = match suffix.split_once('.') {
+        None => (None, suffix.to_owned()),
+        Some((before, rest)) => {
+            let digit = rest.chars().next().filter(char::is_ascii).and_then(|c| c.to_digit(16));
             let digit =
                 digit.ok_or_else(|| format!("`{text}`: a bit of a word is one of .0 to .F"))?;
-            (Some(digit as u8), &rest[1..])
+            (Some(digit as u8), format!("{before}{}", &rest[1..]))
         }
     };
+    let suffix = suffix.as_str();
     let place = match (suffix.is_empty() || is_index(suffix, family), suffix.is_empty(), bit) {
         (false, ..) => return Err(format!("`{text}`: `{suffix}` is not understood")),
         (_, false, bit) => Place::Indexed(kind, bit.is_some()),
@@ -241,7 +243,7 @@ fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
     Ok(Operand::Device(Device { name: name.to_owned(), place }))
 }
 
-/// `U0\G74`, `U3E0\HG0`, `J1\W10`, with an index behind either part.
+/// `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`, with an index behind either part.
 fn foreign(text: &str) -> Result<Operand, String> {
     let (unit, rest) = text.split_once(['\\', '¥']).unwrap_or((text, ""));
     let digits_of = |part: &str| part.starts_with(|c: char| c.is_ascii_hexdigit());
@@ -256,6 +258,10 @@ fn foreign(text: &str) -> Result<Operand, String> {
         Some('J') if digits_of(&unit[1..]) => ["SB", "SW", "B", "W", "X", "Y"]
             .into_iter()
             .find_map(|name| rest.strip_prefix(name).map(|rest| (rest, !name.ends_with('W')))),
+        // A step of an SFC program's block.
+        Some('B') if unit.starts_with("BL") && digits_of(&unit[2..]) => {
+            rest.strip_prefix('S').map(|rest| (rest, true))
+        }
         _ => None,
     };
     match place {
@@ -264,5 +270,100 @@ fn foreign(text: &str) -> Result<Operand, String> {
             Ok(Operand::Device(Device { name: String::new(), place: Place::Foreign(bit) }))
         }
         _ => Err(format!("`{text}`: module access is written as U0\\G100, link access as J1\\W10")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dialect::melsec::device::area;
+
+    fn place(text: &str, family: Family) -> Place {
+        match parse(text, family) {
+            Ok(Operand::Device(device)) => device.place,
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn every_form_that_occurs_is_understood() {
+        let q = |text| place(text, Family::Q);
+        let (bit, word) = (|name| Kind::Bit(area(name)), |name| Kind::Word(area(name)));
+        assert_eq!(q("X0C21"), Place::At(bit("X"), 0xC21));
+        assert_eq!(q("XA0"), Place::At(bit("X"), 0xA0));
+        assert_eq!(q("d100"), Place::At(word("D"), 100));
+        assert_eq!(q("D281.A"), Place::BitOf(word("D"), 281, 10));
+        assert_eq!(q("W9A0.0"), Place::BitOf(word("W"), 0x9A0, 0));
+        assert_eq!(q("R12.3"), Place::BitOf(word("ZR"), 12, 3));
+        assert_eq!(q("K8M7120"), Place::Digits(bit("M"), 7120, 8));
+        assert_eq!(q("K2X0CA0"), Place::Digits(bit("X"), 0xCA0, 2));
+        assert_eq!(q("K4L20000"), Place::Digits(bit("L"), 20_000, 4));
+        assert_eq!(q("ZR42050Z11"), Place::Indexed(word("ZR"), false));
+        assert_eq!(q("M1024Z4"), Place::Indexed(bit("M"), false));
+        assert_eq!(q("D0Z1.A"), Place::Indexed(word("D"), true));
+        assert_eq!(q("D0.AZ1"), Place::Indexed(word("D"), true));
+        assert_eq!(q("K8Y1AA0Z1"), Place::IndexedDigits(bit("Y"), 8));
+        assert_eq!(q("V0Z3"), Place::Indexed(bit("V"), false));
+        assert_eq!(q("@D504"), Place::Indirect);
+        for (text, is_bit) in [
+            ("U0Z0\\G74", false),
+            ("U6\\G20480", false),
+            ("U3E0\\G10000.3", true),
+            ("J1\\B0", true),
+            ("BL0\\S5", true),
+        ] {
+            assert_eq!(q(text), Place::Foreign(is_bit), "{text}");
+        }
+        assert!(matches!(q("ST110"), Place::At(Kind::Timed(timed), 110) if timed.retentive));
+        assert!(matches!(q("T5"), Place::At(Kind::Timed(timed), 5) if !timed.retentive));
+        assert_eq!(q("Z3"), Place::At(word("Z"), 3));
+        assert_eq!(q("ZR5"), Place::At(word("ZR"), 5));
+        assert_eq!(q("S5"), Place::At(bit("S"), 5));
+        assert_eq!(q("SM400"), Place::Fixed(true));
+        assert_eq!(place("M8000", Family::Fx), Place::Fixed(true));
+        assert_eq!(place("V3", Family::Fx), Place::At(word("V index "), 3));
+        assert_eq!(place("D0V2", Family::Fx), Place::Indexed(word("D"), false));
+        assert_eq!(place("X017", Family::Fx), Place::At(bit("X"), 0o17));
+    }
+
+    #[test]
+    fn constants_and_names_are_understood() {
+        let q = |text| parse(text, Family::Q);
+        assert_eq!(q("K-1"), Ok(Operand::Constant(-1)));
+        assert_eq!(q("H0C"), Ok(Operand::Constant(12)));
+        assert_eq!(q("E80"), Ok(Operand::Real(80f32.to_bits())));
+        assert_eq!(q("E-1.5"), Ok(Operand::Real((-1.5f32).to_bits())));
+        assert_eq!(q("E1.5+3"), Ok(Operand::Real(1500f32.to_bits())));
+        assert_eq!(q("\"text\""), Ok(Operand::Text("text".to_owned())));
+        assert_eq!(q("P50"), Ok(Operand::Pointer(50)));
+        assert_eq!(q("I0"), Ok(Operand::Interrupt(0)));
+        assert_eq!(q("N14"), Ok(Operand::Nesting(14)));
+    }
+
+    #[test]
+    fn what_is_no_operand_is_refused() {
+        for text in [
+            "",
+            "K",
+            "KX",
+            "H",
+            "HXY",
+            "K99999999999",
+            "N15",
+            "D",
+            "D-1",
+            "Q5",
+            "M1.5",
+            "D5.",
+            "D5.é",
+            "D0Q",
+            "U\\G",
+            "\"open",
+            "日本",
+        ] {
+            assert!(parse(text, Family::Q).is_err(), "{text}");
+        }
+        assert!(parse("X8", Family::Fx).is_err());
+        assert!(parse("D99999999999", Family::Q).is_err());
     }
 }

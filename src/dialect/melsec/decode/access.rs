@@ -198,7 +198,7 @@ impl Decoder<'_> {
                 return None;
             }
         };
-        if self.is_long_counter(&device) || self.runs_in_interrupts(&device) {
+        if self.is_long(&device) || self.runs_in_interrupts(&device) {
             self.approximate(format!(
                 "{text} changes by itself: it is taken as any value where it is read"
             ));
@@ -249,11 +249,16 @@ impl Decoder<'_> {
         })
     }
 
-    /// The FX's 32-bit counters hold their value in two words of their own.
-    fn is_long_counter(&self, device: &Device) -> bool {
-        self.family == Family::Fx
-            && matches!(device.name.as_str(), "C" | "CN")
-            && matches!(device.place, Place::At(Kind::Timed(_) | Kind::VolatileBit, 200..))
+    /// The FX's 32-bit counters and the long timers and counters of iQ-R hold their value in two words of
+    /// their own.
+    fn is_long(&self, device: &Device) -> bool {
+        match device.place {
+            Place::At(Kind::Timed(_), _) if device.name.starts_with('L') => true,
+            Place::At(Kind::Timed(_) | Kind::VolatileBit, 200..) => {
+                self.family == Family::Fx && matches!(device.name.as_str(), "C" | "CN")
+            }
+            _ => false,
+        }
     }
 
     /// The FX's timers for subroutines and its 1 ms timers run on wherever the scan is.
@@ -312,7 +317,7 @@ impl Decoder<'_> {
         if !self.digits_fit(text, &device, words) {
             return None;
         }
-        if self.is_long_counter(&device) {
+        if self.is_long(&device) {
             return Some(WordPlace::Nowhere);
         }
         let cells = |area, index: u32| {

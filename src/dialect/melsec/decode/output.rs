@@ -42,14 +42,17 @@ impl Decoder<'_> {
     fn out(&mut self, mnemonic: &str, raw: &RawInstruction) {
         self.output_here(mnemonic);
         let variant = letters(raw.operands.first());
-        let is_timed = matches!(variant.as_str(), "T" | "ST" | "C" | "LC" | "SS");
+        let is_timed = matches!(variant.as_str(), "T" | "ST" | "SS" | "C" | "LT" | "LST" | "LC");
         if !self.takes(raw, if is_timed { 2 } else { 1 }) {
             return;
         }
         let target = &raw.operands[0];
         let effects = if is_timed {
             let Some(device) = self.device(target) else { return };
-            if self.read_words(&raw.operands[1], if variant == "LC" { 2 } else { 1 }).is_none() {
+            if self
+                .read_words(&raw.operands[1], if variant.starts_with('L') { 2 } else { 1 })
+                .is_none()
+            {
                 return;
             }
             self.timed_effects(target, &device)
@@ -59,7 +62,7 @@ impl Decoder<'_> {
         };
         let effects = self.with_state_transfer(target, effects);
         let class = match variant.as_str() {
-            "T" | "ST" | "SS" => "timer",
+            "T" | "ST" | "SS" | "LT" | "LST" => "timer",
             "C" | "LC" => "counter",
             _ => "coil",
         };
