@@ -146,7 +146,7 @@ impl Generator<'_, '_> {
             }
             14 => {
                 let count = if self.taste.wild && self.tape.percent(30) {
-                    self.tape.pick(&["D1", "K1M0", "D2"])
+                    self.tape.pick(&["D0", "K1M0", "D0", "D1"])
                 } else {
                     self.tape.pick(&["K1", "K2", "K3"])
                 };
