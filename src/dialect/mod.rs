@@ -91,10 +91,13 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
             Err(fault) if beginning.contains(char::REPLACEMENT_CHARACTER) => fault,
             _ => unknown(input, &beginning),
         }),
-        [first, second, ..] => Err(Diagnostic::file(
+        [..] => Err(Diagnostic::file(
             "two-dialects",
             &input.name,
-            format!("this could be {} or {}", first.name, second.name),
+            format!(
+                "this could be {}",
+                found.iter().map(|one| one.name).collect::<Vec<_>>().join(" or ")
+            ),
             "name the dialect with --dialect",
         )),
     }

@@ -8,8 +8,8 @@ use super::source::Edge;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::shown;
 use crate::program::{
-    Approximation, BitSource, ChoiceId, Effect, Instruction, Join, Logic, Place, Program, Step,
-    TimingKey, Units, When, Write,
+    Approximation, BitSource, Cell, ChoiceId, Effect, Instruction, Join, Logic, Place, Program,
+    Step, TimingKey, Units, When, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -29,6 +29,8 @@ pub(super) struct Assembly {
     pub(super) closed: bool,
     /// The TRs that hold a branch of this rung.
     pub(super) branches: BTreeSet<u32>,
+    /// The flags of timers that the system counts on between instructions.
+    pub(super) fast: BTreeSet<Cell>,
     place: Place,
     text: String,
 }
@@ -45,6 +47,7 @@ impl Assembly {
             depth: 0,
             closed: true,
             branches: BTreeSet::new(),
+            fast: BTreeSet::new(),
             place: Place { file: 0, line: 1, step: None },
             text: String::new(),
         }

@@ -76,24 +76,20 @@ fn written(asm: &Assembly, item: &Item<'_>) -> String {
     parts.collect::<Vec<_>>().join(", ")
 }
 
-/// Notes that operands are read through addresses that are not known.
+/// Notes that operands are read whose values are not followed.
 pub(super) fn note_indirect(asm: &mut Assembly, item: &Item<'_>) {
     let Some(row) = item.row else { return };
-    let read: Vec<&str> = item
-        .operands
-        .iter()
-        .zip(&item.raw.operands)
-        .zip(&row.operands)
-        .filter(|((operand, _), role)| {
-            operand.is_indirect() && matches!(role, Role::Source(Some(_)) | Role::SourceBit)
-        })
-        .map(|((_, text), _)| text.as_str())
-        .collect();
-    if !read.is_empty() {
-        asm.note(format!(
-            "{} is read through an address that is not known: any value is taken",
-            read.join(", ")
-        ));
+    for ((operand, text), role) in item.operands.iter().zip(&item.raw.operands).zip(&row.operands) {
+        if !matches!(role, Role::Source(Some(_)) | Role::SourceBit) {
+            continue;
+        }
+        if operand.is_indirect() {
+            asm.note(format!(
+                "{text} is read through an address that is not known: any value is taken"
+            ));
+        } else if *operand == Operand::Register {
+            asm.note(format!("{text} is not followed: any value is taken"));
+        }
     }
 }
 

@@ -45,6 +45,7 @@ pub fn decode(
         switches: false,
         used: [BTreeSet::new(), BTreeSet::new()],
     };
+    decoder.asm.fast = fast_timers(project, memory);
     for (index, file) in project.files.iter().enumerate() {
         let last = index + 1 == project.files.len();
         decoder.file(file, options, last);
@@ -66,6 +67,26 @@ pub fn decode(
     asm.program.approximations.sort();
     asm.program.approximations.dedup();
     Ok(asm.program)
+}
+
+/// The flags of the timers that the system counts on between instructions: all of 10 ms and less.
+fn fast_timers(project: &RawProject, memory: Memory) -> BTreeSet<Cell> {
+    let none = BTreeSet::new();
+    let mut found = BTreeSet::new();
+    for (file, program) in project
+        .files
+        .iter()
+        .flat_map(|file| file.programs.iter().map(move |program| (file, program)))
+    {
+        let reader = Reader { memory, symbols: [&program.symbols, &file.symbols], fast: &none };
+        for raw in program.instructions.iter().filter(|raw| super::timers::is_fast(raw)) {
+            let flag = raw.operands.first().map(|text| reader.read(text, Want::Completion("T")));
+            if let Some(Ok(Operand::Flag(cell))) = flag {
+                found.insert(cell);
+            }
+        }
+    }
+    found
 }
 
 fn position(project: &RawProject, file: &str) -> usize {
@@ -120,7 +141,8 @@ impl Decoder {
 
     /// Symbols are the names that people know addresses by.
     fn comments(&mut self, symbols: &Symbols) {
-        let reader = Reader { memory: self.asm.memory, symbols: [symbols, symbols] };
+        let fast = BTreeSet::new();
+        let reader = Reader { memory: self.asm.memory, symbols: [symbols, symbols], fast: &fast };
         for (name, symbol) in symbols {
             let want = if symbol.kind.to_ascii_uppercase().starts_with("BOOL") {
                 Want::Bit
@@ -150,7 +172,8 @@ impl Decoder {
         last: bool,
     ) {
         let memory = self.asm.memory;
-        let reader = Reader { memory, symbols: [&program.symbols, &file.symbols] };
+        let fast = self.asm.fast.clone();
+        let reader = Reader { memory, symbols: [&program.symbols, &file.symbols], fast: &fast };
         let mut faults = Faults::new(&file.name);
         let items: Vec<Item<'_>> = program
             .instructions
@@ -382,7 +405,8 @@ impl Decoder {
     fn ranges(&mut self, project: &RawProject, options: &DecodeOptions<'_>) {
         let nothing = Symbols::new();
         let symbols = project.files.first().map_or(&nothing, |file| &file.symbols);
-        let reader = Reader { memory: self.asm.memory, symbols: [symbols, &nothing] };
+        let fast = BTreeSet::new();
+        let reader = Reader { memory: self.asm.memory, symbols: [symbols, &nothing], fast: &fast };
         for (device, &(low, high)) in &options.facts.ranges {
             match reader.read(device, Want::Word) {
                 Ok(Operand::Word(_)) if (0x8000..0x1_0000).contains(&high) => self.faults.push(Diagnostic::file(

@@ -210,6 +210,15 @@ impl<'a> Emitter<'a> {
         let negated = item.meaning().ends_with("-not");
         let mut effects = Vec::new();
         let mut value = Logic::Bit(source);
+        let fast = match source {
+            BitSource::Cell(flag) if self.asm.fast.contains(&flag) => Some(flag),
+            _ => None,
+        };
+        if let Some(flag) = fast {
+            // It may have run out since it was last run.
+            let runs = Logic::cell(memory.runs(flag));
+            value = Logic::Any(vec![value, Logic::All(vec![runs, self.asm.free()])]);
+        }
         if item.raw.immediate {
             // The input is read anew, with its word.
             let fresh = self.asm.free();
@@ -238,6 +247,11 @@ impl<'a> Emitter<'a> {
         self.joined(item, lead, value, effects);
         if item.raw.edge.is_some() && negated {
             self.asm.note("the edge of a negated contact is taken to be on or off at will");
+        }
+        if fast.is_some() {
+            self.asm.note(
+                "this timer may run out between any two instructions while its condition holds",
+            );
         }
         if item.operands.first().is_some_and(Operand::is_indirect) {
             self.asm.note(format!(

@@ -40,7 +40,7 @@ const fn other(
 }
 
 /// IR with SR, HR, AR, LR, DM; timers and counters share their numbers.
-const C_AREAS: [Known; 8] = [
+const C_AREAS: [Known; 9] = [
     words("IR", &["", "IR", "SR", "CIO"], 512),
     words("HR", &["HR", "H"], 100),
     words("AR", &["AR", "A"], 28),
@@ -49,10 +49,11 @@ const C_AREAS: [Known; 8] = [
     words("EM", &["EM"], 6_144),
     other("TC", &["TIM", "CNT", "TC", "T", "C"], 512, Use::Flags(7)),
     other("TCPV", &[], 512, Use::Values),
+    other("TIMER-RUNS-", &[], 512, Use::Conditions),
 ];
 
 /// CIO, W, H, A, D; the banks of E follow as further areas.
-const CS_AREAS: [Known; 11] = [
+const CS_AREAS: [Known; 12] = [
     words("CIO", &["", "CIO"], 6_144),
     words("W", &["W"], 512),
     words("H", &["H"], 1_536),
@@ -64,6 +65,7 @@ const CS_AREAS: [Known; 11] = [
     other("CPV", &[], 4_096, Use::Values),
     other("CF", &["CF"], 128, Use::Conditions),
     words("TK", &["TK"], 128),
+    other("TIMER-RUNS-", &[], 4_096, Use::Conditions),
 ];
 
 /// Banks of the E area, and the words of each.
@@ -266,6 +268,12 @@ impl Memory {
                 Family::C => cell.index < 30 || (100..116).contains(&cell.index),
                 Family::Cs => cell.index < 320,
             }
+    }
+
+    /// Whether a timer's condition was on when it ran last, for timers that run out between instructions.
+    pub(super) fn runs(self, flag: Cell) -> Cell {
+        let area = self.known().len() - 1;
+        Cell { area: AreaId(area as u16), index: flag.index }
     }
 
     /// Words that hold a macro's parameters and results.

@@ -1,5 +1,7 @@
 //! Operands: what a written address or constant means in a family's memory, and what it stands for in a program.
 
+use std::collections::BTreeSet;
+
 use super::memory::{Memory, Nature, Use};
 use super::source::{Family, Symbol, Symbols};
 use crate::program::{AreaId, BitSource, BitTarget, Cell, ChoiceId, Region, WordSource};
@@ -61,6 +63,8 @@ pub(super) enum Want {
 pub(super) struct Reader<'a> {
     pub(super) memory: Memory,
     pub(super) symbols: [&'a Symbols; 2],
+    /// The flags of timers that the system counts on between instructions.
+    pub(super) fast: &'a BTreeSet<Cell>,
 }
 
 impl Reader<'_> {
@@ -82,11 +86,15 @@ impl Reader<'_> {
                 _ => Ok(Operand::Constant(i64::from(value), Notation::Bare)),
             };
         }
-        if let Some(resolved) = self.resolve(text, want)? {
+        if let Some(resolved) = self.resolve(text, want, false)? {
             return Ok(resolved);
         }
-        self.address(text, want).unwrap_or_else(|| {
-            Err((format!("'{text}' is no address, and no symbol of this name is known"), FORMS))
+        if let Some(address) = self.address(text, want) {
+            return address;
+        }
+        // Letter case does not count in symbols, but few are written in another than their own.
+        self.resolve(text, want, true)?.ok_or_else(|| {
+            (format!("'{text}' is no address, and no symbol of this name is known"), FORMS)
         })
     }
 
@@ -96,7 +104,7 @@ impl Reader<'_> {
     }
 
     /// A symbol's meaning; `None` if the text is no symbol.
-    fn resolve(&self, text: &str, want: Want) -> Result<Option<Operand>, Refusal> {
+    fn resolve(&self, text: &str, want: Want, folded: bool) -> Result<Option<Operand>, Refusal> {
         let (name, index) = match text.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
             Some((name, index)) => (name, Some(index)),
             None => (text, None),
@@ -112,6 +120,9 @@ impl Reader<'_> {
         }
         let found = self.symbols.iter().find_map(|symbols| {
             symbols.get(name).or_else(|| {
+                if !folded {
+                    return None;
+                }
                 symbols
                     .iter()
                     .find(|(known, _)| known.eq_ignore_ascii_case(name))
@@ -159,6 +170,9 @@ impl Reader<'_> {
             return Some(Ok(Operand::Register));
         }
         if let Some(pointer) = upper.strip_prefix(['*', '@']) {
+            if pointer.starts_with(['*', '@']) {
+                return None;
+            }
             return Some(self.address(pointer, Want::Word)?.map(|place| match place {
                 Operand::Word(cell) => Operand::Within(self.memory.reach(cell.area)),
                 _ => Operand::Anywhere,
@@ -168,7 +182,7 @@ impl Reader<'_> {
         if let Some((base, index)) = upper.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
             let base = self.address(base, Want::Word)?;
             return Some(base.map(|base| {
-                match (base, index.trim_start_matches('&').parse::<u32>()) {
+                match (base, index.trim_start_matches('&').parse::<u16>().map(u32::from)) {
                     (Operand::Word(cell), Ok(index)) => Operand::Word(cell.plus(index)),
                     (Operand::Word(cell), Err(_)) => Operand::Within(vec![cell.area]),
                     _ => Operand::Anywhere,
@@ -237,6 +251,8 @@ impl Reader<'_> {
             Use::Flags(values) => {
                 let cell = self.checked(area, index, letters)?;
                 match want {
+                    // A present value that changes by itself is as little followed as a register.
+                    Want::Word if self.fast.contains(&cell) => Ok(Operand::Register),
                     Want::Word => {
                         Ok(Operand::Word(Cell { area: AreaId(values as u16), index: cell.index }))
                     }
@@ -268,7 +284,7 @@ fn element(base: Operand, symbol: &Symbol, index: &str, memory: Memory) -> Opera
         "LINT" | "ULINT" | "ULINT_BCD" | "LWORD" | "LREAL" => 4,
         _ => 1,
     };
-    match (base, index.trim().trim_start_matches('&').parse::<u32>()) {
+    match (base, index.trim().trim_start_matches('&').parse::<u16>().map(u32::from)) {
         (Operand::Word(cell), Ok(index)) => Operand::Word(cell.plus(index.saturating_mul(size))),
         (Operand::Bit(cell, bit), Ok(index)) => {
             let bits = u32::from(bit) + index;

@@ -169,6 +169,46 @@ fn timers_are_done_at_some_time_and_only_with_their_condition() {
 }
 
 #[test]
+fn fast_timers_run_out_between_instructions() {
+    let program = cx(
+        "LDNOT T0001\nMOV(021) #1 D0\nLD T0001\nMOV(021) #2 D0\nLD 0.00\nTIMH(015) 0001 #0010\nLD=(300) T0001 #5\nMOV(021) #3 D0\nEND(001)",
+    );
+    let run = |on: &[(&str, u16)], choices| {
+        ["MOV(021) #1 D0", "MOV(021) #2 D0"].map(|text| fired(&program, text, on, choices).unwrap())
+    };
+    assert_eq!(run(&[("TIMER-RUNS-1", 1)], 1), [false, true]);
+    assert_eq!(run(&[("TIMER-RUNS-1", 1)], 0), [true, false]);
+    assert_eq!(run(&[], 1), [true, false]);
+    assert_eq!(program.approximations.len(), 3);
+}
+
+#[test]
+fn odd_operands_are_refused_or_understood_without_harm() {
+    for operand in [
+        "*".repeat(100_000),
+        "D0[99999999999]".to_owned(),
+        "D0[4294967295]".to_owned(),
+        "#".to_owned(),
+        "&".to_owned(),
+        "é,IR0".to_owned(),
+        "E_5".to_owned(),
+        "[".to_owned(),
+        "]".to_owned(),
+        "+".to_owned(),
+        "D32768".to_owned(),
+    ] {
+        let _ = decoded(
+            "omron-cx",
+            &format!("LD P_On\nMOV(021) {operand} D1\nLD {operand}\nOUT {operand}\nEND(001)"),
+        );
+        let _ = decoded(
+            "omron-c200h",
+            &format!("LD 25313\nMOV(21) {operand} DM 1\nLD {operand}\nOUT {operand}\nEND(01)"),
+        );
+    }
+}
+
+#[test]
 fn counters_count_with_their_input_hold_and_are_reset() {
     let program = c("LD 00000\nLD 00001\nCNT 002 #0003\nLD CNT 002\nMOV(21) #1 DM 0\nEND(01)");
     let done = |inputs: u16, flag: u16, counts: u16| {
@@ -386,6 +426,28 @@ fn a_project_file_gives_programs_symbols_and_the_cpu() {
         .place
         .line;
     assert_eq!(text.lines().nth(line as usize - 1), Some("AND Mine"));
+}
+
+#[test]
+fn what_could_be_two_dialects_is_refused_with_both_named() {
+    for (text, names) in [
+        ("LD T0\nOUT C5\nEND\n", "melsec-list or omron-c200h"),
+        ("LD NOT 00300\nOUTNOT 100.00\nEND\n", "omron-c200h or omron-cx"),
+    ] {
+        let fault = detect(&input("a.txt", text)).unwrap_err();
+        assert_eq!(fault.code, "two-dialects", "{text}");
+        assert!(fault.message.contains(names), "{}", fault.message);
+    }
+    for (text, name) in [
+        ("LD W0.00\nOUT W0.01\nEND(001)", "omron-cx"),
+        ("LD X0\nOUT Y0\nEND", "melsec-list"),
+        ("LD 00000\nOUT 00500\nEND", "omron-c200h"),
+    ] {
+        match detect(&input("a.txt", text)) {
+            Ok(crate::dialect::Kind::Program(found)) => assert_eq!(found.name, name),
+            other => panic!("{text}: {other:?}"),
+        }
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::assembly::{Assembly, always, fired};
 use super::data;
 use super::operand::Operand;
 use super::resolve::Item;
+use super::source::RawInstruction;
 use crate::program::{AreaId, BitTarget, Cell, ChoiceId, Effect, Logic, Region, Write};
 
 /// The present value's word behind a completion flag: its area follows that of the flags.
@@ -13,6 +14,13 @@ fn present(flag: Cell) -> Cell {
 
 fn forget_present(flag: Cell, choice: ChoiceId) -> Write {
     Write::Forget(Region::Range { first: present(flag), count: 1 }, choice)
+}
+
+/// Whether the system counts the timer on between instructions: those of 10 ms and less.
+pub(super) fn is_fast(raw: &RawInstruction) -> bool {
+    let name = raw.mnemonic.to_ascii_uppercase();
+    let named = ["TIMH", "TMHH", "TIMU", "TMUH"].iter().any(|kind| name.starts_with(kind));
+    named || (name.is_empty() && raw.number.is_some_and(|number| number.value == 15))
 }
 
 /// A timer with one branch, or the instruction that resets timers.
@@ -26,6 +34,10 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
             let value = Logic::All(vec![Logic::Condition, asm.free()]);
             effects.push(always(Write::Bit(BitTarget::Cell(*flag), value)));
             effects.push(always(forget_present(*flag, choice)));
+            if asm.fast.contains(flag) {
+                let runs = BitTarget::Cell(asm.memory.runs(*flag));
+                effects.push(always(Write::Bit(runs, Logic::Condition)));
+            }
         }
         ("timer-unknown", Some(Operand::Flag(flag))) => {
             let value = asm.free();
