@@ -43,6 +43,7 @@ pub fn decode(
         tasks: Vec::new(),
         bodies: Vec::new(),
         switches: false,
+        interrupted: false,
         used: [BTreeSet::new(), BTreeSet::new()],
     };
     decoder.asm.fast = fast_timers(project, memory);
@@ -112,6 +113,8 @@ struct Decoder {
     tasks: Vec<(Task, String, std::ops::Range<usize>, usize)>,
     bodies: Vec<Body>,
     switches: bool,
+    /// Whether the program lets interrupts in (INT of the C series), whose routines are subroutines.
+    interrupted: bool,
     /// Words of the input and output area that are read, and those that are written.
     used: [BTreeSet<u32>; 2],
 }
@@ -183,6 +186,7 @@ impl Decoder {
         let complete = !faults.any_error();
         for item in &items {
             self.count_points(item);
+            self.interrupted |= item.name == "INT";
         }
         // One program of the C series may go on through several files; only the last ends it.
         let end_needed = memory.family == Family::Cs || last;
@@ -380,8 +384,38 @@ impl Decoder {
                 "the project has interrupt tasks only: give its cyclic tasks",
             ));
         }
+        self.uncalled(options);
         if !self.asm.program.interrupts.is_empty() {
             super::interrupts::widen(&mut self.asm.program);
+        }
+    }
+
+    /// Where interrupts are let in, subroutines that nothing calls are their routines.
+    fn uncalled(&mut self, options: &DecodeOptions<'_>) {
+        if !self.interrupted {
+            return;
+        }
+        let called: BTreeSet<usize> = self
+            .asm
+            .program
+            .instructions
+            .iter()
+            .filter_map(|instruction| match instruction.step {
+                Step::Call { target, .. } => Some(target),
+                _ => None,
+            })
+            .collect();
+        for body in self.bodies.iter().filter(|body| !called.contains(&body.range.start)) {
+            let name = format!("SBN {:02}", body.number);
+            let stated = options.facts.interrupts.get(&name).copied();
+            let entry = body.range.start;
+            let times = stated.unwrap_or(1);
+            self.asm.program.interrupts.push(Interrupt {
+                name,
+                entry,
+                times,
+                stated: stated.is_some(),
+            });
         }
     }
 

@@ -230,7 +230,7 @@ impl Memory {
         match (self.family, cell.area.0, cell.index, bit) {
             (Family::C, 0, 253, 13) => Nature::Fixed(true),
             (Family::C, 0, 253, 14) => Nature::Fixed(false),
-            (Family::C, 0, 253, 15) | (Family::C, 0, 255, 3..=7) => Nature::Held,
+            (Family::C, 0, 253, 15) | (Family::C, 0, 255, 4..=7) => Nature::Held,
             // The flag of the first scan stays through it.
             (Family::Cs, 3, 200, 11) => Nature::Held,
             _ if self.is_volatile(cell) => Nature::Volatile,
@@ -243,7 +243,8 @@ impl Memory {
         match (self.family, cell.area.0, cell.index) {
             (Family::Cs, 9, 113) => Nature::Fixed(true),
             (Family::Cs, 9, 114) => Nature::Fixed(false),
-            (Family::Cs, 9, 12..) => Nature::Volatile,
+            // Errors may be flagged by any instruction; the others from 12 on are clock pulses.
+            (Family::Cs, 9, 3 | 11..) => Nature::Volatile,
             _ => Nature::Held,
         }
     }

@@ -332,6 +332,17 @@ fn subroutines_run_when_called() {
 }
 
 #[test]
+fn uncalled_subroutines_are_interrupt_routines_where_interrupts_are_let_in() {
+    let text = "LD 00000\nSBS(91) 05\nINT\nEND(01)\nSBN(92) 05\nLD 00001\nOUT 00100\nRET(93)\nSBN(92) 99\nLD 00001\nOUT 00101\nRET(93)";
+    let none = c(&text.replace("INT", "OUT 00102"));
+    assert_eq!(none.interrupts, []);
+    let program = c(&text.replace("INT", "INT(89) 002 004 DM 0"));
+    let names: Vec<(&str, u32, bool)> =
+        program.interrupts.iter().map(|one| (one.name.as_str(), one.times, one.stated)).collect();
+    assert_eq!(names, [("SBN 99", 1, false)]);
+}
+
+#[test]
 fn loops_run_as_often_as_they_say_or_until_they_break() {
     let program = cx(
         "FOR(512) &3\nLD P_On\n++(590) D0\nLD=(300) D0 &2\nBREAK(514)\nLD P_On\nMOV(021) #1 D1\nNEXT(513)\nEND(001)",
