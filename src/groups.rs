@@ -2,10 +2,13 @@
 
 use crate::model::{Assignment, Atom, Group, Lit, Node, Origin, ScanModel, VarId};
 use crate::program::{ChoiceKey, Witness};
+use crate::time::Picos;
 use petgraph::unionfind::UnionFind;
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The groups, in the order of their first charges. Constant charges are in none.
+/// The groups, the largest first by what their charges cost at the dearer of their times. Constant charges are
+/// in none. Reports and exports number them in this order.
 ///
 /// Two charges are in one group if their guards share a variable, directly or through other guards or
 /// through a constraint. That is the slicing of the paper: the groups' maxima add up.
@@ -35,6 +38,9 @@ pub fn groups(model: &ScanModel) -> Vec<Group> {
             groups[group].variables.push(variable);
         }
     }
+    let naive =
+        |group: &Group| group.charges.iter().map(|&c| model.charges[c].dearer()).sum::<Picos>();
+    groups.sort_by_cached_key(|group| (Reverse(naive(group)), group.charges[0]));
     groups
 }
 

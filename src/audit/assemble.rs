@@ -68,7 +68,6 @@ impl Findings<'_> {
                 self.group(group, maximum, pick(&group.charges), &names, &uses, explain)
             })
             .collect();
-        groups.sort_by_key(|group| (Reverse(group.upper), group.charges[0].at));
         for (index, group) in groups.iter_mut().enumerate() {
             group.id = index + 1;
         }
