@@ -78,14 +78,19 @@ impl Check {
     /// Holds an audit against a limit. What may make the bound too low keeps it from being proved.
     #[must_use]
     pub fn new(audit: &Audit, limit: Picos, margin: Margin) -> Check {
-        let (upper, lower) = (margin.on(audit.bound.upper), margin.on(audit.bound.lower));
+        let (upper, lower) = (margin.on(audit.bound.upper), margin.on(audit.possible()));
         let verdict = if lower > limit {
             Verdict::Refuted
         } else if upper > limit {
-            Verdict::Undecided(vec![
-                "the limit lies between the scan that was found and the bound; give the search more time (--time-limit)"
-                    .to_owned(),
-            ])
+            let reason = match audit.clocked {
+                Some(_) => {
+                    "the limit lies within the clock's tolerance; measure the clock and state it (--clock)"
+                }
+                None => {
+                    "the limit lies between the scan that was found and the bound; give the search more time (--time-limit)"
+                }
+            };
+            Verdict::Undecided(vec![reason.to_owned()])
         } else if audit.doubts.is_empty() {
             Verdict::Proved
         } else {

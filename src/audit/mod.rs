@@ -60,6 +60,16 @@ pub struct Audit {
 }
 
 impl Audit {
+    /// So long a scan takes as is known to happen, by the table. That is the lower bound, but for what a clock's
+    /// tolerance allows for: no scan is known to take that.
+    #[must_use]
+    pub fn possible(&self) -> Picos {
+        match &self.table.factor {
+            Some(factor) if self.clocked.is_some() => self.bound.lower.min(factor.without),
+            _ => self.bound.lower,
+        }
+    }
+
     /// The groups that are worth a look: of at least a two-hundredth of the bound, at most so many; and what
     /// the others cost together at most.
     #[must_use]

@@ -30,9 +30,8 @@ impl Histogram {
     /// The histogram of scan times. A few that lie far above all others are counted, not drawn to scale.
     #[must_use]
     pub fn of(times: &[Picos], figures: &Figures) -> Histogram {
-        let (least, most, usual) = (figures.least.0, figures.most.0, figures.p999.0);
-        let far = most - usual > 2 * (usual - least);
-        // With few scans, the 99.9th percentile is the longest.
+        let (least, most, usual) = (figures.least.0, figures.most.0, usual(times).0);
+        let far = times.len() > 10 && most - usual > 2 * (usual - least);
         let last = if far { usual } else { most };
         let width = round_width((last - least) / BINS + 1);
         let first = least / width * width;
@@ -49,6 +48,14 @@ impl Histogram {
         }
         Histogram { width: Picos(width), bins, beyond }
     }
+}
+
+/// The longest but for the one in a thousand, and at least one, that are longest.
+fn usual(times: &[Picos]) -> Picos {
+    let mut sorted = times.to_vec();
+    sorted.sort_unstable();
+    let out = 1 + (sorted.len() / 1000).max(1);
+    sorted.get(sorted.len().saturating_sub(out)).copied().unwrap_or_default()
 }
 
 /// The next of 1, 2, 5, 10, 20 ... that is not smaller.

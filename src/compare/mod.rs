@@ -61,7 +61,7 @@ impl Bounds {
         });
         Bounds {
             upper: audit.bound.upper,
-            lower: audit.bound.lower,
+            lower: audit.possible(),
             least: audit.least(),
             table: audit.table.name.clone(),
             assumed: audit.table.assumed_time.max(supposed),

@@ -78,7 +78,7 @@ fn answer(audit: &Audit, check: &Check) -> String {
         Verdict::Refuted => format!(
             "{}: a scan takes {}{}, the limit is {limit}; it is shown below\n\n",
             paint(BAD, "REFUTED"),
-            bound.lower,
+            audit.possible(),
             with_margin(check.lower)
         ),
         Verdict::Undecided(reasons) if check.upper <= limit => {
@@ -95,7 +95,7 @@ fn answer(audit: &Audit, check: &Check) -> String {
             format!(
                 "{}: a scan takes {}{}, none is known to take more than {}{}, the limit is {limit}\n{reasons}\n",
                 paint(CARE, "UNDECIDED"),
-                bound.lower,
+                audit.possible(),
                 with_margin(check.lower),
                 bound.upper,
                 with_margin(check.upper)
@@ -108,7 +108,7 @@ fn head(audit: &Audit) -> String {
     let bound = &audit.bound;
     let time = |time: Picos| right(time.text_like(bound.naive));
     let mut rows = Vec::new();
-    if bound.exact() {
+    if audit.possible() == bound.upper {
         rows.push(vec![
             left("longest scan").styled(BOLD),
             time(bound.upper).styled(BOLD),
@@ -122,7 +122,7 @@ fn head(audit: &Audit) -> String {
         ]);
         rows.push(vec![
             left(""),
-            time(bound.lower).styled(BOLD),
+            time(audit.possible()).styled(BOLD),
             left("at least: a scan that takes this long was found and replayed"),
         ]);
     }

@@ -1,0 +1,5 @@
+LD X00
+ST X01   ; an input
+AND D10
+OUT Y00
+STI Y08
