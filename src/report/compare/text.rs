@@ -62,9 +62,11 @@ fn verdict(found: &Comparison) -> String {
 fn figures(found: &Comparison) -> String {
     let figures = &found.figures;
     let bounds = &found.bounds;
+    // Short scans in microseconds, so that three decimals tell them apart.
+    let shown = if bounds.upper < Picos(2_000_000_000) { us } else { ms };
     let of_bound = |time: Picos| Share::of(time, bounds.upper).to_string();
     let row = |name: &str, time: Picos, note: String| {
-        vec![left(name), right(ms(time)), right(of_bound(time)), left(note)]
+        vec![left(name), right(shown(time)), right(of_bound(time)), left(note)]
     };
     let exact = if bounds.upper == bounds.lower { ", exact" } else { "" };
     let mut rows = vec![row(
