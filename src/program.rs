@@ -365,6 +365,12 @@ pub enum Step {
         /// When.
         fires: Logic,
     },
+    /// Control has come round a loop with nothing changed that it asks for, so it goes round for ever: a scan
+    /// that gets here has no bound. It is followed no further, as if it ended.
+    Unbounded {
+        /// Where the loop begins; it ends where control came from.
+        from: usize,
+    },
     /// Runs the instructions up to its `ForEnd` so many times: the count as a signed number, but at
     /// least `least` and at most `most`. Read once. `ForBegin` itself is reached once, its `ForEnd` once a turn.
     ForBegin {

@@ -53,7 +53,7 @@ impl fmt::Display for Margin {
 pub enum Verdict {
     /// No scan is over the limit.
     Proved,
-    /// A scan that was replayed is over the limit.
+    /// A scan that was replayed is over the limit, or never ends.
     Refuted,
     /// Neither is known, for these reasons.
     Undecided(Vec<String>),
@@ -79,7 +79,7 @@ impl Check {
     #[must_use]
     pub fn new(audit: &Audit, limit: Picos, margin: Margin) -> Check {
         let (upper, lower) = (margin.on(audit.bound.upper), margin.on(audit.possible()));
-        let verdict = if lower > limit {
+        let verdict = if lower > limit || !audit.unbounded.is_empty() {
             Verdict::Refuted
         } else if upper > limit {
             let reason = match audit.clocked {

@@ -5,12 +5,13 @@ use super::names::Names;
 use super::response::Delay;
 use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
-    GroupUse, OverheadUse, RungUse, Share, TableUse, Tie, Value, Where,
+    GroupUse, OverheadUse, PathStep, RungUse, Share, TableUse, Tie, Value, Where,
 };
 use crate::diagnostic::Diagnostic;
 use crate::model::{Assignment, Atom, Group, Node, Origin, ScanModel, VarKind};
 use crate::price::{Price, Prices};
 use crate::program::{Place, Program};
+use crate::replay::{Event, Replay};
 use crate::solve::{Maximum, exclusions};
 use crate::table::{Evidence, Table};
 use crate::time::Picos;
@@ -84,6 +85,8 @@ impl Findings<'_> {
             always,
             groups,
             witness: self.witness(&names),
+            path: Vec::new(),
+            unbounded: Vec::new(),
             facts: self.program.facts.clone(),
             doubts: self.doubts(),
             approximations: self.approximations(),
@@ -106,6 +109,23 @@ impl Findings<'_> {
             overhead,
             groups,
         }
+    }
+
+    /// The way of a scan through the program, instruction by instruction.
+    pub fn path(&self, replayed: &Replay) -> Vec<PathStep> {
+        let names = Names::new(self.program);
+        let priced = |event: &&Event| self.prices.instructions[event.instruction].is_some();
+        let step = |event: &Event| {
+            let instruction = &self.program.instructions[event.instruction];
+            PathStep {
+                at: place(instruction.place),
+                instruction: instruction.text.clone(),
+                via: names.via(&event.frames),
+                held: event.fired,
+                cost: event.cost,
+            }
+        };
+        replayed.events.iter().filter(priced).map(step).collect()
     }
 
     fn charges(&self, names: &Names<'_>) -> Vec<ChargeUse> {

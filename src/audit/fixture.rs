@@ -141,6 +141,8 @@ pub fn fixture() -> Audit {
             FreeValue { matters: false, ..free("X1F", "", Value::Bit(false)) },
             FreeValue { at_start: false, ..free("T0 contact", "遅延", Value::Bit(true)) },
         ],
+        path: Vec::new(),
+        unbounded: Vec::new(),
         facts: vec!["D100 is -10 to 10 when the scan starts".to_owned()],
         doubts: vec![
             "how often I0 interrupts a scan is not stated: taken once (--interrupts I0=N)"

@@ -8,6 +8,7 @@ mod names;
 mod pipeline;
 mod questions;
 pub mod response;
+mod unbounded;
 
 pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, conclude, follow};
 pub use questions::{File, Form, certificates, question};
@@ -45,6 +46,11 @@ pub struct Audit {
     pub groups: Vec<GroupUse>,
     /// The scan that costs `Bound::lower`, by what is free in it.
     pub witness: Vec<FreeValue>,
+    /// Its way through the program, where not everything runs once; else empty.
+    pub path: Vec<PathStep>,
+    /// Loops that a scan can go round for ever. If there are any, no scan time is a bound: the figures are those
+    /// of scans that end where such a loop was gone round.
+    pub unbounded: Vec<LoopUse>,
     /// What the user stated and the bound rests on.
     pub facts: Vec<String>,
     /// Why the bound may be too low all the same, where something needed was not stated.
@@ -224,6 +230,34 @@ pub struct Where {
     pub line: u32,
     /// The PLC's step number.
     pub step: Option<u32>,
+}
+
+/// A loop that a scan can go round for ever.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LoopUse {
+    /// Where it begins.
+    pub from: Where,
+    /// Where control goes back.
+    pub to: Where,
+    /// Its first instruction.
+    pub begins: String,
+    /// Its last one.
+    pub ends: String,
+}
+
+/// One instruction on the way of the worst scan found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PathStep {
+    /// Where it stands.
+    pub at: Where,
+    /// Its source text.
+    pub instruction: String,
+    /// The calls on the way to it, outermost first.
+    pub via: Vec<String>,
+    /// Whether it fired: a test that held, a jump that was taken.
+    pub held: bool,
+    /// What it cost.
+    pub cost: Picos,
 }
 
 /// One execution of one instruction, what it may cost, and what it costs in the worst scan found.

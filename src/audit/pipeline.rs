@@ -2,6 +2,7 @@
 
 use super::Audit;
 use super::assemble::{Findings, constant_charges};
+use super::unbounded::loops;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::melsec::decode::DecodeOptions;
 use crate::dialect::melsec::device::Family;
@@ -49,6 +50,9 @@ pub struct Request<'a> {
     /// Told how far the audit is.
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
+
+/// A tenth of a second.
+const TENTH: u64 = 100_000_000_000;
 
 /// How far an audit is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,6 +108,8 @@ pub struct Followed {
     /// Its slices.
     pub groups: Vec<Group>,
     warnings: Vec<Diagnostic>,
+    /// The shortest timer, where a timer that a scan starts is taken not to run out in it.
+    shortest_timer: Option<Picos>,
 }
 
 /// Audits a project.
@@ -139,7 +145,12 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let model =
         scan_model(&program, &prices.times()).map_err(|error| cannot_follow(&program, &error))?;
     let groups = groups::groups(&model);
-    Ok(Followed { start, program, table, prices, model, groups, warnings })
+    let shortest_timer = match &project {
+        Project::Flowchart(source) => source.shortest_timer(),
+        _ => None,
+    };
+    let shortest_timer = shortest_timer.map(|tenths| Picos(TENTH).times(u64::from(tenths)));
+    Ok(Followed { start, program, table, prices, model, groups, warnings, shortest_timer })
 }
 
 /// An audit and what it was found in.
@@ -157,7 +168,8 @@ pub struct Concluded {
 /// # Errors
 /// That the analysis and the interpreter disagree.
 pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, Failure> {
-    let Followed { start, program, table, prices, model, groups, warnings } = followed;
+    let Followed { start, program, table, prices, model, groups, warnings, shortest_timer } =
+        followed;
     let deadline = request.time_limit.map(|limit| start + limit);
     let stage = |name| (request.progress)(Progress::Stage(name));
     let times = prices.times();
@@ -183,6 +195,16 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         assignment: &assignment,
     };
     let mut audit = findings.audit(warnings.clone());
+    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
+    let loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
+    audit.unbounded = loops.found;
+    audit.doubts.extend(loops.open.iter().map(|one| {
+        format!("whether the loop to line {} can run without end was not found out", one.to.line)
+    }));
+    if program.dialect == dialect::flowchart::NAME {
+        audit.path = findings.path(&replayed);
+    }
+    audit.doubts.extend(shortest_timer.and_then(|shortest| outlasts(shortest, audit.bound.upper)));
     audit.facts.extend(request.times.iter().map(|Override { name, on, off }| {
         let idle = if on == off { String::new() } else { format!(", {off} where it does not run") };
         format!("{name} takes {on}{idle}")
@@ -192,7 +214,8 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     }
     audit.facts.extend(request.clock.map(StatedClock::to_string));
     audit.elapsed = start.elapsed();
-    let followed = Followed { start, program, table, prices, model, groups, warnings };
+    let followed =
+        Followed { start, program, table, prices, model, groups, warnings, shortest_timer };
     Ok(Concluded { audit, followed, maxima })
 }
 
@@ -228,7 +251,20 @@ fn understand(
             let program = dialect::omron::decode(project, &options)?;
             Ok((program, table, project.warnings.clone()))
         }
+        Project::Flowchart(source) => {
+            let program = dialect::flowchart::decode::decode(source);
+            let table = choose_table(request, Some(dialect::flowchart::CPU))?;
+            Ok((program, table, source.warnings()))
+        }
     }
+}
+
+/// Why the bound may be too low where a scan could last as long as a timer: in one scan, a timer that was just
+/// started has not run out.
+fn outlasts(shortest: Picos, upper: Picos) -> Option<String> {
+    (upper >= shortest).then(|| {
+        format!("a scan may last longer than the shortest timer ({shortest}), which is taken not to run out within the scan that starts it")
+    })
 }
 
 fn decode(project: &RawProject, table: &Table, request: &Request<'_>) -> Result<Program, Failure> {

@@ -2,6 +2,7 @@
 
 mod encoding;
 mod faults;
+pub mod flowchart;
 pub mod melsec;
 pub mod minasec;
 pub mod omron;
@@ -46,11 +47,12 @@ pub enum Kind {
 }
 
 /// All dialects.
-static DIALECTS: [Dialect; 9] = {
+static DIALECTS: [Dialect; 10] = {
     let [csv, gx3, list] = melsec::DIALECTS;
     let [assembly, hex, binary] = minasec::DIALECTS;
     let [c200h, cx, cxt] = omron::DIALECTS;
-    [csv, gx3, list, assembly, hex, binary, c200h, cx, cxt]
+    let [flowchart] = flowchart::DIALECTS;
+    [csv, gx3, list, assembly, hex, binary, c200h, cx, cxt, flowchart]
 };
 
 /// All dialects, for help texts and messages.
@@ -124,6 +126,8 @@ pub enum Project {
     Minasec(Box<minasec::Source>),
     /// OMRON: mnemonics and operands as written.
     Omron(omron::source::RawProject),
+    /// Flowchart PC: the instructions, with what they name.
+    Flowchart(flowchart::Source),
 }
 
 /// Reads a project's files: the programs in the given order, and device comments. The dialect is found
@@ -195,6 +199,8 @@ pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Project, Vec<Diag
             minasec::read(dialect, &same).map(|source| Project::Minasec(Box::new(source)))
         } else if omron::DIALECTS.iter().any(|one| one.name == dialect.name) {
             omron::project::read(dialect, &same).map(Project::Omron)
+        } else if dialect.name == flowchart::NAME {
+            flowchart::read(&same).map(Project::Flowchart)
         } else {
             melsec::project::read(dialect, &same, &comments).map(Project::Melsec)
         }
@@ -229,6 +235,12 @@ pub fn read_project(
             "other-dialect",
             project.files.first().map_or("", |file| &file.name),
             format!("this is {}, not MELSEC", project.dialect),
+            "give the program's MELSEC export",
+        )]),
+        Project::Flowchart(source) => Err(vec![Diagnostic::file(
+            "other-dialect",
+            &source.name,
+            format!("this is {}, not MELSEC", flowchart::NAME),
             "give the program's MELSEC export",
         )]),
     }

@@ -92,6 +92,17 @@ impl Charge {
     }
 }
 
+/// A place at which control goes round a loop for ever, if it gets there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unbounded {
+    /// The instruction, an index into `Program::instructions`.
+    pub instruction: usize,
+    /// Calls and loop turns on the way there.
+    pub frames: Vec<Frame>,
+    /// Whether control gets there.
+    pub reached: Lit,
+}
+
 /// All that one scan may cost.
 #[derive(Debug, Clone, Default)]
 pub struct ScanModel {
@@ -105,6 +116,8 @@ pub struct ScanModel {
     pub constraints: Vec<Lit>,
     /// The writes of any value, in order of execution.
     pub forgotten: Vec<Forgotten>,
+    /// Where a scan goes round for ever.
+    pub unbounded: Vec<Unbounded>,
 }
 
 /// Charges that hang together by free variables. Groups share no variable.

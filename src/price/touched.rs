@@ -42,6 +42,7 @@ impl Cells {
             | Step::Fetch(_)
             | Step::Return
             | Step::End
+            | Step::Unbounded { .. }
             | Step::ForEnd
             | Step::Bulk { .. }
             | Step::ZoneEnd { .. }

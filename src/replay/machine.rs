@@ -47,6 +47,7 @@ pub(super) struct Machine<'p, F> {
     routines: Vec<Routine>,
     total: Picos,
     events: Vec<Event>,
+    unbounded: Option<usize>,
 }
 
 impl<'p, F: Free> Machine<'p, F> {
@@ -59,6 +60,7 @@ impl<'p, F: Free> Machine<'p, F> {
             routines: Vec::new(),
             total: Picos::ZERO,
             events: Vec::new(),
+            unbounded: None,
         }
     }
 
@@ -77,7 +79,8 @@ impl<'p, F: Free> Machine<'p, F> {
             }
         }
         let broken_ranges = self.state.broken_ranges();
-        Replay { total: self.total, events: self.events, broken_ranges }
+        let unbounded = self.unbounded;
+        Replay { total: self.total, events: self.events, broken_ranges, unbounded }
     }
 
     /// Runs a routine that nobody called, `limit` being the instruction before which it ends by itself.
@@ -160,6 +163,7 @@ impl<'p, F: Free> Machine<'p, F> {
             | Step::Call { .. }
             | Step::Return
             | Step::End
+            | Step::Unbounded { .. }
             | Step::Stop { .. }
             | Step::Bulk { .. }
             | Step::ZoneBegin { .. }
@@ -207,6 +211,10 @@ impl<'p, F: Free> Machine<'p, F> {
             }
             Step::Return => return Next::Return,
             Step::End => return Next::End,
+            Step::Unbounded { .. } => {
+                self.unbounded = Some(at);
+                return Next::Stop;
+            }
             Step::Stop { .. } if fired => return Next::Stop,
             Step::ForBegin { least, most, end, .. } => {
                 let turns = u32::try_from(count.cast_signed()).unwrap_or(0);

@@ -38,6 +38,8 @@ pub struct Replay {
     /// Indices into `Program::ranges` that the start values which the scan read cannot meet: such a scan is
     /// not one of those that the user's statements allow.
     pub broken_ranges: Vec<usize>,
+    /// The `Step::Unbounded` at which the scan was given up, if it came to one.
+    pub unbounded: Option<usize>,
 }
 
 /// Who gives the values that a program leaves free. The same question gets the same answer throughout a scan.

@@ -14,6 +14,10 @@ struct Report<'a> {
     groups: Vec<Group<'a>>,
     witness: Values<'a>,
     deciding: Vec<&'a str>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    path: Vec<PathStep<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    unbounded: Vec<Loop<'a>>,
     facts: &'a [String],
     doubts: &'a [String],
     approximations: Vec<Approximation<'a>>,
@@ -145,6 +149,26 @@ struct Warning<'a> {
 }
 
 #[derive(Serialize)]
+struct PathStep<'a> {
+    file: usize,
+    line: u32,
+    instruction: &'a str,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    via: &'a [String],
+    held: bool,
+    cost_ps: u64,
+}
+
+#[derive(Serialize)]
+struct Loop<'a> {
+    file: usize,
+    from_line: u32,
+    to_line: u32,
+    begins: &'a str,
+    ends: &'a str,
+}
+
+#[derive(Serialize)]
 struct Overhead<'a> {
     name: &'a str,
     ps: u64,
@@ -194,7 +218,7 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
         scan: Scan {
             upper_ps: audit.bound.upper.0,
             lower_ps: audit.bound.lower.0,
-            exact: audit.bound.exact(),
+            exact: audit.bound.exact() && audit.unbounded.is_empty(),
             naive_ps: audit.bound.naive.0,
             always_ps: audit.bound.always.0,
             overhead_ps: audit.bound.overhead.0,
@@ -202,6 +226,8 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
         groups: audit.groups.iter().map(group).collect(),
         witness: Values(&audit.witness),
         deciding: audit.witness.iter().filter(|v| v.matters).map(|v| v.name.as_str()).collect(),
+        path: audit.path.iter().map(step).collect(),
+        unbounded: audit.unbounded.iter().map(endless).collect(),
         facts: &audit.facts,
         doubts: &audit.doubts,
         approximations: audit
@@ -326,6 +352,27 @@ fn charge(charge: &audit::ChargeUse) -> Charge<'_> {
         cost_ps: charge.cost.0,
         evidence: charge.evidence.word(),
         row: &charge.row,
+    }
+}
+
+fn step(step: &audit::PathStep) -> PathStep<'_> {
+    PathStep {
+        file: step.at.file,
+        line: step.at.line,
+        instruction: &step.instruction,
+        via: &step.via,
+        held: step.held,
+        cost_ps: step.cost.0,
+    }
+}
+
+fn endless(one: &audit::LoopUse) -> Loop<'_> {
+    Loop {
+        file: one.from.file,
+        from_line: one.from.line,
+        to_line: one.to.line,
+        begins: &one.begins,
+        ends: &one.ends,
     }
 }
 

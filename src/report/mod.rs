@@ -7,3 +7,4 @@ pub mod json;
 mod response;
 pub mod tables;
 pub mod text;
+mod way;

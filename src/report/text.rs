@@ -45,11 +45,13 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     }
     text += &head(audit);
     text += &response::section(audit);
+    text += &super::way::loops(audit);
     text += &parts(audit, extent);
     for group in audit.main_groups(extent.top).0 {
         text += &self::group(audit, group, extent);
     }
     text += &witness(audit, extent);
+    text += &super::way::way(audit);
     text += &assumed(audit, extent);
     text += &list("What the table's times do not hold", &audit.table.notes);
     text += &list("What was stated and is believed", &audit.facts);
@@ -75,6 +77,9 @@ fn answer(audit: &Audit, check: &Check) -> String {
             bound.upper,
             with_margin(check.upper)
         ),
+        Verdict::Refuted if !audit.unbounded.is_empty() => {
+            format!("{}: a scan can go round a loop without end\n\n", paint(BAD, "REFUTED"))
+        }
         Verdict::Refuted => format!(
             "{}: a scan takes {}{}, the limit is {limit}; it is shown below\n\n",
             paint(BAD, "REFUTED"),
@@ -108,7 +113,18 @@ fn head(audit: &Audit) -> String {
     let bound = &audit.bound;
     let time = |time: Picos| right(time.text_like(bound.naive));
     let mut rows = Vec::new();
-    if audit.possible() == bound.upper {
+    if !audit.unbounded.is_empty() {
+        rows.push(vec![
+            left("longest scan").styled(BOLD),
+            right("unbounded").styled(BAD),
+            left("a scan can go round a loop without end"),
+        ]);
+        rows.push(vec![
+            left("cut off"),
+            right(bound.upper.best_text()),
+            left("at most, every scan ended where it has gone round such a loop"),
+        ]);
+    } else if audit.possible() == bound.upper {
         rows.push(vec![
             left("longest scan").styled(BOLD),
             time(bound.upper).styled(BOLD),

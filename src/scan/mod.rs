@@ -7,7 +7,7 @@ mod memory;
 mod number;
 mod word;
 
-use crate::model::{Charge, Lit, ScanModel};
+use crate::model::{Charge, Lit, ScanModel, Unbounded};
 use crate::program::{
     BitSource, ChoiceId, Compare, Effect, Frame, Join, Logic, Number, Program, Reading, Region,
     Step, When, WordSource, Write,
@@ -349,6 +349,12 @@ impl Run<'_> {
                 let circuit = self.memory.circuit();
                 act.active = circuit.and(act.active, !fires);
                 self.stopped = circuit.or(self.stopped, fired);
+            }
+            Step::Unbounded { .. } => {
+                let (frames, reached) = (self.frames.clone(), act.active);
+                self.memory.model.unbounded.push(Unbounded { instruction: at, frames, reached });
+                self.stopped = self.memory.circuit().or(self.stopped, reached);
+                act.active = Lit::FALSE;
             }
             Step::ForBegin { count, least, most, end } => {
                 self.turns(act, at, *count, *least, *most, *end)?;

@@ -6,10 +6,11 @@ use super::{Evidence, Table};
 use crate::time::Picos;
 
 /// Name and text of each file under `timing-tables`, by name.
-const FILES: [(&str, &str); 17] = [
+const FILES: [(&str, &str); 18] = [
     ("c200h", include_str!("../../timing-tables/c200h.csv")),
     ("cj2m", include_str!("../../timing-tables/cj2m.csv")),
     ("cp1l", include_str!("../../timing-tables/cp1l.csv")),
+    ("flowchart-pc", include_str!("../../timing-tables/flowchart-pc.csv")),
     ("fx2n", include_str!("../../timing-tables/fx2n.csv")),
     ("fx3u", include_str!("../../timing-tables/fx3u.csv")),
     ("fx5u", include_str!("../../timing-tables/fx5u.csv")),

@@ -3,6 +3,7 @@
 #![allow(dead_code)] // each test file uses its part
 
 pub mod bound;
+pub mod flowcharts;
 pub mod ir;
 pub mod list;
 pub mod plc;

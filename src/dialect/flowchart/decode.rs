@@ -1,0 +1,417 @@
+//! Says what a flowchart program means to the analysis: one pass as a scan of jumps forward and calls.
+//!
+//! Where a routine stands when the pass begins is a bit a place: the main routine and every group begin with
+//! jumps to where they stand. A jump back in the main routine ends the pass. A group is laid out once for each
+//! jump back that its turn can make, one layout behind the other, so that all its jumps go forward; a turn that
+//! makes more of them goes round for ever ([`Step::Unbounded`]).
+//!
+//! A timer is one bit: whether it was started in an earlier pass. Only then may it have run out.
+
+use super::turn::jumps_back;
+use super::{Op, Routine, Source};
+use crate::program::{
+    Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Effect,
+    Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Units, When,
+    Write,
+};
+use std::collections::{BTreeMap, BTreeSet};
+
+const INPUTS: AreaId = AreaId(0);
+const OUTPUTS: AreaId = AreaId(1);
+const TIMERS: AreaId = AreaId(2);
+const HEADS: AreaId = AreaId(3);
+const BACK: AreaId = AreaId(4);
+/// The first of the areas of WAITs, one a routine.
+const WAITS: u16 = 5;
+
+/// The program of a source: one scan is one pass.
+#[must_use]
+pub fn decode(source: &Source) -> Program {
+    let area = |name: String| Area { name, kind: AreaKind::Bit, radix: Radix::Decimal };
+    let fixed = ["IN", "OUT", "TIM", "head of GN", "main at LBL"].map(|name| area(name.to_owned()));
+    let waits = source.routines.iter().map(|routine| area(format!("{} in line ", name(routine))));
+    let outputs: BTreeSet<u32> = source
+        .instructions
+        .iter()
+        .filter_map(|one| match one.op {
+            Op::Out { bit, .. } => Some(bit),
+            _ => None,
+        })
+        .collect();
+    let comments = source.comments.iter().map(|(&bit, comment)| {
+        let side = if outputs.contains(&bit) { "OUT" } else { "IN" };
+        (format!("{side}{bit}"), comment.clone())
+    });
+    let blocks = blocks(source);
+    let program = Program {
+        dialect: super::NAME.to_owned(),
+        areas: fixed.into_iter().chain(waits).collect(),
+        blocks: blocks.last().copied().unwrap_or(0),
+        comments: comments.collect(),
+        ..Program::default()
+    };
+    let mut layout =
+        Layout { source, outputs, blocks, program, calls: Vec::new(), told: BTreeSet::new() };
+    for (index, routine) in source.routines.iter().enumerate() {
+        layout.routine(index, routine);
+    }
+    layout.finish()
+}
+
+fn name(routine: &Routine) -> String {
+    routine.group.map_or("main".to_owned(), |group| format!("GN{group}"))
+}
+
+/// The flowchart's boxes, numbered from 1: for each instruction the box in which it stands.
+fn blocks(source: &Source) -> Vec<u32> {
+    let mut block = 0;
+    let mut ended = true;
+    let mut tests = false;
+    let mut blocks = Vec::with_capacity(source.instructions.len());
+    for one in &source.instructions {
+        let begins = matches!(one.op, Op::Label(_) | Op::Head(_));
+        let condition = one.op.is_test() || one.op.asks();
+        // A label stands at the box behind it.
+        if begins || ended || condition != tests {
+            block += 1;
+        }
+        ended = one.op.asks() || one.op.leaves();
+        tests = if begins { blocks_begin_with_test(source, blocks.len()) } else { condition };
+        blocks.push(block);
+    }
+    blocks
+}
+
+/// Whether what stands behind a label is a condition.
+fn blocks_begin_with_test(source: &Source, label: usize) -> bool {
+    source.instructions.get(label + 1).is_some_and(|next| next.op.is_test())
+}
+
+/// A place in the layout of a routine: which copy, and the source's instruction.
+type Spot = (usize, usize);
+
+/// The program as it is being laid out.
+struct Layout<'s> {
+    source: &'s Source,
+    outputs: BTreeSet<u32>,
+    blocks: Vec<u32>,
+    program: Program,
+    /// Calls of groups whose place is not yet known: the instruction and the group.
+    calls: Vec<(usize, u32)>,
+    /// Instructions whose approximation was told.
+    told: BTreeSet<usize>,
+}
+
+/// One routine while it is laid out.
+struct Open {
+    routine: usize,
+    is_main: bool,
+    copies: usize,
+    /// Where each spot begins.
+    laid: BTreeMap<Spot, usize>,
+    /// Jumps whose spot is laid out later.
+    jumps: Vec<(usize, Spot)>,
+    /// Jumps back from the last copy: the jump and its target in the source.
+    rounds: Vec<(usize, usize, usize)>,
+}
+
+impl Layout<'_> {
+    /// The bit that says that a routine stands at a place; `None` for the main routine's head.
+    fn stands(&self, routine: usize, place: usize) -> Option<Cell> {
+        let body = &self.source.routines[routine];
+        if place == body.body.start {
+            return body.group.map(|group| Cell { area: HEADS, index: group });
+        }
+        if let Op::Label(label) = self.source.instructions[place].op {
+            return Some(Cell { area: BACK, index: label });
+        }
+        let waits = self.source.instructions[place..].iter().find(|one| one.op == Op::Wait)?;
+        let area = AreaId(WAITS + u16::try_from(routine).unwrap_or(u16::MAX));
+        Some(Cell { area, index: waits.line })
+    }
+
+    fn places(&self, routine: usize) -> Vec<(usize, Cell)> {
+        let places = self.source.stands(&self.source.routines[routine]);
+        places.into_iter().filter_map(|at| Some((at, self.stands(routine, at)?))).collect()
+    }
+
+    /// The bits of all places of a group.
+    fn group(&self, group: u32) -> Vec<Cell> {
+        let found = self.source.routines.iter().position(|one| one.group == Some(group));
+        let places = found.map_or(Vec::new(), |routine| self.places(routine));
+        places.into_iter().map(|(_, cell)| cell).collect()
+    }
+
+    fn routine(&mut self, index: usize, routine: &Routine) {
+        let is_main = routine.group.is_none();
+        let copies = if is_main { 0 } else { jumps_back(self.source, routine) };
+        let reached = self.reached(routine, copies);
+        let mut open = Open {
+            routine: index,
+            is_main,
+            copies,
+            laid: BTreeMap::new(),
+            jumps: Vec::new(),
+            rounds: Vec::new(),
+        };
+        let start = self.program.instructions.len();
+        for (place, cell) in self.places(index) {
+            let at =
+                self.put(place, None, Step::Jump { fires: Logic::cell(cell), target: 0 }, vec![]);
+            open.jumps.push((at, (0, place)));
+        }
+        if !is_main {
+            self.put(routine.body.start, None, Step::Return, vec![]);
+        }
+        for &spot in &reached {
+            open.laid.insert(spot, self.program.instructions.len());
+            self.instruction(spot, &mut open);
+        }
+        for (jump, at, to) in std::mem::take(&mut open.rounds) {
+            let from = open.laid.range((0, to)..).find(|(spot, _)| spot.1 == to);
+            let from = from.map_or(start, |(_, &from)| from);
+            let round = self.put(at, None, Step::Unbounded { from }, vec![]);
+            self.aim(jump, round);
+        }
+        for (jump, spot) in std::mem::take(&mut open.jumps) {
+            self.aim(jump, open.laid[&spot]);
+        }
+        match routine.group {
+            None => self.program.mains.push(start..self.program.instructions.len()),
+            Some(group) => {
+                for (call, called) in self.calls.clone() {
+                    if called == group {
+                        self.aim(call, start);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The spots that control can come to.
+    fn reached(&self, routine: &Routine, copies: usize) -> BTreeSet<Spot> {
+        let mut reached = BTreeSet::new();
+        let mut open: Vec<Spot> =
+            self.source.stands(routine).into_iter().map(|place| (0, place)).collect();
+        while let Some((copy, at)) = open.pop() {
+            if !reached.insert((copy, at)) {
+                continue;
+            }
+            let op = self.source.instructions[at].op;
+            if !op.leaves() {
+                open.push((copy, at + 1));
+            }
+            if let Op::Jump(to) | Op::JumpIf(to) = op {
+                match to <= at {
+                    false => open.push((copy, to)),
+                    true if routine.group.is_some() && copy < copies => open.push((copy + 1, to)),
+                    true => {}
+                }
+            }
+        }
+        reached
+    }
+
+    fn instruction(&mut self, spot: Spot, open: &mut Open) {
+        let (copy, at) = spot;
+        let always = Logic::Const(true);
+        match self.source.instructions[at].op {
+            Op::And { bit, negated } => {
+                let value = Logic::cell(self.bit(bit));
+                let value = if negated { value.not() } else { value };
+                let step = Step::Logic { join: self.join(at), value };
+                self.put(at, Some(("contact", false)), step, vec![]);
+            }
+            Op::Timer { timer, tenths } => {
+                let elapsed =
+                    self.free(at, "a timer of an earlier pass may or may not have run out");
+                let cell = Cell { area: TIMERS, index: timer };
+                let value = match tenths {
+                    0 => elapsed,
+                    _ => Logic::All(vec![Logic::cell(cell), elapsed]),
+                };
+                let step = Step::Logic { join: self.join(at), value };
+                let idle = Effect { when: When::Fired, write: set(cell, false) };
+                self.put(at, Some(("timer", false)), step, vec![idle]);
+            }
+            Op::Out { bit, on } => {
+                let effect = Effect { when: When::Always, write: set(self.bit(bit), on) };
+                self.put(at, Some(("coil", true)), Step::Act { fires: always }, vec![effect]);
+            }
+            Op::ResetTimer(timer) => {
+                let write = set(Cell { area: TIMERS, index: timer }, false);
+                let effect = Effect { when: When::Always, write };
+                self.put(at, Some(("timer", true)), Step::Act { fires: always }, vec![effect]);
+            }
+            Op::Jump(to) => self.jump(spot, to, always, open),
+            Op::JumpIf(to) => self.jump(spot, to, Logic::Condition, open),
+            Op::Wait => {
+                let step = Step::Jump { fires: Logic::Condition, target: 0 };
+                let jump = self.put(at, Some(("jump", false)), step, vec![]);
+                open.jumps.push((jump, (copy, at + 1)));
+                if open.is_main {
+                    self.put(at, None, Step::Stop { fires: always }, vec![]);
+                } else {
+                    let here = self.stands(open.routine, self.source.condition(at));
+                    let effects = self.moved(open.routine, here);
+                    self.put(at, None, Step::Return, effects);
+                }
+            }
+            Op::Groups => {
+                self.put(at, Some(("call", true)), Step::Act { fires: always }, vec![]);
+                let groups: Vec<u32> = self.source.groups().map(|(group, _)| group).collect();
+                for group in groups {
+                    let runs = self.group(group).into_iter().map(Logic::cell).collect();
+                    let step = Step::Call { fires: Logic::Any(runs), target: 0 };
+                    let call = self.put(at, None, step, vec![]);
+                    self.program.instructions[call].text = format!("GJ, group {group}");
+                    self.calls.push((call, group));
+                }
+            }
+            Op::Start(group) => self.start(at, group),
+            Op::Stop(group) => {
+                let effects = self
+                    .group(group)
+                    .into_iter()
+                    .map(|cell| Effect { when: When::Always, write: set(cell, false) });
+                let effects = effects.collect();
+                self.put(at, Some(("call", true)), Step::Act { fires: always }, effects);
+            }
+            Op::End(_) => {
+                let effects = self.moved(open.routine, None);
+                self.put(at, Some(("call", true)), Step::Return, effects);
+            }
+            Op::Label(_) | Op::Head(_) => {
+                self.put(at, Some(("nothing", true)), Step::Nothing, vec![]);
+            }
+        }
+    }
+
+    /// GS: a group that is stopped begins at its head; one that runs may begin again or not.
+    fn start(&mut self, at: usize, group: u32) {
+        let cells = self.group(group);
+        let again =
+            self.free(at, "GS on a group that runs may start it again or leave it as it is");
+        let runs = Logic::Any(cells.iter().copied().map(Logic::cell).collect());
+        let fires = Logic::Any(vec![runs.not(), again]);
+        let effect =
+            |cell: Cell| Effect { when: When::Fired, write: set(cell, cell.area == HEADS) };
+        let effects = cells.into_iter().map(effect).collect();
+        self.put(at, Some(("call", true)), Step::Act { fires }, effects);
+    }
+
+    fn jump(&mut self, (copy, at): Spot, to: usize, fires: Logic, open: &mut Open) {
+        if to <= at && open.is_main {
+            self.put(at, Some(("jump", false)), Step::Stop { fires }, vec![]);
+            return;
+        }
+        let jump = self.put(at, Some(("jump", false)), Step::Jump { fires, target: 0 }, vec![]);
+        if to > at {
+            open.jumps.push((jump, (copy, to)));
+        } else if copy < open.copies {
+            open.jumps.push((jump, (copy + 1, to)));
+        } else {
+            open.rounds.push((jump, at, to));
+        }
+    }
+
+    /// A group's bits when it stands at a place from now on, or at none.
+    fn moved(&self, routine: usize, to: Option<Cell>) -> Vec<Effect> {
+        let places = self.places(routine).into_iter();
+        places
+            .map(|(_, cell)| Effect { when: When::Always, write: set(cell, Some(cell) == to) })
+            .collect()
+    }
+
+    /// The first test of a condition begins it anew.
+    fn join(&self, at: usize) -> Join {
+        let follows =
+            at.checked_sub(1).is_some_and(|before| self.source.instructions[before].op.is_test());
+        if follows { Join::And } else { Join::Start }
+    }
+
+    fn bit(&self, bit: u32) -> Cell {
+        let area = if self.outputs.contains(&bit) { OUTPUTS } else { INPUTS };
+        Cell { area, index: bit }
+    }
+
+    /// A choice of the instruction that comes next.
+    fn free(&mut self, at: usize, what: &str) -> Logic {
+        let choice = ChoiceId(self.program.choices);
+        self.program.choices += 1;
+        if self.told.insert(at) {
+            let instruction = self.program.instructions.len();
+            let what = what.to_owned();
+            self.program.approximations.push(Approximation { instruction, what });
+        }
+        Logic::Bit(BitSource::Free(choice))
+    }
+
+    /// Adds an instruction of ours for one of the source. `class` names the timing class and whether both
+    /// times are the dearer; without it the instruction costs nothing.
+    fn put(
+        &mut self,
+        at: usize,
+        class: Option<(&str, bool)>,
+        step: Step,
+        effects: Vec<Effect>,
+    ) -> usize {
+        let one = &self.source.instructions[at];
+        self.program.instructions.push(Instruction {
+            place: Place { file: 0, line: one.line, step: one.step },
+            block: self.blocks[at],
+            text: one.text.clone(),
+            timing: class.map(|(class, dearer)| TimingKey {
+                names: vec![mnemonic(one.op).to_owned()],
+                class: class.to_owned(),
+                units: Units::None,
+                dearer,
+                optional: false,
+            }),
+            effects,
+            step,
+        });
+        self.program.instructions.len() - 1
+    }
+
+    fn aim(&mut self, jump: usize, to: usize) {
+        if let Step::Jump { target, .. } | Step::Call { target, .. } =
+            &mut self.program.instructions[jump].step
+        {
+            *target = to;
+        }
+    }
+
+    fn finish(mut self) -> Program {
+        let all = 0..self.program.instructions.len();
+        let (name, count) = (self.source.name.clone(), self.source.instructions.len());
+        self.program.files = vec![SourceFile { name, instructions: all, count }];
+        self.program
+    }
+}
+
+fn set(cell: Cell, to: bool) -> Write {
+    Write::Bit(BitTarget::Cell(cell), Logic::Const(to))
+}
+
+/// The name of an instruction's row in a timing table.
+#[must_use]
+pub fn mnemonic(op: Op) -> &'static str {
+    match op {
+        Op::And { negated: false, .. } => "AND",
+        Op::And { .. } => "AND NOT",
+        Op::Timer { .. } => "TIM",
+        Op::Out { on: true, .. } => "OUT",
+        Op::Out { .. } => "OUT NOT",
+        Op::ResetTimer(_) => "CNR TIM",
+        Op::Jump(_) => "JMP",
+        Op::JumpIf(_) => "CJP",
+        Op::Wait => "WAIT",
+        Op::Label(_) => "LBL",
+        Op::Groups => "GJ",
+        Op::Start(_) => "GS",
+        Op::Stop(_) => "GOFF",
+        Op::Head(_) => "GN",
+        Op::End(_) => "GE",
+    }
+}

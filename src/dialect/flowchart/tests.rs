@@ -1,0 +1,1 @@
+//! Reading flowchart programs: spellings, faults, detection.

@@ -1,0 +1,159 @@
+//! How often control can jump back within one turn of a group, found by following what the turn comes to know.
+
+use super::{Op, Routine, Source};
+use petgraph::algo::condensation;
+use petgraph::algo::toposort;
+use petgraph::graph::{DiGraph, NodeIndex};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// More states of one turn than this are not followed.
+const MOST_STATES: usize = 20_000;
+/// No turn is laid out with more jumps back than this.
+const MOST_BACK: usize = 64;
+
+/// What a turn knows at an instruction. What it does not know it may assume either way, once.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct State {
+    at: usize,
+    /// The condition so far.
+    holds: bool,
+    /// Inputs and outputs that were tested or set.
+    bits: BTreeMap<u32, bool>,
+    /// Timers that were asked or reset: whether they were started in an earlier pass.
+    timers: BTreeMap<u32, bool>,
+}
+
+/// The most jumps back that a turn makes before it ends or comes to a state that it had before. A turn that
+/// makes more goes round for ever.
+#[must_use]
+pub fn jumps_back(source: &Source, routine: &Routine) -> usize {
+    let is_back =
+        |at: usize| matches!(source.instructions[at].op, Op::Jump(to) | Op::JumpIf(to) if to <= at);
+    if !routine.body.clone().any(is_back) {
+        return 0;
+    }
+    let tested: BTreeSet<u32> = routine
+        .body
+        .clone()
+        .filter_map(|at| match source.instructions[at].op {
+            Op::And { bit, .. } => Some(bit),
+            _ => None,
+        })
+        .collect();
+    let mut graph: DiGraph<(), usize> = DiGraph::new();
+    let mut known: BTreeMap<State, NodeIndex> = BTreeMap::new();
+    let mut open: Vec<State> = Vec::new();
+    for at in source.stands(routine) {
+        let state = State { at, holds: true, bits: BTreeMap::new(), timers: BTreeMap::new() };
+        known.insert(state.clone(), graph.add_node(()));
+        open.push(state);
+    }
+    while let Some(state) = open.pop() {
+        let from = known[&state];
+        for next in nexts(source, &tested, &state) {
+            let back = usize::from(next.at <= state.at);
+            let to = match known.get(&next) {
+                Some(&node) => node,
+                None => {
+                    let node = graph.add_node(());
+                    known.insert(next.clone(), node);
+                    open.push(next);
+                    node
+                }
+            };
+            graph.add_edge(from, to, back);
+        }
+        if known.len() > MOST_STATES {
+            return MOST_BACK;
+        }
+    }
+    longest(graph).min(MOST_BACK)
+}
+
+/// The most jumps back on a way through the graph, each circle gone round once at most.
+fn longest(graph: DiGraph<(), usize>) -> usize {
+    let member: BTreeMap<NodeIndex, usize> = petgraph::algo::tarjan_scc(&graph)
+        .into_iter()
+        .enumerate()
+        .flat_map(|(part, nodes)| nodes.into_iter().map(move |node| (node, part)))
+        .collect();
+    let mut within: BTreeMap<usize, usize> = BTreeMap::new();
+    for edge in graph.raw_edges() {
+        if member[&edge.source()] == member[&edge.target()] {
+            *within.entry(member[&edge.source()]).or_default() += edge.weight;
+        }
+    }
+    let numbered = graph.map(|node, ()| member[&node], |_, &back| back);
+    let parts = condensation(numbered, true);
+    let mut most = vec![0_usize; parts.node_count()];
+    let order = toposort(&parts, None).expect("a condensation has no circles");
+    let mut longest = 0;
+    for &node in &order {
+        let own = parts[node].first().and_then(|part| within.get(part)).copied().unwrap_or(0);
+        most[node.index()] += own;
+        longest = longest.max(most[node.index()]);
+        let here = most[node.index()];
+        let mut walk = parts.neighbors(node).detach();
+        while let Some((edge, next)) = walk.next(&parts) {
+            most[next.index()] = most[next.index()].max(here + parts[edge]);
+        }
+    }
+    longest
+}
+
+/// The states that can follow.
+fn nexts(source: &Source, tested: &BTreeSet<u32>, state: &State) -> Vec<State> {
+    let step = |mut state: State| {
+        state.at += 1;
+        state
+    };
+    let goes = |to: usize| State { at: to, holds: true, ..state.clone() };
+    match source.instructions[state.at].op {
+        Op::And { bit, negated } => {
+            let values = state.bits.get(&bit).map_or(vec![false, true], |&value| vec![value]);
+            let each = values.into_iter().map(|value| {
+                let mut next = step(state.clone());
+                next.bits.insert(bit, value);
+                next.holds &= value != negated;
+                next
+            });
+            each.collect()
+        }
+        Op::Timer { timer, tenths } => {
+            let mut all = Vec::new();
+            let olds = state.timers.get(&timer).map_or(vec![false, true], |&old| vec![old]);
+            for old in olds {
+                let mut waits = step(state.clone());
+                waits.timers.insert(timer, old);
+                waits.holds = false;
+                all.push(waits);
+                if old || tenths == 0 {
+                    let mut out = step(state.clone());
+                    out.timers.insert(timer, false);
+                    all.push(out);
+                }
+            }
+            all
+        }
+        Op::Out { bit, on } => {
+            let mut next = step(state.clone());
+            if tested.contains(&bit) {
+                next.bits.insert(bit, on);
+            }
+            vec![next]
+        }
+        Op::ResetTimer(timer) => {
+            let mut next = step(state.clone());
+            next.timers.insert(timer, false);
+            vec![next]
+        }
+        Op::Jump(to) => vec![goes(to)],
+        Op::JumpIf(to) if state.holds => vec![goes(to)],
+        Op::JumpIf(_) => vec![goes(state.at + 1)],
+        Op::Wait if state.holds => vec![goes(state.at + 1)],
+        Op::Wait | Op::End(_) => Vec::new(),
+        Op::Label(_) | Op::Groups | Op::Start(_) | Op::Stop(_) | Op::Head(_) => {
+            vec![step(state.clone())]
+        }
+    }
+}
