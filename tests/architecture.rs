@@ -57,8 +57,17 @@ const STRANGERS: &[(&str, &[&str], &str)] = &[
 ];
 
 /// Names of dialects and of their makers, which nothing behind the program knows.
-const DIALECTS: &[&str] =
-    &["melsec", "mitsubishi", "omron", "keyence", "rockwell", "minasec", "gx works", "gxworks"];
+const DIALECTS: &[&str] = &[
+    "melsec",
+    "mitsubishi",
+    "omron",
+    "keyence",
+    "rockwell",
+    "minasec",
+    "flowchart",
+    "gx works",
+    "gxworks",
+];
 
 /// The modules that may know dialects: those before the program's end, the emulator of one machine, and those
 /// that talk to the user.

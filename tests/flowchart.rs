@@ -23,6 +23,8 @@ fn audited(name: &str, text: &str, table: &Table) -> Result<Audit, String> {
         cpu: None,
         table: Some(table),
         times: &[],
+        clock: None,
+        warnings: &[],
         facts: &Facts::default(),
         strict_times: false,
         method: Method::Auto,
@@ -53,7 +55,7 @@ fn check(tape: &[u16]) -> Result<(), String> {
     }
     let (mut most, mut endless, mut complete) = (Picos::ZERO, false, false);
     let mut every = Every::default();
-    for _ in 0..2_000 {
+    for _ in 0..1_500 {
         let pass = Machine::anywhere(&source).pass(&mut every);
         if pass.ended == Ended::Never {
             endless = true;
@@ -99,5 +101,84 @@ fn check(tape: &[u16]) -> Result<(), String> {
 
 #[test]
 fn the_bound_of_random_programs_is_the_longest_pass() {
-    on_tapes(cases(600), 120, check);
+    on_tapes(cases(150), 120, check);
+}
+
+/// The documents' cases.
+const CASES: [&str; 14] = [
+    "self-holding-stop",
+    "self-holding-stop-inner-loop",
+    "self-holding-start",
+    "flip-flop",
+    "flip-flop-wait",
+    "interval",
+    "interval-group",
+    "delay",
+    "delay-group",
+    "repeat",
+    "repeat-group",
+    "traffic-signals",
+    "star-delta",
+    "star-delta-group",
+];
+
+fn case(name: &str) -> (Source, Table, Audit) {
+    let path = format!("{}/samples/flowchart/{name}.lst", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).expect(name);
+    let table = Table::builtin("flowchart-pc").expect("built in");
+    let source = read_text(name, &text).expect(name);
+    let audit = audited(name, &text, &table).expect(name);
+    (source, table, audit)
+}
+
+#[test]
+fn every_case_is_among_the_samples() {
+    let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/flowchart");
+    let files = std::fs::read_dir(directory).expect("samples");
+    let mut found: Vec<String> = files
+        .map(|entry| entry.expect("a file").file_name().to_string_lossy().replace(".lst", ""))
+        .collect();
+    found.sort();
+    let mut cases = CASES.to_vec();
+    cases.sort_unstable();
+    assert_eq!(found, cases);
+}
+
+#[test]
+fn the_cases_with_bound_and_way() {
+    let mut told = String::new();
+    for name in CASES {
+        let (_, _, audit) = case(name);
+        assert!(audit.bound.exact() && audit.unbounded.is_empty() && audit.doubts.is_empty());
+        told += &format!("{name}: {}\n", audit.bound.upper);
+        let mut via: &[String] = &[];
+        for step in &audit.path {
+            if step.via != via {
+                via = &step.via;
+                told += &format!("  -- {}\n", via.last().map_or("main", String::as_str));
+            }
+            let no = if step.held { "" } else { ", no" };
+            let (line, time) = (step.at.line, step.cost.us_text());
+            told += &format!("  {line:>2} {} ({time} us{no})\n", step.instruction);
+        }
+        let sum: Picos = audit.path.iter().map(|step| step.cost).sum();
+        assert_eq!(sum, audit.bound.lower, "{name}");
+    }
+    insta::assert_snapshot!(told);
+}
+
+#[test]
+fn no_pass_of_the_cases_is_longer_than_the_bound() {
+    for name in CASES {
+        let (source, table, audit) = case(name);
+        let mut most = Picos::ZERO;
+        let mut machine = Machine::switched_on(&source);
+        let mut weather = Weather(7);
+        for _ in 0..50_000 {
+            let pass = machine.pass(&mut weather);
+            assert_eq!(pass.ended, Ended::Pass, "{name}");
+            most = most.max(cost(&source, &table, &pass));
+        }
+        assert!(most <= audit.bound.upper, "{name}");
+    }
 }
