@@ -157,7 +157,9 @@ fn the_cases_with_bound_and_way() {
                 via = &step.via;
                 told += &format!("  -- {}\n", via.last().map_or("main", String::as_str));
             }
-            let no = if step.held { "" } else { ", no" };
+            // Whether GS starts a running group again costs nothing, so either may be shown.
+            let either = step.held || step.instruction.starts_with("GS");
+            let no = if either { "" } else { ", no" };
             let (line, time) = (step.at.line, step.cost.us_text());
             told += &format!("  {line:>2} {} ({time} us{no})\n", step.instruction);
         }
