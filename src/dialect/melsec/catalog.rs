@@ -171,10 +171,7 @@ pub struct Found {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NotFound {
     /// There is no such mnemonic.
-    Unknown {
-        /// The one most like it, if one is near.
-        close: Option<String>,
-    },
+    Unknown,
     /// The mnemonic takes other numbers of operands.
     OperandCount {
         /// Which, ascending.
@@ -220,7 +217,7 @@ pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
     {
         return Ok(dedicated(mnemonic, operands));
     }
-    Err(NotFound::Unknown { close: close(mnemonic) })
+    Err(NotFound::Unknown)
 }
 
 /// Every area, or `*` for all, that an instruction may write besides its operands.
@@ -262,8 +259,8 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
     Found { entry: Cow::Owned(entry), pulsed }
 }
 
-/// The mnemonic most like an unknown one.
-fn close(mnemonic: &str) -> Option<String> {
+/// The mnemonic most like an unknown one, if one is near.
+pub fn close(mnemonic: &str) -> Option<String> {
     let slips = (mnemonic.chars().count() / LETTERS_PER_SLIP).max(1);
     CATALOG
         .keys()

@@ -4,7 +4,7 @@ use super::access::{BitPlace, WordPlace};
 use super::rungs::remember;
 use super::{Decoder, edge, fired, operands, timing};
 use crate::dialect::melsec::catalog::{
-    Amount, Entry, Extent, Found, NotFound, Operation, Role, find,
+    Amount, Entry, Extent, Found, NotFound, Operation, Role, close, find,
 };
 use crate::dialect::melsec::device::{Family, Kind, area};
 use crate::dialect::melsec::operand::{Operand, Place, parse};
@@ -27,12 +27,12 @@ impl Decoder<'_> {
     pub(super) fn application(&mut self, mnemonic: &str, raw: &RawInstruction) {
         let found = match find(mnemonic, raw.operands.len()) {
             Ok(found) => found,
-            Err(NotFound::Unknown { .. }) if (self.options.is_user_instruction)(&raw.mnemonic) => {
+            Err(NotFound::Unknown) if (self.options.is_user_instruction)(&raw.mnemonic) => {
                 return self.user(raw);
             }
-            Err(NotFound::Unknown { close }) => {
+            Err(NotFound::Unknown) => {
                 self.output_here(mnemonic);
-                let help = match close {
+                let help = match close(mnemonic) {
                     Some(close) => format!(
                         "did you mean `{close}`? an instruction of your own needs a row in the timing table"
                     ),
