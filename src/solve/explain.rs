@@ -1,14 +1,14 @@
 //! Why a charge does not cost its most: a smallest set of charges that do and keep it from it.
 
+use super::Limits;
 use super::clauses::Clauses;
+use super::oracle::Oracle;
 use super::problem::Problem;
 use crate::model::{Assignment, Group, ScanModel};
 use std::cmp::Reverse;
-use z3::ast::Bool;
-use z3::{Config, Params, SatResult, Solver, with_z3_config};
 
-/// Z3's own measure of effort for one question; what takes more is left unexplained.
-const EFFORT: u32 = 500_000;
+/// Steps of the solver for one question beyond one an assumption; what takes more is left unexplained.
+const EFFORT: u64 = 10_000;
 
 /// For each wanted charge (an index into `ScanModel::charges`) that does not cost its most under the
 /// assignment: charges that do and together keep it from it, none of them to spare; empty if it never can.
@@ -25,80 +25,63 @@ pub fn exclusions(
     let mut running: Vec<usize> =
         (0..problem.items.len()).filter(|&item| values.get(problem.items[item].guard)).collect();
     running.sort_by_key(|&item| Reverse(problem.items[item].weight));
-    // A context of its own, so that the reasons do not depend on what else was asked.
-    with_z3_config(&Config::new(), || {
-        let judge = Judge::new(&Clauses::new(&problem));
-        wanted
-            .iter()
-            .map(|charge| {
-                let missing = (0..problem.items.len())
-                    .filter(|item| !running.contains(item))
-                    .filter(|&item| problem.items[item].charges.contains(charge))
-                    .max_by_key(|&item| problem.items[item].weight)?;
-                let reason = judge.reason(missing, &running)?;
-                let dearest = |item: usize| {
-                    let charges = problem.items[item].charges.iter().rev().copied();
-                    charges.max_by_key(|&charge| model.charges[charge].dearer())
-                };
-                Some(reason.into_iter().filter_map(dearest).collect())
-            })
-            .collect()
-    })
+    let clauses = Clauses::new(&problem);
+    let limits = Limits::default();
+    let mut judge = Judge::new(&clauses, &limits);
+    wanted
+        .iter()
+        .map(|charge| {
+            let missing = (0..problem.items.len())
+                .filter(|&item| !values.get(problem.items[item].guard))
+                .filter(|&item| problem.items[item].charges.contains(charge))
+                .max_by_key(|&item| problem.items[item].weight)?;
+            let reason = judge.reason(missing, &running)?;
+            let dearest = |item: usize| {
+                let charges = problem.items[item].charges.iter().rev().copied();
+                charges.max_by_key(|&charge| model.charges[charge].dearer())
+            };
+            Some(reason.into_iter().filter_map(dearest).collect())
+        })
+        .collect()
 }
 
-struct Judge {
-    solver: Solver,
-    guards: Vec<Bool>,
+struct Judge<'a> {
+    oracle: Oracle<'a>,
+    guards: &'a [i32],
 }
 
-impl Judge {
-    fn new(clauses: &Clauses) -> Judge {
-        let solver = Solver::new_for_logic("QF_FD").unwrap_or_default();
-        let mut params = Params::new();
-        params.set_u32("rlimit", EFFORT);
-        solver.set_params(&params);
-        let variables: Vec<Bool> = (1..=clauses.variables)
-            .map(|v| Bool::new_const(u32::try_from(v).unwrap_or(u32::MAX)))
-            .collect();
-        let literal = |literal: i32| {
-            let variable = &variables[literal.unsigned_abs() as usize - 1];
-            if literal < 0 { variable.not() } else { variable.clone() }
-        };
+impl<'a> Judge<'a> {
+    fn new(clauses: &'a Clauses, limits: &'a Limits<'a>) -> Judge<'a> {
+        let mut oracle = Oracle::new(limits);
         for clause in &clauses.clauses {
-            let literals: Vec<Bool> = clause.iter().map(|&l| literal(l)).collect();
-            solver.assert(Bool::or(&literals));
+            oracle.add(clause);
         }
-        Judge { solver, guards: clauses.items.iter().map(|&l| literal(l)).collect() }
+        Judge { oracle, guards: &clauses.items }
     }
 
     /// Of the running items, the dearest first, some that the missing one cannot hold together with, none to spare.
-    fn reason(&self, missing: usize, running: &[usize]) -> Option<Vec<usize>> {
+    fn reason(&mut self, missing: usize, running: &[usize]) -> Option<Vec<usize>> {
         if !self.conflict(missing, running)? {
             return None;
         }
-        let named = self.solver.get_unsat_core();
+        let named = self.oracle.core();
         let mut reason: Vec<usize> =
             running.iter().copied().filter(|&item| named.contains(&self.guards[item])).collect();
         // The cheapest are tried first: a reason of dear items says more.
-        for &item in running.iter().rev() {
-            if reason.contains(&item) {
-                let rest: Vec<usize> = reason.iter().copied().filter(|&o| o != item).collect();
-                if self.conflict(missing, &rest)? {
-                    reason = rest;
-                }
+        for item in reason.clone().into_iter().rev() {
+            let rest: Vec<usize> = reason.iter().copied().filter(|&o| o != item).collect();
+            if self.conflict(missing, &rest)? {
+                reason = rest;
             }
         }
         Some(reason)
     }
 
-    fn conflict(&self, missing: usize, others: &[usize]) -> Option<bool> {
-        let assumptions: Vec<Bool> =
-            others.iter().chain([&missing]).map(|&item| self.guards[item].clone()).collect();
-        match self.solver.check_assumptions(&assumptions) {
-            SatResult::Sat => Some(false),
-            SatResult::Unsat => Some(true),
-            SatResult::Unknown => None,
-        }
+    fn conflict(&mut self, missing: usize, others: &[usize]) -> Option<bool> {
+        let assumptions: Vec<i32> =
+            [missing].iter().chain(others).map(|&item| self.guards[item]).collect();
+        let steps = EFFORT + assumptions.len() as u64;
+        self.oracle.ask(&assumptions, steps).map(|together| !together)
     }
 }
 

@@ -95,7 +95,7 @@ mod testing;
 
 #[cfg(test)]
 mod tests {
-    use super::testing::{Builder, equals_brute};
+    use super::testing::{Builder, equals_brute, plant, sound};
     use super::*;
     use std::sync::Mutex;
 
@@ -132,6 +132,24 @@ mod tests {
     fn cores_equal_trying_everything() {
         for seed in 0..150 {
             equals_brute(Method::Cores, seed, 3 + seed % 40);
+        }
+    }
+
+    #[test]
+    fn stations_under_shared_modes_are_exact() {
+        for seed in 0..6 {
+            let (model, most) = plant(seed, 3 + 11 * seed as usize);
+            let group = Builder { model: model.clone() }.group();
+            let constant: Picos = (0..model.charges.len())
+                .filter(|charge| !group.charges.contains(charge))
+                .map(|charge| model.charges[charge].on)
+                .sum();
+            let found = maximum(&model, &group, Method::Cores, &Limits::default());
+            assert_eq!((found.lower, found.upper), (found.upper, found.lower));
+            assert_eq!(found.upper + constant, most, "seed {seed}");
+            sound(&model, &group, &found);
+            // And again, to the last bit.
+            assert_eq!(maximum(&model, &group, Method::Cores, &Limits::default()), found);
         }
     }
 

@@ -211,3 +211,72 @@ pub fn equals_brute(method: Method, seed: u64, charges: u64) {
         assert!(found.lower <= truth && truth <= found.upper, "seed {seed}");
     }
 }
+
+/// What must hold for a charge of a station to fire.
+struct Rule {
+    /// The step word has this value.
+    step: Option<u16>,
+    /// Bits of the station, and shared modes, with their values.
+    bits: Vec<(usize, bool)>,
+    modes: Vec<(usize, bool)>,
+    on: u64,
+    off: u64,
+}
+
+const MODES: usize = 3;
+const BITS: usize = 4;
+
+/// Stations that have nothing in common but three mode bits, and their maximum: for each setting of the modes
+/// the stations' maxima add up.
+pub fn plant(seed: u64, stations: usize) -> (ScanModel, Picos) {
+    let mut dice = Dice(seed);
+    let mut b = Builder::default();
+    let modes: Vec<Lit> = (0..MODES).map(|_| b.bit()).collect();
+    let mut totals = [0; 1 << MODES];
+    for _ in 0..stations {
+        let steps = 2 + dice.below(8) as u16;
+        let some = |dice: &mut Dice, of: usize, one_in: u64| -> Vec<(usize, bool)> {
+            let all: Vec<_> = (0..of).map(|n| (n, dice.one_in(2), dice.one_in(one_in))).collect();
+            all.into_iter().filter(|bit| bit.2).map(|bit| (bit.0, bit.1)).collect()
+        };
+        let mut rules = Vec::new();
+        for _ in 0..4 + dice.below(12) {
+            let step = dice.one_in(2).then(|| 10 * dice.below(u64::from(steps)) as u16);
+            let bits = some(&mut dice, BITS, 3);
+            let modes = some(&mut dice, MODES, 4);
+            let on = [1 + dice.below(50), 500 + dice.below(5000)][dice.below(2) as usize];
+            rules.push(Rule { step, bits, modes, on, off: dice.below(30) });
+        }
+        let bits: Vec<Lit> = (0..BITS).map(|_| b.bit()).collect();
+        let word = b.variable(VarKind::Word);
+        for rule in &rules {
+            let step = rule.step.map(|step| b.equals(word, step));
+            let of = |lits: &[Lit], wanted: &[(usize, bool)]| -> Vec<Lit> {
+                wanted.iter().map(|&(n, value)| if value { lits[n] } else { !lits[n] }).collect()
+            };
+            let all = [of(&bits, &rule.bits), of(&modes, &rule.modes)].concat();
+            let condition = b.model.circuit.all(all.into_iter().chain(step));
+            b.charge(Lit::TRUE, condition, rule.on, rule.off);
+        }
+        for (setting, total) in totals.iter_mut().enumerate() {
+            let cost = |bits: usize, word: u16| -> u64 {
+                let holds = |wanted: &[(usize, bool)], of: usize| {
+                    wanted.iter().all(|&(n, value)| (of >> n & 1 == 1) == value)
+                };
+                let fires = |rule: &&Rule| {
+                    rule.step.is_none_or(|step| step == word)
+                        && holds(&rule.bits, bits)
+                        && holds(&rule.modes, setting)
+                };
+                rules.iter().map(|r| if fires(&r) { r.on } else { r.off }).sum()
+            };
+            // Any step, or none of them (5).
+            let words = (0..steps).map(|step| 10 * step).chain([5]);
+            *total += words
+                .flat_map(|word| (0..1 << BITS).map(move |bits| cost(bits, word)))
+                .max()
+                .unwrap();
+        }
+    }
+    (b.model, Picos(totals.into_iter().max().unwrap()))
+}
