@@ -30,6 +30,9 @@
 
 pub mod flow;
 pub mod interrupts;
+mod reads;
+
+pub use reads::{Source, SourceMut};
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -414,6 +417,33 @@ pub enum Step {
     },
     /// Nothing: a label, a page break, no operation.
     Nothing,
+}
+
+impl Step {
+    /// What decides whether the step fires; `None` if it fires whenever it is reached.
+    #[must_use]
+    pub fn fires(&self) -> Option<&Logic> {
+        match self {
+            Step::Logic { value, .. } => Some(value),
+            Step::Act { fires }
+            | Step::Jump { fires, .. }
+            | Step::Call { fires, .. }
+            | Step::Stop { fires }
+            | Step::ZoneBegin { fires, .. } => Some(fires),
+            Step::AndBlock
+            | Step::OrBlock
+            | Step::Save(_)
+            | Step::Fetch(_)
+            | Step::Return
+            | Step::End
+            | Step::Unbounded { .. }
+            | Step::ForBegin { .. }
+            | Step::ForEnd
+            | Step::Bulk { .. }
+            | Step::ZoneEnd { .. }
+            | Step::Nothing => None,
+        }
+    }
 }
 
 /// How many units (words, digits, characters ...) an instruction handles, for times per unit.

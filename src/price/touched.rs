@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::program::{
-    AreaId, BitSource, BitTarget, Cell, Instruction, Logic, Number, Region, Step, WordSource,
-    WordTarget, Write,
+    AreaId, BitSource, BitTarget, Cell, Instruction, Region, Source, WordSource, WordTarget, Write,
 };
 
 /// Cells of an instruction whose meaning does not say how many of a range it writes are counted up to this,
@@ -28,36 +27,15 @@ impl Cells {
     #[must_use]
     pub fn of(instruction: &Instruction, units: u64) -> Cells {
         let mut cells = Cells { units, ..Cells::default() };
-        match &instruction.step {
-            Step::Logic { value, .. } => cells.logic(value),
-            Step::Act { fires }
-            | Step::Jump { fires, .. }
-            | Step::Call { fires, .. }
-            | Step::Stop { fires }
-            | Step::ZoneBegin { fires, .. } => cells.logic(fires),
-            Step::ForBegin { count, .. } => cells.word(count),
-            Step::AndBlock
-            | Step::OrBlock
-            | Step::Save(_)
-            | Step::Fetch(_)
-            | Step::Return
-            | Step::End
-            | Step::Unbounded { .. }
-            | Step::ForEnd
-            | Step::Bulk { .. }
-            | Step::ZoneEnd { .. }
-            | Step::Nothing => {}
-        }
+        instruction.each_read(&mut |source| match source {
+            Source::Bit(source) => cells.bit(source),
+            Source::Word(source) => cells.word(source),
+        });
         for effect in &instruction.effects {
             match &effect.write {
-                Write::Bit(target, value) => {
-                    match target {
-                        BitTarget::Cell(cell) => cells.range(*cell, 1, 1),
-                        BitTarget::WordBit(cell, _) => cells.word_bit(*cell),
-                    }
-                    cells.logic(value);
-                }
-                Write::Words(targets, value) => {
+                Write::Bit(BitTarget::Cell(cell), _) => cells.range(*cell, 1, 1),
+                Write::Bit(BitTarget::WordBit(cell, _), _) => cells.word_bit(*cell),
+                Write::Words(targets, _) => {
                     for target in targets {
                         match target {
                             WordTarget::Cell(cell) => cells.range(*cell, 1, 1),
@@ -65,7 +43,6 @@ impl Cells {
                             WordTarget::Discard => {}
                         }
                     }
-                    cells.number(value);
                 }
                 Write::Forget(region, _) => cells.region(*region),
             }
@@ -100,47 +77,18 @@ impl Cells {
         }
     }
 
-    fn logic(&mut self, logic: &Logic) {
-        match logic {
-            Logic::Condition | Logic::Const(_) => {}
-            Logic::Bit(BitSource::Cell(cell)) => self.range(*cell, 1, 1),
-            Logic::Bit(BitSource::WordBit(cell, _)) => self.word_bit(*cell),
-            Logic::Bit(BitSource::Const(_) | BitSource::Free(_)) => {}
-            Logic::Not(inner) => self.logic(inner),
-            Logic::All(parts) | Logic::Any(parts) => {
-                for part in parts {
-                    self.logic(part);
-                }
-            }
-            Logic::Compare(compare) => {
-                self.number(&compare.left);
-                self.number(&compare.right);
-            }
+    fn bit(&mut self, source: BitSource) {
+        match source {
+            BitSource::Cell(cell) => self.range(cell, 1, 1),
+            BitSource::WordBit(cell, _) => self.word_bit(cell),
+            BitSource::Const(_) | BitSource::Free(_) => {}
         }
     }
 
-    fn number(&mut self, number: &Number) {
-        match number {
-            Number::Words(words) => {
-                for word in words {
-                    self.word(word);
-                }
-            }
-            Number::Add(left, right)
-            | Number::Sub(left, right)
-            | Number::And(left, right)
-            | Number::Or(left, right)
-            | Number::Xor(left, right) => {
-                self.number(left);
-                self.number(right);
-            }
-        }
-    }
-
-    fn word(&mut self, word: &WordSource) {
-        match word {
-            WordSource::Cell(cell) => self.range(*cell, 1, 1),
-            WordSource::Bits { first, count } => self.bits(*first, *count),
+    fn word(&mut self, source: WordSource) {
+        match source {
+            WordSource::Cell(cell) => self.range(cell, 1, 1),
+            WordSource::Bits { first, count } => self.bits(first, count),
             WordSource::Const(_) | WordSource::Free(_) => {}
         }
     }

@@ -3,14 +3,15 @@
 //! Follows the page of `program` to the letter. Control is a literal: what is not reached writes and costs
 //! nothing, so one memory serves all paths.
 
+mod expression;
 mod memory;
 mod number;
 mod word;
 
 use crate::model::{Charge, Lit, ScanModel, Unbounded};
 use crate::program::{
-    BitSource, ChoiceId, Compare, Effect, Frame, Join, Logic, Number, Program, Reading, Region,
-    Step, When, WordSource, Write,
+    BitSource, Cell, ChoiceId, Effect, Frame, Join, Logic, Program, Region, Relation, Source, Step,
+    When, WordSource, Write,
 };
 use crate::time::Picos;
 use memory::Memory;
@@ -75,68 +76,17 @@ pub fn scan_model(program: &Program, times: Times<'_>) -> Result<ScanModel, Scan
 /// Which choices are read as a word somewhere; the others are single bits.
 fn word_choices(program: &Program) -> Vec<bool> {
     let mut words = vec![false; program.choices as usize];
-    let mut see_word = |source: &WordSource| {
-        if let WordSource::Free(choice) = source {
-            words[choice.0 as usize] = true;
-        }
-    };
     for instruction in &program.instructions {
-        let fires = match &instruction.step {
-            Step::Logic { value, .. } => Some(value),
-            Step::Act { fires }
-            | Step::Jump { fires, .. }
-            | Step::Call { fires, .. }
-            | Step::Stop { fires }
-            | Step::ZoneBegin { fires, .. } => Some(fires),
-            Step::ForBegin { count, .. } => {
-                see_word(count);
-                None
+        instruction.each_read(&mut |source| {
+            if let Source::Word(WordSource::Free(choice)) = source {
+                words[choice.0 as usize] = true;
             }
-            _ => None,
-        };
-        if let Some(logic) = fires {
-            logic_words(logic, &mut see_word);
-        }
-        for effect in &instruction.effects {
-            match &effect.write {
-                Write::Bit(_, value) => logic_words(value, &mut see_word),
-                Write::Words(_, number) => number_words(number, &mut see_word),
-                Write::Forget(..) => {}
-            }
-        }
+        });
     }
     words
 }
 
-fn logic_words(logic: &Logic, see: &mut dyn FnMut(&WordSource)) {
-    match logic {
-        Logic::Condition | Logic::Const(_) | Logic::Bit(_) => {}
-        Logic::Not(inner) => logic_words(inner, see),
-        Logic::All(parts) | Logic::Any(parts) => {
-            parts.iter().for_each(|part| logic_words(part, see))
-        }
-        Logic::Compare(compare) => {
-            number_words(&compare.left, see);
-            number_words(&compare.right, see);
-        }
-    }
-}
-
-fn number_words(number: &Number, see: &mut dyn FnMut(&WordSource)) {
-    match number {
-        Number::Words(sources) => sources.iter().for_each(see),
-        Number::Add(a, b)
-        | Number::Sub(a, b)
-        | Number::And(a, b)
-        | Number::Or(a, b)
-        | Number::Xor(a, b) => {
-            number_words(a, see);
-            number_words(b, see);
-        }
-    }
-}
-
-/// The results of a routine's rungs: stack, save slots, zones.
+/// The results of a routine's rungs: stack and save slots.
 #[derive(Debug, Clone, Default)]
 struct Results {
     /// `None` where paths of different depth met: nothing may be read until a rung starts.
@@ -153,19 +103,27 @@ struct Landing {
 
 /// One activation of a routine.
 struct Activation {
+    /// Whether control is here.
     active: Lit,
     results: Results,
+    /// The open zones: level and condition.
     zones: Vec<(u32, Lit)>,
+    /// The jumps under way, by their target.
     landings: BTreeMap<usize, Landing>,
+    /// Whether a `Return` was reached.
     returned: Lit,
 }
 
+/// The execution under way.
 struct Run<'p> {
     program: &'p Program,
     times: Times<'p>,
     memory: Memory<'p>,
+    /// The calls, loop turns and interrupts that lead here, outermost first.
     frames: Vec<Frame>,
+    /// Whether a `Stop` ended the scan.
     stopped: Lit,
+    /// How many instructions were executed.
     executed: usize,
 }
 
@@ -203,24 +161,33 @@ impl Run<'_> {
         Ok(())
     }
 
+    /// Joins a jump that lands here with what came here otherwise.
     fn land(&mut self, act: &mut Activation, landing: Landing) {
-        if act.active == Lit::FALSE {
-            (act.active, act.results) = (landing.taken, landing.results);
-            return;
+        let here = Landing { taken: act.active, results: std::mem::take(&mut act.results) };
+        let Landing { taken, results } = self.meet(here, landing);
+        (act.active, act.results) = (taken, results);
+    }
+
+    /// Two ways to one instruction, of which at most one is taken.
+    fn meet(&mut self, here: Landing, there: Landing) -> Landing {
+        if here.taken == Lit::FALSE {
+            return there;
         }
         let circuit = self.memory.circuit();
-        let Landing { taken, results } = landing;
-        act.results.stack = match (act.results.stack.take(), results.stack) {
+        let Landing { taken, results } = there;
+        let mut met = here;
+        met.results.stack = match (met.results.stack, results.stack) {
             (Some(here), Some(there)) if here.len() == there.len() => {
                 Some(here.iter().zip(&there).map(|(&h, &t)| circuit.ite(taken, t, h)).collect())
             }
             _ => None,
         };
         for (slot, there) in results.slots {
-            let here = act.results.slots.get(&slot).copied().unwrap_or(there);
-            act.results.slots.insert(slot, circuit.ite(taken, there, here));
+            let here = met.results.slots.get(&slot).copied().unwrap_or(there);
+            met.results.slots.insert(slot, circuit.ite(taken, there, here));
         }
-        act.active = circuit.or(act.active, taken);
+        met.taken = circuit.or(met.taken, taken);
+        met
     }
 
     /// Runs one instruction; where to go on.
@@ -245,15 +212,8 @@ impl Run<'_> {
         } else {
             top
         };
-        let fires = match &instruction.step {
-            Step::Logic { value, .. } => self.logic(value, condition, at),
-            Step::Act { fires }
-            | Step::Jump { fires, .. }
-            | Step::Call { fires, .. }
-            | Step::Stop { fires }
-            | Step::ZoneBegin { fires, .. } => self.logic(fires, condition, at),
-            _ => Lit::TRUE,
-        };
+        let fires =
+            instruction.step.fires().map_or(Lit::TRUE, |fires| self.logic(fires, condition, at));
         let fired = self.memory.circuit().and(act.active, fires);
         self.charge(at, act.active, fired);
         for effect in &instruction.effects {
@@ -262,6 +222,7 @@ impl Run<'_> {
         self.step(act, at, &instruction.step, fires, fired)
     }
 
+    /// Charges the instruction's times, unless both are zero.
     fn charge(&mut self, at: usize, reached: Lit, fires: Lit) {
         let (on, off) = self.times[at];
         if on == Picos::ZERO && off == Picos::ZERO {
@@ -271,6 +232,7 @@ impl Run<'_> {
         self.memory.model.charges.push(Charge { instruction: at, frames, reached, fires, on, off });
     }
 
+    /// Carries out one effect.
     fn effect(&mut self, effect: &Effect, active: Lit, fired: Lit, condition: Lit, at: usize) {
         let guard = match effect.when {
             When::Always => active,
@@ -376,6 +338,7 @@ impl Run<'_> {
         Ok(next)
     }
 
+    /// Puts a value on the stack as a contact does.
     fn join(
         &mut self,
         results: &mut Results,
@@ -404,25 +367,18 @@ impl Run<'_> {
         Ok(())
     }
 
+    /// Takes control off to a later instruction where `fires` holds.
     fn jump(&mut self, act: &mut Activation, target: usize, fires: Lit, fired: Lit) {
         let circuit = self.memory.circuit();
         act.active = circuit.and(act.active, !fires);
         if fired == Lit::FALSE {
             return;
         }
-        let arriving = Activation {
-            active: Lit::FALSE,
-            results: Results::default(),
-            zones: Vec::new(),
-            landings: BTreeMap::new(),
-            returned: Lit::FALSE,
-        };
-        let mut merged = arriving;
+        let mut landing = Landing { taken: fired, results: act.results.clone() };
         if let Some(earlier) = act.landings.remove(&target) {
-            self.land(&mut merged, earlier);
+            landing = self.meet(earlier, landing);
         }
-        self.land(&mut merged, Landing { taken: fired, results: act.results.clone() });
-        act.landings.insert(target, Landing { taken: merged.active, results: merged.results });
+        act.landings.insert(target, landing);
     }
 
     /// Runs a loop turn by turn, each where the count reaches it.
@@ -467,6 +423,7 @@ impl Run<'_> {
         Ok(())
     }
 
+    /// Charges a loop in bulk and forgets what it may write.
     fn bulk(
         &mut self,
         act: &Activation,
@@ -489,108 +446,14 @@ impl Run<'_> {
         }
     }
 
-    fn logic(&mut self, logic: &Logic, condition: Lit, at: usize) -> Lit {
-        match logic {
-            Logic::Condition => condition,
-            Logic::Const(value) => Lit::constant(*value),
-            Logic::Bit(BitSource::Const(value)) => Lit::constant(*value),
-            Logic::Bit(BitSource::Cell(cell)) => self.memory.read_bit(*cell),
-            Logic::Bit(BitSource::WordBit(cell, bit)) => {
-                let word = self.memory.read_word(*cell);
-                self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)]
-            }
-            Logic::Bit(BitSource::Free(choice)) => {
-                let program = self.program;
-                self.memory.bit_choice(&self.frames, *choice, &|| describe(program, at))
-            }
-            Logic::Not(inner) => !self.logic(inner, condition, at),
-            Logic::All(parts) => {
-                let lits: Vec<Lit> =
-                    parts.iter().map(|part| self.logic(part, condition, at)).collect();
-                self.memory.circuit().all(lits)
-            }
-            Logic::Any(parts) => {
-                let lits: Vec<Lit> =
-                    parts.iter().map(|part| self.logic(part, condition, at)).collect();
-                self.memory.circuit().any(lits)
-            }
-            Logic::Compare(compare) => self.compare(compare, at),
-        }
-    }
-
-    fn compare(&mut self, compare: &Compare, at: usize) -> Lit {
-        let left = self.number(&compare.left, at);
-        let right = self.number(&compare.right, at);
-        let special = match compare.reading {
-            Reading::Real(choice) => {
-                Some(self.logic(&Logic::Bit(BitSource::Free(choice)), Lit::TRUE, at))
-            }
-            Reading::Signed | Reading::Unsigned => None,
-        };
-        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
-        match special {
-            Some(special) => {
-                number::compare_real(words, circuit, compare.relation, &left, &right, special)
-            }
-            None => {
-                let signed = compare.reading == Reading::Signed;
-                number::compare(words, circuit, compare.relation, signed, &left, &right)
-            }
-        }
-    }
-
-    fn number(&mut self, number: &Number, at: usize) -> Vec<Word> {
-        let (a, b) = match number {
-            Number::Words(sources) => {
-                return sources.iter().map(|&source| self.word(source, at)).collect();
-            }
-            Number::Add(a, b)
-            | Number::Sub(a, b)
-            | Number::And(a, b)
-            | Number::Or(a, b)
-            | Number::Xor(a, b) => (self.number(a, at), self.number(b, at)),
-        };
-        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
-        match number {
-            Number::Add(..) => number::add(words, circuit, &a, &b, false),
-            Number::Sub(..) => number::add(words, circuit, &a, &b, true),
-            Number::And(..) => number::bitwise(words, circuit, &a, &b, |c, x, y| c.and(x, y)),
-            Number::Or(..) => number::bitwise(words, circuit, &a, &b, |c, x, y| c.or(x, y)),
-            Number::Xor(..) => number::bitwise(words, circuit, &a, &b, |c, x, y| c.xor(x, y)),
-            Number::Words(_) => a,
-        }
-    }
-
-    fn word(&mut self, source: WordSource, at: usize) -> Word {
-        match source {
-            WordSource::Const(value) => self.memory.words.constant(value),
-            WordSource::Cell(cell) => self.memory.read_word(cell),
-            WordSource::Bits { first, count } => {
-                let bits = std::array::from_fn(|i| {
-                    if i < usize::from(count) {
-                        self.memory.read_bit(first.plus(i as u32))
-                    } else {
-                        Lit::FALSE
-                    }
-                });
-                self.memory.words.of_bits(&self.memory.model.circuit, bits)
-            }
-            WordSource::Free(choice) => {
-                let program = self.program;
-                self.memory.word_choice(&self.frames, choice, &|| describe(program, at))
-            }
-        }
-    }
-
     /// Holds the start value of one or two words within a signed range.
-    fn constrain(&mut self, cells: &[crate::program::Cell], low: i64, high: i64) {
+    fn constrain(&mut self, cells: &[Cell], low: i64, high: i64) {
         let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
         let bits = 16 * cells.len() as u32;
         let (least, largest) = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
-        for (limit, relation) in [
-            (low.max(least), crate::program::Relation::GreaterOrEqual),
-            (high.min(largest), crate::program::Relation::LessOrEqual),
-        ] {
+        for (limit, relation) in
+            [(low.max(least), Relation::GreaterOrEqual), (high.min(largest), Relation::LessOrEqual)]
+        {
             let limit: Vec<Word> = (0..cells.len())
                 .map(|i| self.memory.words.constant((limit >> (16 * i)) as u16))
                 .collect();
@@ -641,10 +504,4 @@ fn mentions_condition(logic: &Logic) -> bool {
         Logic::Not(inner) => mentions_condition(inner),
         Logic::All(parts) | Logic::Any(parts) => parts.iter().any(mentions_condition),
     }
-}
-
-/// A choice's name: the instruction that makes it.
-fn describe(program: &Program, at: usize) -> String {
-    let instruction = &program.instructions[at];
-    format!("`{}` in line {}", instruction.text, instruction.place.line)
 }

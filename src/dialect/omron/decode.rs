@@ -15,7 +15,7 @@ use crate::dialect::Faults;
 use crate::facts::Facts;
 use crate::program::{
     BitSource, Cell, Effect, Interrupt, Logic, Program, Region, SourceFile, StartRange, Step, When,
-    Write,
+    Write, interrupts,
 };
 
 /// What decoding needs to know besides the source.
@@ -385,9 +385,7 @@ impl Decoder {
             ));
         }
         self.uncalled(options);
-        if !self.asm.program.interrupts.is_empty() {
-            super::interrupts::widen(&mut self.asm.program);
-        }
+        interrupts::isolate(&mut self.asm.program, &[]);
     }
 
     /// Where interrupts are let in, subroutines that nothing calls are their routines.

@@ -6,7 +6,6 @@ mod cxt;
 mod data;
 mod decode;
 mod emit;
-mod interrupts;
 mod layout;
 mod list;
 mod memory;

@@ -1,0 +1,130 @@
+//! Every place at which an instruction reads: to look at, or to put something else there.
+
+use super::{BitSource, Instruction, Logic, Number, Step, WordSource, Write};
+
+/// Where an instruction reads a bit or a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// A bit.
+    Bit(BitSource),
+    /// Sixteen bits.
+    Word(WordSource),
+}
+
+/// The same, to be replaced.
+#[derive(Debug, PartialEq, Eq)]
+pub enum SourceMut<'a> {
+    /// A bit.
+    Bit(&'a mut BitSource),
+    /// Sixteen bits.
+    Word(&'a mut WordSource),
+}
+
+impl Instruction {
+    /// Shows every source of the step and of the effects. The choices that are not sources, those of real
+    /// comparisons, forgotten regions and bulk loops, are not shown.
+    pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
+        if let Some(fires) = self.step.fires() {
+            logic(fires, see);
+        }
+        if let Step::ForBegin { count, .. } = self.step {
+            see(Source::Word(count));
+        }
+        for effect in &self.effects {
+            match &effect.write {
+                Write::Bit(_, value) => logic(value, see),
+                Write::Words(_, value) => number(value, see),
+                Write::Forget(..) => {}
+            }
+        }
+    }
+
+    /// Gives out every source that [`Instruction::each_read`] shows, in the same order.
+    pub fn each_read_mut(&mut self, change: &mut dyn FnMut(SourceMut<'_>)) {
+        match &mut self.step {
+            Step::Logic { value, .. } => logic_mut(value, change),
+            Step::Act { fires }
+            | Step::Jump { fires, .. }
+            | Step::Call { fires, .. }
+            | Step::Stop { fires }
+            | Step::ZoneBegin { fires, .. } => logic_mut(fires, change),
+            Step::ForBegin { count, .. } => change(SourceMut::Word(count)),
+            Step::AndBlock
+            | Step::OrBlock
+            | Step::Save(_)
+            | Step::Fetch(_)
+            | Step::Return
+            | Step::End
+            | Step::Unbounded { .. }
+            | Step::ForEnd
+            | Step::Bulk { .. }
+            | Step::ZoneEnd { .. }
+            | Step::Nothing => {}
+        }
+        for effect in &mut self.effects {
+            match &mut effect.write {
+                Write::Bit(_, value) => logic_mut(value, change),
+                Write::Words(_, value) => number_mut(value, change),
+                Write::Forget(..) => {}
+            }
+        }
+    }
+}
+
+fn logic(of: &Logic, see: &mut dyn FnMut(Source)) {
+    match of {
+        Logic::Condition | Logic::Const(_) => {}
+        Logic::Bit(source) => see(Source::Bit(*source)),
+        Logic::Not(inner) => logic(inner, see),
+        Logic::All(parts) | Logic::Any(parts) => parts.iter().for_each(|part| logic(part, see)),
+        Logic::Compare(compare) => {
+            number(&compare.left, see);
+            number(&compare.right, see);
+        }
+    }
+}
+
+fn number(of: &Number, see: &mut dyn FnMut(Source)) {
+    match of {
+        Number::Words(sources) => sources.iter().for_each(|source| see(Source::Word(*source))),
+        Number::Add(a, b)
+        | Number::Sub(a, b)
+        | Number::And(a, b)
+        | Number::Or(a, b)
+        | Number::Xor(a, b) => {
+            number(a, see);
+            number(b, see);
+        }
+    }
+}
+
+fn logic_mut(of: &mut Logic, change: &mut dyn FnMut(SourceMut<'_>)) {
+    match of {
+        Logic::Condition | Logic::Const(_) => {}
+        Logic::Bit(source) => change(SourceMut::Bit(source)),
+        Logic::Not(inner) => logic_mut(inner, change),
+        Logic::All(parts) | Logic::Any(parts) => {
+            parts.iter_mut().for_each(|part| logic_mut(part, change))
+        }
+        Logic::Compare(compare) => {
+            number_mut(&mut compare.left, change);
+            number_mut(&mut compare.right, change);
+        }
+    }
+}
+
+fn number_mut(of: &mut Number, change: &mut dyn FnMut(SourceMut<'_>)) {
+    match of {
+        Number::Words(sources) => {
+            sources.iter_mut().for_each(|source| change(SourceMut::Word(source)))
+        }
+        Number::Add(a, b)
+        | Number::Sub(a, b)
+        | Number::And(a, b)
+        | Number::Or(a, b)
+        | Number::Xor(a, b) => {
+            number_mut(a, change);
+            number_mut(b, change);
+        }
+    }
+}
