@@ -15,7 +15,7 @@ use crate::dialect::Faults;
 use crate::facts::Facts;
 use crate::program::{
     BitSource, Cell, Effect, Interrupt, Logic, Program, Region, SourceFile, StartRange, Step, When,
-    Write, interrupts,
+    Write, flow, interrupts,
 };
 
 /// What decoding needs to know besides the source.
@@ -393,16 +393,8 @@ impl Decoder {
         if !self.interrupted {
             return;
         }
-        let called: BTreeSet<usize> = self
-            .asm
-            .program
-            .instructions
-            .iter()
-            .filter_map(|instruction| match instruction.step {
-                Step::Call { target, .. } => Some(target),
-                _ => None,
-            })
-            .collect();
+        let calls = flow::calls(&self.asm.program);
+        let called: BTreeSet<usize> = calls.into_iter().map(|(_, routine)| routine).collect();
         for body in self.bodies.iter().filter(|body| !called.contains(&body.range.start)) {
             let name = format!("SBN {:02}", body.number);
             let stated = options.facts.interrupts.get(&name).copied();
