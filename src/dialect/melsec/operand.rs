@@ -89,6 +89,10 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
     let (letter, rest) = upper.split_at(upper.chars().next().map_or(0, char::len_utf8));
     let numeric = |rest: &str| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit());
     match letter {
+        "K" | "H" if is_indexed_constant(rest, letter == "H", family) => {
+            let place = Place::Indexed(Kind::VolatileWord, false);
+            Ok(Operand::Device(Device { name: letter.to_owned(), place }))
+        }
         "K" => {
             let mut letters = rest.chars();
             if let (Some(digits @ '1'..='8'), Some('A'..='Z')) = (letters.next(), letters.next()) {
@@ -214,6 +218,13 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     Ok(Device { name: name.to_owned(), place })
 }
 
+/// `K10Z1`: a constant and an index register, any number.
+fn is_indexed_constant(text: &str, hexadecimal: bool, family: Family) -> bool {
+    let text = text.strip_prefix('-').unwrap_or(text);
+    let is_digit = |c: char| if hexadecimal { c.is_ascii_hexdigit() } else { c.is_ascii_digit() };
+    text.find(|c| !is_digit(c)).is_some_and(|end| end > 0 && is_index(&text[end..], family))
+}
+
 /// `Z3`, on the FX also `V3`, on iQ-R also `LZ0`.
 fn is_index(suffix: &str, family: Family) -> bool {
     let digits = suffix
@@ -305,6 +316,8 @@ mod tests {
         assert_eq!(q("K8Y1AA0Z1"), Place::IndexedDigits(bit("Y"), 8));
         assert_eq!(q("V0Z3"), Place::Indexed(bit("V"), false));
         assert_eq!(q("@D504"), Place::Indirect);
+        assert_eq!(q("K100Z1"), Place::Indexed(Kind::VolatileWord, false));
+        assert_eq!(q("H1FZ10"), Place::Indexed(Kind::VolatileWord, false));
         for (text, is_bit) in [
             ("U0Z0\\G74", false),
             ("U6\\G20480", false),
