@@ -3,7 +3,8 @@
 //! The road, a module a stage: a [`dialect`] reads source text into a [`program::Program`]; [`price`] gives
 //! every instruction its times from a [`table`]; [`scan`] executes one scan symbolically and yields a
 //! [`model::ScanModel`]; [`groups`] slices it; [`solve`] finds each group's maximum; [`replay`] checks each
-//! witness; [`report`] shows the result.
+//! witness. [`audit`](mod@audit) is all that as one call; [`verdict`] holds its result against a limit, [`compare`]
+//! against measurements, and [`report`] shows it.
 
 pub mod audit;
 pub mod column;

@@ -21,7 +21,6 @@ const ORDER: &[&str] = &[
     "groups",
     "solve",
     "replay",
-    "emulate",
     "audit",
     "verdict",
     "compare",

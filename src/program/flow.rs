@@ -6,37 +6,34 @@ use std::collections::{BTreeMap, BTreeSet};
 /// More single ranges of an area than this are forgotten as the whole area.
 const MOST_RANGES: usize = 256;
 
+/// What a step leads to, for every instruction where it does.
+fn leads(program: &Program, to: impl Fn(&Step) -> Option<usize>) -> Vec<(usize, usize)> {
+    let steps = program.instructions.iter().enumerate();
+    steps.filter_map(|(at, instruction)| Some((at, to(&instruction.step)?))).collect()
+}
+
 /// All loops, as the indices of their beginning and end, outer before inner.
 pub fn loops(program: &Program) -> Vec<(usize, usize)> {
-    let begins = program.instructions.iter().enumerate();
-    begins
-        .filter_map(|(at, instruction)| match instruction.step {
-            Step::ForBegin { end, .. } => Some((at, end)),
-            _ => None,
-        })
-        .collect()
+    leads(program, |step| match step {
+        Step::ForBegin { end, .. } => Some(*end),
+        _ => None,
+    })
 }
 
 /// All jumps, as the indices of the jump and its target.
 pub fn jumps(program: &Program) -> Vec<(usize, usize)> {
-    let steps = program.instructions.iter().enumerate();
-    steps
-        .filter_map(|(at, instruction)| match instruction.step {
-            Step::Jump { target, .. } => Some((at, target)),
-            _ => None,
-        })
-        .collect()
+    leads(program, |step| match step {
+        Step::Jump { target, .. } => Some(*target),
+        _ => None,
+    })
 }
 
 /// All calls, as the indices of the call and its routine.
 pub fn calls(program: &Program) -> Vec<(usize, usize)> {
-    let steps = program.instructions.iter().enumerate();
-    steps
-        .filter_map(|(at, instruction)| match instruction.step {
-            Step::Call { target, .. } => Some((at, target)),
-            _ => None,
-        })
-        .collect()
+    leads(program, |step| match step {
+        Step::Call { target, .. } => Some(*target),
+        _ => None,
+    })
 }
 
 /// The last instruction of a routine: its first return that no jump within it leads past.

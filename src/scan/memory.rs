@@ -26,8 +26,9 @@ pub struct Memory<'p> {
     pub model: ScanModel,
     /// The words.
     pub words: Words,
-    bits: FxHashMap<Cell, Version<Lit>>,
-    cells: FxHashMap<Cell, Version<Word>>,
+    bit_cells: FxHashMap<Cell, Version<Lit>>,
+    word_cells: FxHashMap<Cell, Version<Word>>,
+    /// The forgotten regions that each area may have cells in, by the area's id.
     holes: Vec<Vec<Hole>>,
     choices: FxHashMap<ChoiceKey, VarId>,
     word_choices: Vec<bool>,
@@ -41,8 +42,8 @@ impl<'p> Memory<'p> {
             program,
             model: ScanModel::default(),
             words: Words::default(),
-            bits: FxHashMap::default(),
-            cells: FxHashMap::default(),
+            bit_cells: FxHashMap::default(),
+            word_cells: FxHashMap::default(),
             holes: vec![Vec::new(); program.areas.len()],
             choices: FxHashMap::default(),
             word_choices,
@@ -113,7 +114,7 @@ impl<'p> Memory<'p> {
 
     /// The newest version of a bit cell.
     pub fn read_bit(&mut self, cell: Cell) -> Lit {
-        let old = match self.bits.get(&cell) {
+        let old = match self.bit_cells.get(&cell) {
             Some(&version) => version,
             None => {
                 let name = self.program.cell_name(cell);
@@ -128,13 +129,13 @@ impl<'p> Memory<'p> {
                 self.model.circuit.ite(happened, fresh, old.value)
             }
         };
-        self.bits.insert(cell, Version { value, seen: self.holes[usize::from(cell.area.0)].len() });
+        self.bit_cells.insert(cell, self.newest(cell, value));
         value
     }
 
     /// The newest version of a word cell.
     pub fn read_word(&mut self, cell: Cell) -> Word {
-        let old = match self.cells.get(&cell) {
+        let old = match self.word_cells.get(&cell) {
             Some(&version) => version,
             None => {
                 let name = self.program.cell_name(cell);
@@ -149,9 +150,13 @@ impl<'p> Memory<'p> {
                 self.words.either(happened, fresh, old.value)
             }
         };
-        self.cells
-            .insert(cell, Version { value, seen: self.holes[usize::from(cell.area.0)].len() });
+        self.word_cells.insert(cell, self.newest(cell, value));
         value
+    }
+
+    /// A version that takes all regions forgotten by now into account.
+    fn newest<T>(&self, cell: Cell, value: T) -> Version<T> {
+        Version { value, seen: self.holes[usize::from(cell.area.0)].len() }
     }
 
     /// Whether a region that holds the cell was forgotten since its version, and what the new value stands for.
@@ -177,10 +182,7 @@ impl<'p> Memory<'p> {
             BitTarget::Cell(cell) => {
                 let old = if guard == Lit::TRUE { value } else { self.read_bit(cell) };
                 let value = self.model.circuit.ite(guard, value, old);
-                self.bits.insert(
-                    cell,
-                    Version { value, seen: self.holes[usize::from(cell.area.0)].len() },
-                );
+                self.bit_cells.insert(cell, self.newest(cell, value));
             }
             BitTarget::WordBit(cell, bit) => {
                 let word = self.read_word(cell);
@@ -198,10 +200,7 @@ impl<'p> Memory<'p> {
             WordTarget::Cell(cell) => {
                 let old = if guard == Lit::TRUE { value } else { self.read_word(cell) };
                 let value = self.words.either(guard, value, old);
-                self.cells.insert(
-                    cell,
-                    Version { value, seen: self.holes[usize::from(cell.area.0)].len() },
-                );
+                self.word_cells.insert(cell, self.newest(cell, value));
             }
             WordTarget::Bits { first, count } => {
                 let bits = self.words.bits(&mut self.model.circuit, value);

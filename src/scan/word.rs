@@ -1,6 +1,6 @@
 //! Symbolic 16-bit words: constants, free words, either-or, sums with a constant, and words put together from bits.
 
-use crate::model::{Atom, Circuit, Lit, VarId};
+use crate::model::{self, Atom, Circuit, Lit, VarId};
 use rustc_hash::FxHashMap;
 
 /// A symbolic word.
@@ -74,7 +74,7 @@ impl Words {
             return self.constant(value);
         }
         let is_bit_of = |i: usize| match circuit.node(bits[i]) {
-            crate::model::Node::Atom(Atom::WordBit(v, bit))
+            model::Node::Atom(Atom::WordBit(v, bit))
                 if usize::from(bit) == i && !bits[i].is_negated() =>
             {
                 Some(v)
