@@ -197,6 +197,12 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     let mut audit = findings.audit(warnings.clone());
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
     let loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
+    audit.doubts.extend(loops.found.iter().map(|one| {
+        format!(
+            "a scan can go round the loop to line {} without end: nothing bounds it",
+            one.to.line
+        )
+    }));
     audit.unbounded = loops.found;
     audit.doubts.extend(loops.open.iter().map(|one| {
         format!("whether the loop to line {} can run without end was not found out", one.to.line)

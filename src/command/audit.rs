@@ -3,7 +3,7 @@
 use super::options::{ProjectOptions, ReportOptions};
 use super::output::Target;
 use super::{Failure, Outcome};
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::Args;
 use scanbound::audit::response::Response;
 use scanbound::audit::{self, Audit};
@@ -44,6 +44,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let audit = &mut concluded.audit;
     if arguments.response {
+        if !audit.path.is_empty() {
+            return Err(anyhow!("no response time is known for a program of which not every pass asks for every input").into());
+        }
         let response = Response::of(audit, arguments.input_delay, arguments.output_delay);
         audit.response = Some(response.map_err(|sides| unknown(audit, &sides))?);
     }

@@ -74,6 +74,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let measurements = capture::read(&name, &bytes, &selection)?;
     drop(bytes);
     let audit = project.audit()?;
+    if let Some(first) = audit.unbounded.first() {
+        let file = &audit.files[first.to.file];
+        let line = first.to.line;
+        return Err(anyhow!("nothing bounds the scan: it can go round the loop to line {line} of {file} without end (scanbound audit shows it)").into());
+    }
     let bounds = Bounds::of(&audit);
     let Some(found) = Comparison::new(audit.files, bounds, measurements, arguments.fit) else {
         return Err(Failure::Internal("measurements without a scan".to_owned()));
