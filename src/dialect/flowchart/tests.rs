@@ -112,6 +112,16 @@ fn lists_are_told_by_their_content() {
 }
 
 #[test]
+fn every_sample_is_told_by_its_content() {
+    let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/flowchart");
+    for entry in std::fs::read_dir(directory).expect("samples") {
+        let path = entry.expect("a file").path();
+        let text = std::fs::read_to_string(&path).expect("text");
+        assert_eq!(found(&text), Ok(NAME), "{}", path.display());
+    }
+}
+
+#[test]
 fn the_main_routine_may_stay_in_inner_loops() {
     let source = read("LBL0: AND 0\nCJP LBL1\nJMP LBL0\nLBL1: AND 1\nCJP LBL0\nJMP LBL1\n");
     let lines: Vec<_> = source.warnings().iter().map(|one| one.line).collect();

@@ -49,8 +49,16 @@ fn signs(beginning: &str) -> Signs {
     signs
 }
 
+/// Whether a word is a label with a number, which no OMRON list has.
+fn is_label(word: &str) -> bool {
+    let word = word.trim_end_matches(':').to_ascii_uppercase();
+    word.strip_prefix("LBL").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
+}
+
 fn look(instruction: &RawInstruction, signs: &mut Signs) {
     let name = instruction.mnemonic.as_str();
+    let words = std::iter::once(name).chain(instruction.operands.iter().map(String::as_str));
+    signs.foreign |= words.into_iter().any(is_label);
     signs.foreign |= FOREIGN.contains(&name.to_ascii_uppercase().as_str());
     if let Some(number) = instruction.number {
         *(if number.digits == 2 { &mut signs.two_digits } else { &mut signs.three_digits }) += 1;
