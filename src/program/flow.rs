@@ -79,6 +79,30 @@ pub fn recursion(program: &Program) -> Option<usize> {
     edges[&first].iter().find(|(_, target)| circle.contains(target)).map(|&(at, _)| at)
 }
 
+/// A call at which more than `most` calls stand in each other, if there is one. Programs with recursion are not
+/// asked.
+pub fn nested_beyond(program: &Program, most: usize) -> Option<usize> {
+    let calls = calls(program);
+    let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
+    // Routines reached by so many calls, round by round; those beyond the last round lie too deep.
+    let mut reached: BTreeSet<usize> = entries.clone();
+    let mut within: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
+    for &entry in &entries {
+        let end = extent(program, entry)?;
+        let inside = calls.iter().filter(|&&(at, _)| (entry..=end).contains(&at)).copied();
+        within.insert(entry, inside.collect());
+    }
+    for round in 1..=most {
+        let next: Vec<(usize, usize)> =
+            reached.iter().filter_map(|entry| within.get(entry)).flatten().copied().collect();
+        if round == most {
+            return next.first().map(|&(at, _)| at);
+        }
+        reached = next.into_iter().map(|(_, target)| target).collect();
+    }
+    None
+}
+
 /// How many instructions run between two, both included, at most, loops unrolled and calls followed.
 /// Programs with recursion are not asked.
 pub fn unrolled(program: &Program, from: usize, to: usize) -> u64 {

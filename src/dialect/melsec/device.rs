@@ -175,6 +175,12 @@ pub const NAMES: [&str; 48] = [
 /// Further names of one letter.
 pub const SHORT_NAMES: [&str; 2] = ["R", "Z"];
 
+/// Whether an FX timer runs on wherever the scan is: those for subroutines, 1 ms timers, 100 ms retentive ones.
+#[must_use]
+pub fn own_clock(timer: u32) -> bool {
+    matches!(timer, 192..=199 | 246..)
+}
+
 /// What a device name means in a family; `None` if the family has no such device. `index` tells special
 /// relays and registers of the FX from plain ones.
 #[must_use]
@@ -196,8 +202,11 @@ pub fn kind(name: &str, index: u32, family: Family) -> Option<Kind> {
         "T" if fx && (246..=255).contains(&index) => {
             Kind::Timed(Timed { retentive: true, ..timer })
         }
+        "TS" | "TC" if fx && own_clock(index) => Kind::VolatileBit,
+        "TN" if fx && own_clock(index) => Kind::VolatileWord,
         // High-speed counters count in interrupts.
-        "C" if fx && index >= 235 => Kind::VolatileBit,
+        "C" | "CS" | "CC" if fx && index >= 235 => Kind::VolatileBit,
+        "CN" if fx && index >= 200 => Kind::VolatileWord,
         "V" if fx => Kind::Word(area("V index ")),
         "X" | "Y" | "M" | "L" | "F" | "S" | "B" | "SB" | "V" => Kind::Bit(area(name)),
         "FX" | "FY" if !fx => Kind::Bit(area(name)),

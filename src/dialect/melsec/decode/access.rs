@@ -1,10 +1,10 @@
 //! How operands are read and written: cells, bits of words, digits, and whatever is only known to be somewhere.
 
 use super::Decoder;
-use crate::dialect::melsec::device::{Family, Kind, area};
+use crate::dialect::melsec::device::{Family, Kind, area, own_clock};
 use crate::dialect::melsec::operand::{Device, Operand, Place, parse};
 use crate::program::{
-    BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
+    AreaId, BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
 };
 
 /// Where a bit is written.
@@ -204,10 +204,9 @@ impl Decoder<'_> {
             ));
             return Some((0..words).map(|_| self.free_word()).collect());
         }
+        let family = self.family;
         let cells = |area, index: u32| {
-            (0..words as u32)
-                .map(move |n| WordSource::Cell(Cell { area, index: index + n }))
-                .collect()
+            word_cells(family, area, index, words).into_iter().map(WordSource::Cell).collect()
         };
         Some(match device.place {
             Place::At(Kind::Word(area), index) if !self.is_switched(&device.name) => {
@@ -254,7 +253,7 @@ impl Decoder<'_> {
     fn is_long(&self, device: &Device) -> bool {
         match device.place {
             Place::At(Kind::Timed(_), _) if device.name.starts_with('L') => true,
-            Place::At(Kind::Timed(_) | Kind::VolatileBit, 200..) => {
+            Place::At(_, 200..) => {
                 self.family == Family::Fx && matches!(device.name.as_str(), "C" | "CN")
             }
             _ => false,
@@ -265,7 +264,7 @@ impl Decoder<'_> {
     fn runs_in_interrupts(&self, device: &Device) -> bool {
         self.family == Family::Fx
             && device.name == "T"
-            && matches!(device.place, Place::At(Kind::Timed(_), 192..=199 | 246..=255))
+            && matches!(device.place, Place::At(Kind::Timed(_), timer) if own_clock(timer))
     }
 
     fn unknown_words(&mut self, text: &str, words: usize) -> Vec<WordSource> {
@@ -320,12 +319,13 @@ impl Decoder<'_> {
         if self.is_long(&device) {
             return Some(WordPlace::Nowhere);
         }
+        if is_index_register(&device, words as u32, self.family) {
+            return Some(self.anywhere(text, "device", Region::Everything));
+        }
+        let family = self.family;
         let cells = |area, index: u32| {
-            WordPlace::All(
-                (0..words as u32)
-                    .map(|n| WordTarget::Cell(Cell { area, index: index + n }))
-                    .collect(),
-            )
+            let cells = word_cells(family, area, index, words);
+            WordPlace::All(cells.into_iter().map(WordTarget::Cell).collect())
         };
         Some(match device.place {
             Place::At(Kind::Word(area), _) if self.is_switched(&device.name) => {
@@ -384,13 +384,24 @@ impl Decoder<'_> {
     /// devices, bits for bit devices; nothing for constants and foreign memory.
     pub fn regions(&mut self, text: &str, count: Option<u32>) -> Option<Vec<Region>> {
         let Operand::Device(device) = self.operand(text)? else { return Some(Vec::new()) };
+        if is_index_register(&device, count.unwrap_or(REST), self.family) {
+            return Some(vec![Region::Everything]);
+        }
+        let index_areas = [area("Z"), area("V index ")];
         let range = |area, index| Region::Range {
             first: Cell { area, index },
             count: count.unwrap_or(REST),
         };
         Some(match device.place {
-            Place::At(Kind::Word(area), _) if self.is_switched(&device.name) => {
+            Place::At(Kind::Word(area), _) | Place::BitOf(Kind::Word(area), ..)
+                if self.is_switched(&device.name) =>
+            {
                 vec![Region::Area(area)]
+            }
+            Place::At(Kind::Word(area), _)
+                if self.family == Family::Fx && index_areas.contains(&area) && count != Some(1) =>
+            {
+                index_areas.map(Region::Area).to_vec()
             }
             Place::At(Kind::Bit(area) | Kind::Word(area), index) => vec![range(area, index)],
             Place::At(Kind::Timed(timed), index) => {
@@ -434,6 +445,32 @@ impl Decoder<'_> {
     pub fn number(&mut self, text: &str, words: usize) -> Option<Number> {
         self.read_words(text, words).map(Number::Words)
     }
+}
+
+/// Whether some of the special registers from one on are the FX's index registers: D8028 is Z0, D8029 V0, then
+/// Z1, V1 and so on from D8182 on.
+fn is_index_register(device: &Device, words: u32, family: Family) -> bool {
+    family == Family::Fx
+        && device.name == "D"
+        && match device.place {
+            Place::At(Kind::Word(_) | Kind::VolatileWord, first)
+            | Place::BitOf(Kind::VolatileWord, first, _) => {
+                [(8028, 8029), (8182, 8195)]
+                    .iter()
+                    .any(|&(low, high)| first <= high && first.saturating_add(words) > low)
+                    && (words < REST || first >= 8000)
+            }
+            _ => false,
+        }
+}
+
+/// The words of a number. The FX's index registers hold 32 bits in pairs, Z the lower half and V the upper one.
+fn word_cells(family: Family, first: AreaId, index: u32, words: usize) -> Vec<Cell> {
+    let low = Cell { area: first, index };
+    if family == Family::Fx && first == area("Z") && words == 2 {
+        return vec![low, Cell { area: area("V index "), index }];
+    }
+    (0..words as u32).map(|n| low.plus(n)).collect()
 }
 
 /// The words that digits of bits make: for each where its bits begin and how many there are, if any.

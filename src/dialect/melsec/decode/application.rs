@@ -140,7 +140,7 @@ impl Decoder<'_> {
     /// How many units the instruction handles, for times per unit.
     fn units(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
         if let Some(operand) = entry.units {
-            let (low, high, _) = self.count_range(&raw.operands[operand], self.most_counted());
+            let (low, high, _) = self.block_count(&raw.operands[operand]);
             let most = u64::try_from(high).unwrap_or(0).saturating_mul(entry.unit_size);
             return if low == high { Units::Exactly(most) } else { Units::AtMost(most) };
         }
@@ -203,8 +203,8 @@ impl Decoder<'_> {
             most = most.max(match amount {
                 Amount::Fixed(count) => u64::from(count),
                 Amount::Counted { unit, operand } => match self.constant(&raw.operands[operand]) {
-                    Some(count) => u64::try_from(count).unwrap_or(0) * u64::from(unit).max(1),
-                    None => return Units::AtMost(self.most_counted() as u64),
+                    Some(count) if count >= 0 => count.unsigned_abs() * u64::from(unit).max(1),
+                    _ => return Units::AtMost(self.most_counted() as u64 * u64::from(unit).max(1)),
                 },
                 Amount::Power { .. } | Amount::Unknown if matches!(operand.role, Role::Other) => 1,
                 Amount::Power { operand } => match self.constant(&raw.operands[operand]) {
@@ -220,6 +220,13 @@ impl Decoder<'_> {
     /// The most that a count in a word can say.
     fn most_counted(&self) -> i64 {
         if self.family == Family::Fx { 512 } else { 65_535 }
+    }
+
+    /// The least and largest value of a count of words or bits, and whether that is known. Counts are unsigned:
+    /// a negative one is a large one.
+    fn block_count(&mut self, text: &str) -> (i64, i64, bool) {
+        let (low, high, known) = self.count_range(text, self.most_counted());
+        if low < 0 { (0, high.max(0xFFFF), known) } else { (low, high, known) }
     }
 
     /// Row variants: an operand that is indexed, digits of bits, or in a module.
@@ -344,6 +351,9 @@ impl Decoder<'_> {
     }
 
     fn copy(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
+        if self.turns_moves && entry.mnemonic == "BMOV" {
+            return self.turned(raw, entry);
+        }
         let Some(words) = self.block_words(raw, entry.operands[1].extent) else {
             return Some(None);
         };
@@ -363,7 +373,23 @@ impl Decoder<'_> {
         Some(Some(self.write_number(&raw.operands[1], words, Number::Words(sources))?))
     }
 
+    /// A move between two operands whose direction or sort a special relay changes: both take any value.
+    fn turned(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
+        let what = "what it names is taken as any value";
+        self.approximate(format!("{} depends on M8024 or M8160: {what}", raw.mnemonic));
+        let mut effects = Vec::new();
+        for text in &raw.operands[..2] {
+            for region in self.reach(raw, text, entry.operands[1].extent) {
+                effects.push(fired(Write::Forget(region, self.choice())));
+            }
+        }
+        Some(Some(effects))
+    }
+
     fn exchange(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
+        if self.turns_moves {
+            return self.turned(raw, entry);
+        }
         let Some(words) = self.block_words(raw, entry.operands[0].extent) else {
             return Some(None);
         };
@@ -388,18 +414,31 @@ impl Decoder<'_> {
             _ => None,
         };
         let place = self.device(&raw.operands[0])?.place;
-        Some(count.and_then(|count| cleared(place, count)))
+        // Whether words are cleared whole or by single bits is not known: any value is taken.
+        let is_word = matches!(place, Place::At(Kind::Word(_), _));
+        Some(count.filter(|_| !is_word).and_then(|count| cleared(place, count)))
     }
 
     fn clear_range(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
         let (first, last) =
             (self.device(&raw.operands[0])?.place, self.device(&raw.operands[1])?.place);
-        Some(match (first, last) {
-            (Place::At(kind, from), Place::At(other, to)) if kind == other && from <= to => {
-                cleared(first, i64::from(to - from) + 1)
+        // Timers of two sorts still stand in the same areas.
+        let count = match (first, last) {
+            (Place::At(kind, from), Place::At(other, to))
+                if kind.cell(0).is_some() && kind.cell(0) == other.cell(0) && from <= to =>
+            {
+                Some(to - from + 1)
             }
             _ => None,
-        })
+        };
+        if let Some(effects) = count.and_then(|count| cleared(first, i64::from(count))) {
+            return Some(Some(effects));
+        }
+        self.approximate(format!("what {} writes is taken as any value", raw.mnemonic));
+        let mut regions = self.regions(&raw.operands[0], count)?;
+        regions.extend(self.regions(&raw.operands[1], Some(1))?);
+        let lost = |region| fired(Write::Forget(region, self.choice()));
+        Some(Some(regions.into_iter().map(lost).collect()))
     }
 
     fn bit_of_word(&mut self, raw: &RawInstruction, value: bool) -> Option<Option<Vec<Effect>>> {
@@ -458,8 +497,8 @@ impl Decoder<'_> {
         let mut count = match amount {
             Amount::Fixed(count) => Some(count),
             Amount::Counted { unit, operand } => {
-                let (_, high, _) = self.count_range(&raw.operands[operand], self.most_counted());
-                u32::try_from(high.max(0)).ok().and_then(|high| high.checked_mul(unit))
+                let (_, high, known) = self.block_count(&raw.operands[operand]);
+                u32::try_from(high).ok().filter(|_| known).and_then(|high| high.checked_mul(unit))
             }
             Amount::Power { operand } => {
                 let power = self.constant(&raw.operands[operand]);

@@ -9,7 +9,7 @@ use crate::program::{
 
 /// As what a comparison contact reads its operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Sort {
+pub(super) enum Sort {
     Integer { words: usize, signed: bool },
     Real { words: usize },
     Text,
@@ -111,7 +111,7 @@ impl Decoder<'_> {
 const LONGEST: u64 = 16_383;
 
 /// Splits a comparison contact into how it joins, what it compares, and the relation.
-fn recognise(mnemonic: &str) -> Option<(Join, Sort, Relation)> {
+pub(super) fn recognise(mnemonic: &str) -> Option<(Join, Sort, Relation)> {
     let at = mnemonic.find(['=', '<', '>'])?;
     let (head, rest) = mnemonic.split_at(at);
     let (symbol, unsigned) = match rest.strip_suffix("_U") {

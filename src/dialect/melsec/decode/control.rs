@@ -16,6 +16,9 @@ const STATE_LEVEL: u32 = 1000;
 /// Most turns a loop can have.
 pub(super) const MOST_TURNS: u32 = 32_767;
 
+/// Loops and calls in each other beyond this are refused: no CPU can follow them either.
+pub(super) const MOST_NESTED: usize = 64;
+
 /// A target still to be found.
 const OPEN: usize = usize::MAX;
 
@@ -219,7 +222,15 @@ impl Decoder<'_> {
     fn forget_passed(&mut self, passed: &[String]) {
         let mut effects = Vec::new();
         for text in passed {
-            for region in self.regions(text, Some(2)).unwrap_or_default() {
+            // A function device hands back four words at most.
+            for region in self.regions(text, Some(4)).unwrap_or_default() {
+                effects.push(always(Write::Forget(region, self.choice())));
+            }
+        }
+        if !passed.is_empty() {
+            // Whether a routine's own function devices come back with it is not known.
+            for name in ["FD", "FX", "FY"] {
+                let region = Region::Area(crate::dialect::melsec::device::area(name));
                 effects.push(always(Write::Forget(region, self.choice())));
             }
         }
@@ -257,6 +268,10 @@ impl Decoder<'_> {
     fn for_begins(&mut self, raw: &RawInstruction) {
         self.stand_alone(false);
         self.loops.push(self.program.instructions.len());
+        if self.loops.len() > MOST_NESTED {
+            let message = format!("more than {MOST_NESTED} loops stand in each other");
+            self.fault("nesting", "FOR", message, "no CPU allows more than 16");
+        }
         if !self.takes(raw, 1) {
             return;
         }

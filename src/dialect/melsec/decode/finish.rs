@@ -1,6 +1,6 @@
 //! What can only be settled when all files are read: labels, recursion, jumps' limits, loops taken in bulk, interrupts.
 
-use super::control::MOST_TURNS;
+use super::control::{MOST_NESTED, MOST_TURNS};
 use super::{Counts, Decoder};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::program::flow;
@@ -155,6 +155,13 @@ impl Decoder<'_> {
                 "recursion",
                 "this call leads back to itself: the scan has no bound".to_owned(),
                 "subroutines must not call each other in a circle",
+            );
+        } else if let Some(at) = flow::nested_beyond(&self.program, MOST_NESTED) {
+            self.fault_at(
+                at,
+                "nesting",
+                format!("more than {MOST_NESTED} calls stand in each other"),
+                "no CPU allows more than 64; most allow 16",
             );
         }
     }

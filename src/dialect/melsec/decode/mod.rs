@@ -11,6 +11,7 @@ mod rungs;
 mod tests;
 
 use super::device::{Family, areas};
+use super::operand::{Operand, parse};
 use super::source::{RawInstruction, RawProject};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
@@ -83,8 +84,14 @@ pub struct Decoder<'a> {
     program: Program,
     faults: Vec<Faults<'a>>,
     switches_file_register: bool,
+    /// FX: special relays that change what moves do: M8024 turns BMOV round, M8160 lets XCH swap bytes.
+    turns_moves: bool,
+    /// Files whose programs are called or stopped by their names.
+    may_rest: Vec<bool>,
 
     file: usize,
+    /// The instruction under way, an index into the file's.
+    position: usize,
     raw: Option<&'a RawInstruction>,
     /// The rung under way: results on the stack, results saved, whether it has put anything out yet.
     depth: usize,
@@ -149,7 +156,10 @@ impl<'a> Decoder<'a> {
                 .iter()
                 .flat_map(|file| &file.instructions)
                 .any(is_switch),
+            turns_moves: options.family == Family::Fx && turns_moves(project),
+            may_rest: may_rest(project),
             file: 0,
+            position: 0,
             raw: None,
             depth: 0,
             saved: 0,
@@ -176,9 +186,13 @@ impl<'a> Decoder<'a> {
         let first = self.program.instructions.len();
         (self.depth, self.saved, self.has_output, self.block_open) = (0, 0, true, false);
         let raw_file = &self.project.files[file];
-        for raw in &raw_file.instructions {
-            self.raw = Some(raw);
+        if self.may_rest[file] {
+            self.rest();
+        }
+        for (position, raw) in raw_file.instructions.iter().enumerate() {
+            (self.position, self.raw) = (position, Some(raw));
             self.instruction(raw);
+            self.direct_inputs(raw);
         }
         self.raw = raw_file.instructions.last();
         self.end_of_file();
@@ -190,6 +204,28 @@ impl<'a> Decoder<'a> {
             instructions: first..last,
             count: raw_file.instructions.len(),
         });
+    }
+
+    /// A program that need not run in every scan.
+    fn rest(&mut self) {
+        self.approximate(
+            "this program is called or stopped by instructions: it may run by itself in the scan or not".to_owned(),
+        );
+        let fires = self.free_bit();
+        let at = self.add(None, Vec::new(), Step::Jump { fires, target: usize::MAX });
+        self.ends.push(at);
+    }
+
+    /// What is read as `DX` is then found in `X` as well.
+    fn direct_inputs(&mut self, raw: &RawInstruction) {
+        let is_direct = |text: &String| matches!(parse(text, self.family), Ok(Operand::Device(device)) if device.name == "DX");
+        if !raw.operands.iter().any(is_direct) {
+            return;
+        }
+        self.approximate("a direct input refreshes X: any X is taken as any value".to_owned());
+        let choice = self.choice();
+        let lost = always(Write::Forget(Region::Area(super::device::area("X")), choice));
+        self.add(None, vec![lost], Step::Nothing);
     }
 
     /// Decodes one instruction; each kind has its file.
@@ -319,6 +355,37 @@ impl<'a> Decoder<'a> {
     }
 }
 
+/// Whether the program touches M8024 or M8160.
+fn turns_moves(project: &RawProject) -> bool {
+    let operands =
+        project.files.iter().flat_map(|file| &file.instructions).flat_map(|raw| &raw.operands);
+    let has = |text: &String, relay: &str| text.to_ascii_uppercase().contains(relay);
+    operands.into_iter().any(|text| has(text, "M8024") || has(text, "M8160"))
+}
+
+/// Which files' programs need not run in every scan: those that are called by name are commonly on standby, and
+/// those that are stopped rest. An operand that is no name may be any of them.
+fn may_rest(project: &RawProject) -> Vec<bool> {
+    let mut rests = vec![false; project.files.len()];
+    for raw in project.files.iter().flat_map(|file| &file.instructions) {
+        let mnemonic = raw.mnemonic.to_ascii_uppercase();
+        let names = ["ECALL", "EFCALL", "PSTOP", "POFF", "PSCAN", "PLOW"];
+        let is_named =
+            |name: &&str| mnemonic.strip_prefix(*name).is_some_and(|p| ["", "P"].contains(&p));
+        if !names.iter().any(is_named) {
+            continue;
+        }
+        let text = raw.operands.first().map_or("", String::as_str).trim_matches('"');
+        let stem = text.split('.').next().unwrap_or(text);
+        let named = project.files.iter().position(|f| f.program.eq_ignore_ascii_case(stem));
+        match named {
+            Some(file) => rests[file] = true,
+            None => rests.fill(true),
+        }
+    }
+    rests
+}
+
 /// `1 operand`, `3 operands`.
 fn operands(count: usize) -> String {
     match count {
@@ -377,7 +444,11 @@ impl Decoder<'_> {
             };
             if let super::operand::Place::At(super::device::Kind::Word(area), index) = device.place
             {
-                let wide = low < -0x8000 || high > 0x7FFF;
+                let wide = low < -0x8000 || high > 0xFFFF;
+                if !wide && high > 0x7FFF {
+                    // One unsigned word or two signed ones: that is not said, so that nothing is held to it.
+                    continue;
+                }
                 let count = if wide { 2 } else { 1 };
                 let cells = (0..count).map(|n| Cell { area, index: index + n }).collect();
                 self.program.ranges.push(StartRange { cells, low, high });

@@ -4,7 +4,7 @@ use super::access::{BitPlace, WordPlace};
 use super::rungs::{letters, remember};
 use super::{Decoder, always, edge, fired, timing};
 use crate::dialect::melsec::device::{Family, Kind, Timed};
-use crate::dialect::melsec::operand::{Device, Place};
+use crate::dialect::melsec::operand::{Device, Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{
     BitTarget, Cell, Effect, Logic, Number, Region, Step, Units, When, WordSource, WordTarget,
@@ -49,18 +49,28 @@ impl Decoder<'_> {
         let target = &raw.operands[0];
         let effects = if is_timed {
             let Some(device) = self.device(target) else { return };
-            if self
-                .read_words(&raw.operands[1], if variant.starts_with('L') { 2 } else { 1 })
-                .is_none()
-            {
+            let is_long =
+                variant.starts_with('L') || (self.family == Family::Fx && is_long_counter(&device));
+            if self.read_words(&raw.operands[1], if is_long { 2 } else { 1 }).is_none() {
                 return;
             }
             self.timed_effects(target, &device)
         } else {
-            let Some(effects) = self.bit_effects(target, Logic::Condition, true) else { return };
+            let value = match parse(target, self.family) {
+                // In a step ladder OUT moves on to another state as SET does; whether it can clear that state is
+                // not known.
+                Ok(Operand::Device(device)) if self.state.is_some() && device.name == "S" => {
+                    let (Some(now), free) = (self.read_bit(target), self.free_bit()) else {
+                        return;
+                    };
+                    Logic::Any(vec![Logic::Condition, Logic::All(vec![now, free])])
+                }
+                _ => Logic::Condition,
+            };
+            let Some(effects) = self.bit_effects(target, value, true) else { return };
             effects
         };
-        let effects = self.with_state_transfer(target, effects);
+        self.state_transfer(target);
         let class = match variant.as_str() {
             "T" | "ST" | "SS" | "LT" | "LST" => "timer",
             "C" | "LC" => "counter",
@@ -159,8 +169,9 @@ impl Decoder<'_> {
                 None => return,
             },
         };
-        let effects =
-            if mnemonic == "SET" { self.with_state_transfer(text, effects) } else { effects };
+        if mnemonic == "SET" {
+            self.state_transfer(text);
+        }
         let key =
             timing(mnemonic, false, &[&letters(raw.operands.first())], "set", Units::None, false);
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
@@ -187,22 +198,21 @@ impl Decoder<'_> {
         self.add(Some(key), effects, Step::Act { fires });
     }
 
-    /// In a step ladder, setting a state may reset the one that is left.
-    fn with_state_transfer(&mut self, text: &str, mut effects: Vec<Effect>) -> Vec<Effect> {
+    /// In a step ladder, setting a state resets the one that is left, at a moment that is not known.
+    fn state_transfer(&mut self, text: &str) {
         let is_state = text.trim().to_ascii_uppercase().starts_with('S');
-        let relays = match &self.state {
-            Some(state) if is_state => state.relays.clone(),
-            _ => return effects,
-        };
+        let Some(state) = self.state.as_ref().filter(|_| is_state) else { return };
+        let one = |&first: &Cell| Region::Range { first, count: 1 };
+        self.volatile.extend(state.relays.iter().map(one));
         self.approximate(format!(
             "{text}: the state that is left may be reset at once or later in the scan"
         ));
-        for relay in relays {
-            let stays = Logic::All(vec![Logic::cell(relay), self.free_bit()]);
-            effects.push(fired(Write::Bit(BitTarget::Cell(relay), stays)));
-        }
-        effects
     }
+}
+
+/// The FX's counters from C200 on count 32 bits.
+fn is_long_counter(device: &Device) -> bool {
+    device.name == "C" && matches!(device.place, Place::At(_, 200..))
 }
 
 fn zero(target: WordTarget) -> Effect {

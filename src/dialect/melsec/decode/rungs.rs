@@ -1,5 +1,6 @@
 //! Contacts and the stack: LD to ORI, edges, ANB, ORB, MPS, MRD, MPP, INV, MEP, MEF, EGP, EGF; where rungs begin.
 
+use super::compare::recognise;
 use super::{Decoder, always, edge, timing};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{BitTarget, Cell, Effect, Join, Logic, Step, TimingKey, Units, Write};
@@ -53,7 +54,7 @@ impl Decoder<'_> {
     /// How a contact joins, after noting where a rung begins.
     pub(super) fn join(&mut self, join: Join, mnemonic: &str) -> Join {
         match join {
-            Join::Load if self.has_output && self.saved == 0 => {
+            Join::Load if self.has_output && self.saved == 0 && !self.is_joined_later() => {
                 self.begin_block();
                 self.depth = 1;
                 Join::Start
@@ -77,6 +78,26 @@ impl Decoder<'_> {
                 other
             }
         }
+    }
+
+    /// Whether ANB or ORB joins the block that begins here to what is in front of it: the rung then goes on behind
+    /// its output.
+    fn is_joined_later(&self) -> bool {
+        let mut blocks = self.depth.min(1);
+        for raw in &self.project.files[self.file].instructions[self.position + 1..] {
+            let mnemonic = raw.mnemonic.to_ascii_uppercase();
+            match (joins(&mnemonic), mnemonic.as_str()) {
+                (Some(Join::Load), _) => blocks += 1,
+                (Some(_), _) | (_, "INV" | "MEP" | "MEF" | "EGP" | "EGF" | "NOP") => {}
+                (_, "ANB" | "ORB") => match blocks {
+                    0 => return false,
+                    1 => return true,
+                    _ => blocks -= 1,
+                },
+                _ => return false,
+            }
+        }
+        false
     }
 
     /// Begins a new rung, unless a label just did.
@@ -246,6 +267,12 @@ fn stack_key(mnemonic: &str) -> TimingKey {
 pub(super) fn letters(operand: Option<&String>) -> String {
     let text = operand.map_or("", String::as_str);
     text.chars().take_while(char::is_ascii_alphabetic).collect::<String>().to_ascii_uppercase()
+}
+
+/// How a contact or comparison joins; `None` if it is none.
+fn joins(mnemonic: &str) -> Option<Join> {
+    let plain = contact(mnemonic).map(|(join, ..)| join);
+    plain.or_else(|| recognise(mnemonic).map(|(join, ..)| join))
 }
 
 /// How a contact joins, whether it looks for an edge (rising or falling), whether it is negated.

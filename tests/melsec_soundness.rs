@@ -1,0 +1,188 @@
+//! MELSEC programs whose dearest scan is easily overlooked: each names operations that can all run in one scan.
+
+mod common;
+
+use common::bound::bound;
+use scanbound::dialect::melsec::decode::{DecodeOptions, decode};
+use scanbound::dialect::melsec::device::Family;
+use scanbound::dialect::{Input, Project, read};
+use scanbound::facts::Facts;
+use scanbound::program::Program;
+use scanbound::solve::Method;
+use scanbound::time::Picos;
+
+fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<Program, String> {
+    let inputs: Vec<Input> = files
+        .iter()
+        .map(|(name, text)| Input {
+            name: format!("{name}.il"),
+            bytes: text.replace("; ", "\n").into_bytes(),
+        })
+        .collect();
+    let told = |faults: Vec<scanbound::diagnostic::Diagnostic>| {
+        let all: Vec<String> =
+            faults.iter().map(|fault| format!("{}: {}", fault.text, fault.message)).collect();
+        all.join("\n")
+    };
+    let Project::Melsec(project) = read(&inputs, Some("melsec-list")).map_err(told)? else {
+        return Err("not read as MELSEC".to_owned());
+    };
+    let is_user_instruction = |name: &str| name.starts_with("Op");
+    let options = DecodeOptions { family, is_user_instruction: &is_user_instruction, facts };
+    decode(&project, &options).map_err(told)
+}
+
+/// What the operations `Op1`, `Op2`, `Op4` ... of the dearest scan cost together: each its number, nothing when off.
+fn dearest(program: &Program) -> u64 {
+    let times = program
+        .instructions
+        .iter()
+        .map(|instruction| {
+            let cost = instruction.text.strip_prefix("Op").and_then(|cost| cost.parse().ok());
+            (Picos(cost.unwrap_or(0)), Picos::ZERO)
+        })
+        .collect();
+    bound(program, &times, Method::Cores).expect("the program can be followed").upper.0
+}
+
+/// Instructions apart by `; `.
+fn together(family: Family, text: &str) -> u64 {
+    let program = decoded(family, &[("MAIN", text)], &Facts::default());
+    dearest(&program.unwrap_or_else(|faults| panic!("{text}\n{faults}")))
+}
+
+#[test]
+fn zrst_of_many_devices_clears_those_between() {
+    let text = "LD M500; Op1; LD X0; ZRST M0 M1000; LDI M500; Op2; END";
+    assert_eq!(together(Family::Q, text), 3);
+    assert_eq!(together(Family::Fx, text), 3);
+    let timers = "LD T5; Op1; LD X0; ZRST T0 T255; LDI T5; Op2; END";
+    assert_eq!(together(Family::Fx, timers), 3);
+    let indexed = "LD M500; Op1; LD X0; ZRST M0 M10Z0; LDI M500; Op2; END";
+    assert_eq!(together(Family::Q, indexed), 3);
+    // And what lies outside stays.
+    let outside = "LD M1001; Op1; LD X0; ZRST M0 M1000; LDI M1001; Op2; END";
+    assert_eq!(together(Family::Q, outside), 2);
+}
+
+#[test]
+fn negative_and_unknown_counts_reach_far() {
+    for count in ["K-1", "D50"] {
+        let text =
+            format!("LD= D9000 K1; Op1; LD X0; BMOV D0 D100 {count}; LD= D9000 K2; Op2; END");
+        assert_eq!(together(Family::Q, &text), 3, "{count}");
+    }
+    let text = "LD= D2500 K1; Op1; LD X0; RS D0 D10 D2000 D50; LD= D2500 K2; Op2; END";
+    assert_eq!(together(Family::Fx, text), 3);
+}
+
+#[test]
+fn bkrst_of_words_is_not_taken_as_clearing_them_whole() {
+    let text = "LD X0; BKRST D0 K10; LD= D5 K3; Op1; END";
+    assert_eq!(together(Family::Q, text), 1);
+    assert_eq!(together(Family::Q, "LD SM400; BKRST M0 K10; LD M5; Op1; END"), 0);
+}
+
+#[test]
+fn fx_index_registers_pair_z_with_v() {
+    let text = "LD= V0 K0; Op1; LD X0; DMOV K65536 Z0; LD= V0 K1; Op2; END";
+    assert_eq!(together(Family::Fx, text), 3);
+    let next = "LD= Z1 K0; Op1; LD X0; DMOV K65536 Z0; LD= Z1 K1; Op2; END";
+    assert_eq!(together(Family::Fx, next), 2);
+    assert_eq!(together(Family::Q, next), 3);
+    let special = "LD= Z0 K0; Op1; LD X0; MOV K1 D8028; LD= Z0 K1; Op2; END";
+    assert_eq!(together(Family::Fx, special), 3);
+}
+
+#[test]
+fn fx_special_relays_turn_moves_round() {
+    let text = "LD X1; OUT M8024; LD= D0 K1; Op1; LD X0; BMOV D0 D100 K2; LD= D0 K2; Op2; END";
+    assert_eq!(together(Family::Fx, text), 3);
+    let plain = "LD X1; OUT M24; LD= D0 K1; Op1; LD X0; BMOV D0 D100 K2; LD= D0 K2; Op2; END";
+    assert_eq!(together(Family::Fx, plain), 2);
+}
+
+#[test]
+fn fx_long_counters_are_read_as_any_number() {
+    let text = "LD X0; OUT C235 K100000; OUT C200 K100000; OUT C201 D0; LDD= C235 K70000; Op1; LDD= C200 K70000; Op2; LD M8000; DMOV C251 D0; END";
+    assert_eq!(together(Family::Fx, text), 3);
+}
+
+#[test]
+fn a_direct_input_refreshes_the_latched_one() {
+    let text = "LD X0; Op1; LD DX0; OUT M1; LDI X0; Op2; END";
+    assert_eq!(together(Family::Q, text), 3);
+    assert_eq!(together(Family::Q, "LD X0; Op1; LD X1; OUT M1; LDI X0; Op2; END"), 2);
+}
+
+#[test]
+fn long_counters_hold_their_contact() {
+    let text = "LD X0; OUT LC0 K10; LD LC0; ANI X0; Op1; END";
+    assert_eq!(together(Family::Iqr, text), 1);
+    let plain = "LD X0; OUT C0 K10; LD C0; ANI X0; Op1; END";
+    assert_eq!(together(Family::Q, plain), 1);
+    assert_eq!(together(Family::Q, &plain.replace('C', "T")), 0);
+}
+
+#[test]
+fn a_step_ladder_leaves_its_state_at_any_moment() {
+    let left = "STL S20; LD X0; SET S21; LD S20; Op1; RET; LDI S20; Op2; END";
+    assert_eq!(together(Family::Fx, left), 3);
+    let parallel = "STL S25; LDI X0; Op1; LD X0; OUT S0; RET; LD S0; Op2; END";
+    assert_eq!(together(Family::Fx, parallel), 3);
+}
+
+#[test]
+fn a_rung_goes_on_behind_its_output_with_a_block() {
+    let text = "LD X0; OUT Y0; LD X1; OR X2; ANB; Op1; LDI X0; Op2; END";
+    assert_eq!(together(Family::Q, text), 2);
+    let twice = "LD X0; OUT Y0; LD X1; LD X2; AND= D0 K1; ORB; ANB; Op1; LD X3; Op2; END";
+    assert_eq!(together(Family::Q, twice), 3);
+    let two_rungs = "LD X0; OUT Y0; LD X1; LD X2; ANB; Op1; LDI X0; Op2; END";
+    assert_eq!(together(Family::Q, two_rungs), 3);
+}
+
+#[test]
+fn a_program_that_is_called_or_stopped_may_rest() {
+    let off = ("OFF", "LD SM401; OUT M0; END");
+    let work = |by: &str| format!("LD M0; Op1; LD X0; {by}; END");
+    let facts = Facts::default();
+    let cost = |by: &str| {
+        let work = work(by);
+        decoded(Family::Q, &[off, ("WORK", &work)], &facts).map(|program| dearest(&program))
+    };
+    assert_eq!(cost("PSTOP \"OFF\""), Ok(1));
+    assert_eq!(cost("OUT M5"), Ok(0));
+    let called = ("SUB", "P100; LD SM401; OUT M0; RET; END");
+    let main = ("MAIN", "LD M0; Op1; LD X0; ECALL \"SUB\" P100; END");
+    let program = decoded(Family::Q, &[called, main], &facts).expect("good");
+    assert_eq!(dearest(&program), 1);
+}
+
+#[test]
+fn a_range_at_the_start_limits_no_count_that_the_program_writes() {
+    let ranges = [("D0".to_owned(), (1, 2))].into();
+    let facts = Facts { ranges, ..Facts::default() };
+    let turns = |text: &str| dearest(&decoded(Family::Q, &[("MAIN", text)], &facts).expect("good"));
+    assert_eq!(turns("FOR D0; LD X0; Op1; NEXT; END"), 2);
+    assert_eq!(turns("LD X1; MOV K9 D0; FOR D0; LD X0; Op1; NEXT; END"), 32_767);
+    let wide = [("D0".to_owned(), (0, 40_000))].into();
+    let facts = Facts { ranges: wide, ..Facts::default() };
+    let program = decoded(Family::Q, &[("MAIN", "LD= D1 K5; Op1; END")], &facts).expect("good");
+    assert_eq!(dearest(&program), 1);
+}
+
+#[test]
+fn what_nests_too_deep_is_refused() {
+    let mut calls = "LD X0; CALL P0; FEND; ".to_owned();
+    for n in 0..4000 {
+        calls += &format!("P{n}; LD X0; CALL P{}; RET; ", n + 1);
+    }
+    calls += "P4000; LD X0; OUT Y0; RET; END";
+    let facts = Facts::default();
+    let told = decoded(Family::Q, &[("MAIN", &calls)], &facts).expect_err("too deep");
+    assert!(told.contains("calls stand in each other"), "{told}");
+    let loops = format!("{}LD X0; OUT Y0; {}END", "FOR K1; ".repeat(4000), "NEXT; ".repeat(4000));
+    let told = decoded(Family::Q, &[("MAIN", &loops)], &facts).expect_err("too deep");
+    assert!(told.contains("loops stand in each other"), "{told}");
+}
