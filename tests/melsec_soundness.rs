@@ -72,13 +72,13 @@ fn negative_and_unknown_counts_reach_far() {
             format!("LD= D9000 K1; Op1; LD X0; BMOV D0 D100 {count}; LD= D9000 K2; Op2; END");
         assert_eq!(together(Family::Q, &text), 3, "{count}");
     }
-    let text = "LD= D2500 K1; Op1; LD X0; RS D0 D10 D2000 D50; LD= D2500 K2; Op2; END";
+    let text = "LD= D3000 K1; Op1; LD X0; RS D0 D10 D2000 D50; LD= D3000 K2; Op2; END";
     assert_eq!(together(Family::Fx, text), 3);
 }
 
 #[test]
 fn bkrst_of_words_is_not_taken_as_clearing_them_whole() {
-    let text = "LD X0; BKRST D0 K10; LD= D5 K3; Op1; END";
+    let text = "LD SM400; BKRST D0 K10; LD= D5 K3; Op1; END";
     assert_eq!(together(Family::Q, text), 1);
     assert_eq!(together(Family::Q, "LD SM400; BKRST M0 K10; LD M5; Op1; END"), 0);
 }

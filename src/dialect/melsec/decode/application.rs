@@ -184,7 +184,8 @@ impl Decoder<'_> {
         if let (Some(first), Some(last)) =
             (self.device(&raw.operands[0]), self.device(&raw.operands[1]))
             && let (Place::At(kind, from), Place::At(other, to)) = (first.place, last.place)
-            && kind == other
+            && kind.cell(0).is_some()
+            && kind.cell(0) == other.cell(0)
         {
             return Units::Exactly(u64::from(to.saturating_sub(from)) + 1);
         }
