@@ -138,6 +138,8 @@ fn a_rung_goes_on_behind_its_output_with_a_block() {
     assert_eq!(together(Family::Q, text), 2);
     let twice = "LD X0; OUT Y0; LD X1; LD X2; AND= D0 K1; ORB; ANB; Op1; LD X3; Op2; END";
     assert_eq!(together(Family::Q, twice), 3);
+    let in_loop = "FOR K1; LD X1; LD X2; ORB; Op1; LDI X1; Op2; NEXT; END";
+    assert_eq!(together(Family::Q, in_loop), 3);
     let two_rungs = "LD X0; OUT Y0; LD X1; LD X2; ANB; Op1; LDI X0; Op2; END";
     assert_eq!(together(Family::Q, two_rungs), 3);
 }

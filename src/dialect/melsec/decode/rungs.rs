@@ -83,14 +83,16 @@ impl Decoder<'_> {
     /// Whether ANB or ORB joins the block that begins here to what is in front of it: the rung then goes on behind
     /// its output.
     fn is_joined_later(&self) -> bool {
-        let mut blocks = self.depth.min(1);
+        if self.depth == 0 {
+            return false;
+        }
+        let mut blocks = 1;
         for raw in &self.project.files[self.file].instructions[self.position + 1..] {
             let mnemonic = raw.mnemonic.to_ascii_uppercase();
             match (joins(&mnemonic), mnemonic.as_str()) {
                 (Some(Join::Load), _) => blocks += 1,
                 (Some(_), _) | (_, "INV" | "MEP" | "MEF" | "EGP" | "EGF" | "NOP") => {}
                 (_, "ANB" | "ORB") => match blocks {
-                    0 => return false,
                     1 => return true,
                     _ => blocks -= 1,
                 },
