@@ -2,6 +2,7 @@
 
 use super::problem::Problem;
 use crate::model::{Assignment, Atom, Lit, Node, VarId};
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 /// Clauses over variables 1, 2, ...; a literal is a variable or, negated, its negative, as in DIMACS files.
@@ -65,6 +66,22 @@ impl Clauses {
     pub fn inputs(&self) -> impl Iterator<Item = i32> {
         let bits = self.bits.values().flatten().copied();
         self.atoms.iter().map(|&(variable, _)| variable).chain(bits)
+    }
+
+    /// The bits that occur in most clauses, so many at most.
+    pub fn busiest_bits(&self, most: usize) -> Vec<VarId> {
+        let mut occurrences = vec![0usize; self.variables + 1];
+        for literal in self.clauses.iter().flatten() {
+            occurrences[literal.unsigned_abs() as usize] += 1;
+        }
+        let bits = self.atoms.iter().filter_map(|&(variable, atom)| match atom {
+            Atom::Bit(bit) => Some((Reverse(occurrences[variable.unsigned_abs() as usize]), bit)),
+            _ => None,
+        });
+        let mut bits: Vec<_> = bits.collect();
+        bits.sort_unstable();
+        bits.truncate(most);
+        bits.into_iter().map(|(_, bit)| bit).collect()
     }
 
     /// The assignment that a model stands for, over the problem's variables.

@@ -18,6 +18,7 @@ use super::formula::Formula;
 use super::oracle::Oracle;
 use super::problem::Problem;
 use super::totalizer::Totalizer;
+use crate::model::VarId;
 use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 
@@ -26,6 +27,9 @@ const SMALLEST: usize = 100;
 
 /// Each round's parts are so many times larger than the last round's.
 const GROWTH: usize = 4;
+
+/// So many bits are tried either way when the parts' values are taken together.
+const MODES: usize = 16;
 
 /// So many rounds go by before the search looks at the whole for what propagation shows. Until then it goes
 /// down in weight step by step; after that little is left, and the parts are asked for all their wishes at once.
@@ -59,6 +63,7 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
         unpaid: Vec::new(),
         lost: 0,
         values: vec![false; clauses.variables + 1],
+        modes: clauses.busiest_bits(MODES),
         contradiction: false,
         bounds,
     };
@@ -80,11 +85,7 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
         if size == whole {
             return;
         }
-        // The parts' best values together: seldom the best of the whole, but a scan.
-        let values = &search.values;
-        let holds = |literal: i32| values[literal.unsigned_abs() as usize] == (literal > 0);
-        let assignment = clauses.assignment(problem, holds);
-        search.bounds.found(assignment);
+        search.combine();
         size *= GROWTH;
     }
 }
@@ -109,6 +110,8 @@ struct Search<'a, 'b> {
     lost: u64,
     /// Of the circuit's variables: the values in the last scan found for their part.
     values: Vec<bool>,
+    /// The bits that most clauses ask for.
+    modes: Vec<VarId>,
     /// The constraints exclude each other.
     contradiction: bool,
 }
@@ -181,6 +184,26 @@ impl Search<'_, '_> {
             let variable = i32::try_from(home).expect("variables are counted in 31 bits");
             self.values[home] = self.oracle.holds(variable);
         }
+    }
+
+    /// Takes the parts' best values together: seldom the best of the whole, but a scan. Modes that the parts
+    /// disagree on are tried either way.
+    fn combine(&mut self) {
+        let values = &self.values;
+        let holds = |literal: i32| values[literal.unsigned_abs() as usize] == (literal > 0);
+        let mut best = self.clauses.assignment(self.problem, holds);
+        let mut most = self.problem.cost(&best);
+        for &mode in &self.modes {
+            let value = &mut best.0[mode.0 as usize];
+            *value ^= 1;
+            let cost = self.problem.cost(&best);
+            if cost > most {
+                most = cost;
+            } else {
+                best.0[mode.0 as usize] ^= 1;
+            }
+        }
+        self.bounds.found(best);
     }
 
     /// Begins with a solver that knows nothing.
