@@ -575,6 +575,8 @@ pub struct Program {
     pub points: Option<[u32; 2]>,
     /// Ranges the user stated.
     pub ranges: Vec<StartRange>,
+    /// What holds in the state in which every scan starts; no choice and no condition occurs in it.
+    pub invariants: Vec<Logic>,
     /// The user's statements that were used, in words.
     pub facts: Vec<String>,
 }

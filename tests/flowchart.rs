@@ -8,12 +8,13 @@ use common::tape::{Tape, cases, on_tapes};
 use scanbound::audit::{Audit, Request, audit};
 use scanbound::dialect::Input;
 use scanbound::dialect::flowchart::decode::mnemonic;
-use scanbound::dialect::flowchart::interpret::{Ended, Machine, Pass};
+use scanbound::dialect::flowchart::interpret::{Ended, Machine, Pass, State};
 use scanbound::dialect::flowchart::{Source, read_text};
 use scanbound::facts::Facts;
 use scanbound::solve::Method;
 use scanbound::table::Table;
 use scanbound::time::Picos;
+use std::collections::BTreeSet;
 
 fn audited(name: &str, text: &str, table: &Table) -> Result<Audit, String> {
     let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
@@ -53,22 +54,33 @@ fn check(tape: &[u16]) -> Result<(), String> {
     if !audit.bound.exact() {
         return Err(told(format!("not exact: {:?}", audit.bound)));
     }
-    let (mut most, mut endless, mut complete) = (Picos::ZERO, false, false);
-    let mut every = Every::default();
-    for _ in 0..1_500 {
-        let pass = Machine::anywhere(&source).pass(&mut every);
-        if pass.ended == Ended::Never {
-            endless = true;
-            break;
-        }
-        let cost = cost(&source, &table, &pass);
-        if cost > upper && audit.unbounded.is_empty() {
-            return Err(told(format!("the bound is {upper}, a pass takes {cost}: {pass:?}")));
-        }
-        most = most.max(cost);
-        if !every.advance() {
-            complete = true;
-            break;
+    let (mut most, mut endless, mut complete) = (Picos::ZERO, false, true);
+    let mut passes = 0;
+    let mut known: BTreeSet<State> = BTreeSet::new();
+    let mut open = vec![Machine::switched_on(&source)];
+    // Every state that is ever reached, and from each every pass.
+    'all: while let Some(machine) = open.pop() {
+        let mut every = Every::default();
+        loop {
+            passes += 1;
+            let mut machine = machine.clone();
+            let pass = machine.pass(&mut every);
+            if pass.ended == Ended::Never || passes == 3_000 {
+                endless = pass.ended == Ended::Never;
+                complete = false;
+                break 'all;
+            }
+            let cost = cost(&source, &table, &pass);
+            if cost > upper && audit.unbounded.is_empty() {
+                return Err(told(format!("the bound is {upper}, a pass takes {cost}: {pass:?}")));
+            }
+            most = most.max(cost);
+            if known.insert(machine.state().clone()) {
+                open.push(machine);
+            }
+            if !every.advance() {
+                break;
+            }
         }
     }
     if endless && audit.unbounded.is_empty() {
@@ -170,17 +182,21 @@ fn the_cases_with_bound_and_way() {
 }
 
 #[test]
-fn no_pass_of_the_cases_is_longer_than_the_bound() {
+fn no_pass_of_the_cases_is_longer_than_the_bound_and_some_pass_attains_it() {
     for name in CASES {
         let (source, table, audit) = case(name);
         let mut most = Picos::ZERO;
         let mut machine = Machine::switched_on(&source);
         let mut weather = Weather(7);
-        for _ in 0..50_000 {
+        for number in 0..30_000 {
+            // What is done for good, such as an output that nothing turns off again, is undone so.
+            if number % 100 == 0 {
+                machine = Machine::switched_on(&source);
+            }
             let pass = machine.pass(&mut weather);
             assert_eq!(pass.ended, Ended::Pass, "{name}");
             most = most.max(cost(&source, &table, &pass));
         }
-        assert!(most <= audit.bound.upper, "{name}");
+        assert_eq!(most, audit.bound.upper, "{name}");
     }
 }

@@ -503,6 +503,9 @@ fn confirm(
         let cell = program.cell_name(program.ranges[range].cells[0]);
         return Err(Failure::Internal(format!("the worst scan breaks the range of {cell}")));
     }
+    if !replayed.broken_invariants.is_empty() {
+        return Err(Failure::Internal("the worst scan starts as no scan does".to_owned()));
+    }
     for (group, maximum) in groups.iter().zip(maxima) {
         let cost: Picos = group.charges.iter().map(|&c| model.charges[c].cost(&values)).sum();
         if cost != maximum.lower || maximum.lower > maximum.upper {

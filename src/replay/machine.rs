@@ -66,6 +66,9 @@ impl<'p, F: Free> Machine<'p, F> {
 
     pub(super) fn scan(mut self) -> Replay {
         let program = self.program;
+        let broken = program.invariants.iter().enumerate();
+        let broken = broken.filter(|(_, holds)| !self.state.logic(holds, true));
+        let broken_invariants: Vec<usize> = broken.map(|(index, _)| index).collect();
         for main in &program.mains {
             if self.run(main.start, main.end) == Ended::Scan {
                 break;
@@ -80,7 +83,13 @@ impl<'p, F: Free> Machine<'p, F> {
         }
         let broken_ranges = self.state.broken_ranges();
         let unbounded = self.unbounded;
-        Replay { total: self.total, events: self.events, broken_ranges, unbounded }
+        Replay {
+            total: self.total,
+            events: self.events,
+            broken_ranges,
+            broken_invariants,
+            unbounded,
+        }
     }
 
     /// Runs a routine that nobody called, `limit` being the instruction before which it ends by itself.

@@ -59,6 +59,12 @@ pub fn scan_model(program: &Program, times: Times<'_>) -> Result<ScanModel, Scan
     for range in &program.ranges {
         run.constrain(&range.cells, range.low, range.high);
     }
+    for invariant in &program.invariants {
+        let holds = run.logic(invariant, Lit::TRUE, 0);
+        if holds != Lit::TRUE {
+            run.memory.model.constraints.push(holds);
+        }
+    }
     for main in &program.mains {
         let alive = !run.stopped;
         run.routine(main.start, main.end, alive)?;

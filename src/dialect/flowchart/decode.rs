@@ -7,6 +7,7 @@
 //!
 //! A timer is one bit: whether it was started in an earlier pass. Only then may it have run out.
 
+use super::reach::{Start, reach};
 use super::turn::jumps_back;
 use super::{Op, Routine, Source};
 use crate::program::{
@@ -28,7 +29,7 @@ const WAITS: u16 = 5;
 #[must_use]
 pub fn decode(source: &Source) -> Program {
     let area = |name: String| Area { name, kind: AreaKind::Bit, radix: Radix::Decimal };
-    let fixed = ["IN", "OUT", "TIM", "head of GN", "main at LBL"].map(|name| area(name.to_owned()));
+    let fixed = ["IN", "OUT", "TIM", "Head of GN", "Main at LBL"].map(|name| area(name.to_owned()));
     let waits = source.routines.iter().map(|routine| area(format!("{} in line ", name(routine))));
     let outputs: BTreeSet<u32> = source
         .instructions
@@ -55,11 +56,12 @@ pub fn decode(source: &Source) -> Program {
     for (index, routine) in source.routines.iter().enumerate() {
         layout.routine(index, routine);
     }
+    layout.invariant();
     layout.finish()
 }
 
 fn name(routine: &Routine) -> String {
-    routine.group.map_or("main".to_owned(), |group| format!("GN{group}"))
+    routine.group.map_or("Main".to_owned(), |group| format!("GN{group}"))
 }
 
 /// The flowchart's boxes, numbered from 1: for each instruction the box in which it stands.
@@ -382,12 +384,55 @@ impl Layout<'_> {
         }
     }
 
+    /// Holds the start of a pass to the states in which one can begin.
+    fn invariant(&mut self) {
+        let Some(reach) = reach(self.source) else { return };
+        let mut cells = Vec::new();
+        for index in 0..self.source.routines.len() {
+            cells.extend(self.places(index).into_iter().map(|(_, cell)| cell));
+        }
+        cells.extend(reach.timers.iter().map(|&index| Cell { area: TIMERS, index }));
+        cells.extend(reach.outputs.iter().map(|&index| Cell { area: OUTPUTS, index }));
+        let on = |start: &Start| -> BTreeSet<Cell> {
+            let stands = self.source.routines.iter().enumerate().filter_map(|(index, routine)| {
+                let place = match routine.group {
+                    None => Some(start.main),
+                    Some(group) => start.groups.get(&group).copied(),
+                };
+                self.stands(index, place?)
+            });
+            let timers = start.timers.iter().map(|&index| Cell { area: TIMERS, index });
+            let outputs = start.outputs.iter().map(|&index| Cell { area: OUTPUTS, index });
+            stands.chain(timers).chain(outputs).collect()
+        };
+        let states: Vec<BTreeSet<Cell>> = reach.starts.iter().map(on).collect();
+        let states: Vec<&BTreeSet<Cell>> = states.iter().collect();
+        self.program.invariants.push(one_of(&states, &cells));
+    }
+
     fn finish(mut self) -> Program {
         let all = 0..self.program.instructions.len();
         let (name, count) = (self.source.name.clone(), self.source.instructions.len());
         self.program.files = vec![SourceFile { name, instructions: all, count }];
         self.program
     }
+}
+
+/// Whether the cells' values are those of one of the states, each told by the cells that are on in it.
+fn one_of(states: &[&BTreeSet<Cell>], cells: &[Cell]) -> Logic {
+    let Some((&cell, rest)) = cells.split_first() else {
+        return Logic::Const(!states.is_empty());
+    };
+    if states.is_empty() {
+        return Logic::Const(false);
+    }
+    let (on, off): (Vec<_>, Vec<_>) = states.iter().partition(|state| state.contains(&cell));
+    let (on, off) = (one_of(&on, rest), one_of(&off, rest));
+    if on == off {
+        return on;
+    }
+    let is = Logic::cell(cell);
+    Logic::Any(vec![Logic::All(vec![is.clone(), on]), Logic::All(vec![is.not(), off])])
 }
 
 fn set(cell: Cell, to: bool) -> Write {

@@ -41,7 +41,7 @@ pub struct Pass {
 const ENDLESS: usize = 20_000;
 
 /// What a timer does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Timer {
     /// Nothing.
     Idle,
@@ -51,15 +51,22 @@ enum Timer {
     Old,
 }
 
-/// The program's state from pass to pass.
-pub struct Machine<'s> {
-    source: &'s Source,
-    outputs: Vec<u32>,
+/// The program's state from pass to pass, as far as it is known.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct State {
     bits: BTreeMap<u32, bool>,
     timers: BTreeMap<u32, Timer>,
     /// Where each group stands; `None` if it is stopped.
     groups: BTreeMap<u32, Option<usize>>,
     main: Option<usize>,
+}
+
+/// The PLC with a program.
+#[derive(Debug, Clone)]
+pub struct Machine<'s> {
+    source: &'s Source,
+    outputs: Vec<u32>,
+    state: State,
 }
 
 impl<'s> Machine<'s> {
@@ -70,54 +77,47 @@ impl<'s> Machine<'s> {
             Op::Out { bit, .. } => Some(bit),
             _ => None,
         });
-        Machine {
-            source,
-            outputs: outputs.collect(),
-            bits: BTreeMap::new(),
-            timers: BTreeMap::new(),
-            groups: BTreeMap::new(),
-            main: None,
-        }
+        Machine { source, outputs: outputs.collect(), state: State::default() }
     }
 
-    /// A machine that was just switched on: outputs off, timers idle, groups stopped, the main routine at its
-    /// beginning.
+    /// A machine that was just switched on: timers idle, groups stopped, the main routine at its beginning;
+    /// the plant is asked for the outputs.
     #[must_use]
     pub fn switched_on(source: &'s Source) -> Machine<'s> {
         let mut machine = Machine::anywhere(source);
-        machine.bits = machine.outputs.iter().map(|&bit| (bit, false)).collect();
-        machine.groups = source.groups().map(|(group, _)| (group, None)).collect();
-        machine.main = Some(0);
+        machine.state.groups = source.groups().map(|(group, _)| (group, None)).collect();
+        machine.state.main = Some(0);
         for one in &source.instructions {
             if let Op::Timer { timer, .. } = one.op {
-                machine.timers.insert(timer, Timer::Idle);
+                machine.state.timers.insert(timer, Timer::Idle);
             }
         }
         machine
     }
 
+    /// The state in which the next pass begins.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
     /// An output's state, as far as it is known.
     #[must_use]
     pub fn output(&self, bit: u32) -> Option<bool> {
-        self.bits.get(&bit).copied()
+        self.state.bits.get(&bit).copied()
     }
 
     /// Whether a group runs, as far as it is known.
     #[must_use]
     pub fn runs(&self, group: u32) -> Option<bool> {
-        self.groups.get(&group).map(Option::is_some)
+        self.state.groups.get(&group).map(Option::is_some)
     }
 
     /// Runs one pass. Inputs are asked anew.
     pub fn pass(&mut self, plant: &mut impl Plant) -> Pass {
-        let outputs = &self.outputs;
-        self.bits.retain(|bit, _| outputs.contains(bit));
-        for timer in self.timers.values_mut().filter(|timer| **timer == Timer::Fresh) {
-            *timer = Timer::Old;
-        }
         let source = self.source;
         let main = &source.routines[0];
-        let start = match self.main {
+        let start = match self.state.main {
             Some(at) => at,
             None => {
                 let places = source.stands(main);
@@ -126,8 +126,13 @@ impl<'s> Machine<'s> {
         };
         let mut pass = Pass { ran: Vec::new(), ended: Ended::Pass };
         let (stands, ended) = self.turn(main, start, plant, &mut pass.ran);
-        self.main = stands;
+        self.state.main = stands;
         pass.ended = ended;
+        let outputs = &self.outputs;
+        self.state.bits.retain(|bit, _| outputs.contains(bit));
+        for timer in self.state.timers.values_mut().filter(|timer| **timer == Timer::Fresh) {
+            *timer = Timer::Old;
+        }
         pass
     }
 
@@ -150,7 +155,8 @@ impl<'s> Machine<'s> {
             ran.push((at, true));
             match self.source.instructions[at].op {
                 Op::And { bit, negated } => {
-                    let value = *self.bits.entry(bit).or_insert_with(|| plant.bit(bit)) != negated;
+                    let value =
+                        *self.state.bits.entry(bit).or_insert_with(|| plant.bit(bit)) != negated;
                     ran[index].1 = value;
                     holds &= value;
                 }
@@ -160,10 +166,10 @@ impl<'s> Machine<'s> {
                     holds &= value;
                 }
                 Op::Out { bit, on } => {
-                    self.bits.insert(bit, on);
+                    self.state.bits.insert(bit, on);
                 }
                 Op::ResetTimer(timer) => {
-                    self.timers.insert(timer, Timer::Idle);
+                    self.state.timers.insert(timer, Timer::Idle);
                 }
                 Op::Jump(to) | Op::JumpIf(to) => {
                     let taken = std::mem::replace(&mut holds, true);
@@ -191,11 +197,11 @@ impl<'s> Machine<'s> {
                 Op::Start(group) => {
                     let head = self.head(group);
                     if self.place(group, plant).is_none() || plant.restarts(group) {
-                        self.groups.insert(group, Some(head));
+                        self.state.groups.insert(group, Some(head));
                     }
                 }
                 Op::Stop(group) => {
-                    self.groups.insert(group, None);
+                    self.state.groups.insert(group, None);
                 }
                 Op::End(_) => return (None, Ended::Pass),
                 Op::Label(_) | Op::Head(_) => {}
@@ -209,7 +215,7 @@ impl<'s> Machine<'s> {
         for (group, routine) in source.groups() {
             if let Some(start) = self.place(group, plant) {
                 let (stands, ended) = self.turn(routine, start, plant, ran);
-                self.groups.insert(group, stands);
+                self.state.groups.insert(group, stands);
                 if ended == Ended::Never {
                     return Ended::Never;
                 }
@@ -221,7 +227,7 @@ impl<'s> Machine<'s> {
     /// Whether the timer has run out; then it is idle again. An idle one is started.
     fn timer(&mut self, timer: u32, tenths: u32, plant: &mut impl Plant) -> bool {
         let unknown = || if plant.started(timer) { Timer::Old } else { Timer::Idle };
-        let state = self.timers.entry(timer).or_insert_with(unknown);
+        let state = self.state.timers.entry(timer).or_insert_with(unknown);
         if *state == Timer::Idle {
             *state = Timer::Fresh;
         }
@@ -240,14 +246,14 @@ impl<'s> Machine<'s> {
 
     /// Where a group stands.
     fn place(&mut self, group: u32, plant: &mut impl Plant) -> Option<usize> {
-        if let Some(place) = self.groups.get(&group) {
+        if let Some(place) = self.state.groups.get(&group) {
             return *place;
         }
         let (_, routine) = self.source.groups().find(|(number, _)| *number == group)?;
         let places = self.source.stands(routine);
         let chosen = plant.stands(Some(group), places.len() + 1);
         let place = chosen.checked_sub(1).map(|index| places[index]);
-        self.groups.insert(group, place);
+        self.state.groups.insert(group, place);
         place
     }
 }

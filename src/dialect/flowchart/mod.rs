@@ -7,6 +7,7 @@
 pub mod decode;
 pub mod interpret;
 mod parse;
+mod reach;
 mod structure;
 mod turn;
 

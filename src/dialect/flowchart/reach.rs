@@ -1,0 +1,260 @@
+//! Which states a pass can begin in: where all routines stand together, with which timers started and outputs on.
+//!
+//! All passes are followed from switching on, whatever inputs and timers do. What cannot be followed whole is
+//! followed with less in view, which only lets more states in.
+
+use super::{Op, Source};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// More steps than this are not followed.
+const MOST_STEPS: usize = 150_000;
+/// More outputs than this are not kept in view: when the PLC is switched on each may be in either state.
+const MOST_OUTPUTS: usize = 6;
+
+/// A state at the beginning of a pass.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Start {
+    /// Where the main routine stands.
+    pub main: usize,
+    /// Where the groups stand, those that run.
+    pub groups: BTreeMap<u32, usize>,
+    /// The timers that were started and not reset.
+    pub timers: BTreeSet<u32>,
+    /// The outputs in view that are on.
+    pub outputs: BTreeSet<u32>,
+}
+
+/// All states in which a pass can begin, and of what they speak.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reach {
+    /// The states.
+    pub starts: BTreeSet<Start>,
+    /// The timers that they speak of; of the others nothing is said.
+    pub timers: BTreeSet<u32>,
+    /// The outputs that they speak of.
+    pub outputs: BTreeSet<u32>,
+}
+
+/// The states in which a pass can begin; `None` if there are too many to follow.
+#[must_use]
+pub fn reach(source: &Source) -> Option<Reach> {
+    let every = |pick: &dyn Fn(Op) -> Option<u32>| -> BTreeSet<u32> {
+        source.instructions.iter().filter_map(|one| pick(one.op)).collect()
+    };
+    let timers = every(&|op| match op {
+        Op::Timer { timer, .. } => Some(timer),
+        _ => None,
+    });
+    let set = every(&|op| match op {
+        Op::Out { bit, .. } => Some(bit),
+        _ => None,
+    });
+    let outputs = every(&|op| match op {
+        Op::And { bit, .. } if set.contains(&bit) => Some(bit),
+        _ => None,
+    });
+    let none = BTreeSet::new();
+    [(&timers, &outputs), (&timers, &none), (&none, &none)]
+        .into_iter()
+        .filter(|(_, outputs)| outputs.len() <= MOST_OUTPUTS)
+        .find_map(|(timers, outputs)| follow(source, timers.clone(), outputs.clone()))
+}
+
+fn follow(source: &Source, timers: BTreeSet<u32>, outputs: BTreeSet<u32>) -> Option<Reach> {
+    let mut reach = Reach { starts: BTreeSet::new(), timers, outputs };
+    let all: Vec<u32> = reach.outputs.iter().copied().collect();
+    let mut open: Vec<Start> = (0..1_u32 << all.len())
+        .map(|mask| Start {
+            main: source.routines[0].body.start,
+            groups: BTreeMap::new(),
+            timers: BTreeSet::new(),
+            outputs: all
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| mask >> i & 1 == 1)
+                .map(|(_, &bit)| bit)
+                .collect(),
+        })
+        .collect();
+    let mut steps = 0;
+    while let Some(start) = open.pop() {
+        if !reach.starts.insert(start.clone()) {
+            continue;
+        }
+        let mut seen = BTreeSet::new();
+        let mut walks = vec![Walk::from(start)];
+        while let Some(walk) = walks.pop() {
+            if !seen.insert(walk.clone()) {
+                continue;
+            }
+            steps += 1;
+            if steps > MOST_STEPS {
+                return None;
+            }
+            for next in walk.nexts(source, &reach) {
+                match next {
+                    Next::On(walk) => walks.push(walk),
+                    Next::Ends(start) => open.push(start),
+                }
+            }
+        }
+    }
+    Some(reach)
+}
+
+/// A pass on its way.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct Walk {
+    state: Start,
+    /// The instruction that is next.
+    at: usize,
+    /// The condition so far.
+    holds: bool,
+    /// The group whose turn it is, and where the main routine goes on.
+    turn: Option<(u32, usize)>,
+    /// Inputs, and outputs not in view, that this pass has tested or set.
+    known: BTreeMap<u32, bool>,
+    /// Timers that this pass has started.
+    fresh: BTreeSet<u32>,
+}
+
+enum Next {
+    On(Walk),
+    Ends(Start),
+}
+
+impl From<Start> for Walk {
+    fn from(state: Start) -> Walk {
+        let (known, fresh) = (BTreeMap::new(), BTreeSet::new());
+        Walk { at: state.main, state, holds: true, turn: None, known, fresh }
+    }
+}
+
+impl Walk {
+    fn nexts(self, source: &Source, reach: &Reach) -> Vec<Next> {
+        match source.instructions[self.at].op {
+            Op::And { bit, negated } => self.test(bit, negated, reach),
+            Op::Timer { timer, tenths } => self.timer(timer, tenths, reach),
+            Op::Start(group) => self.start(source, group),
+            op => vec![self.act(source, reach, op)],
+        }
+    }
+
+    fn step(mut self) -> Walk {
+        self.at += 1;
+        self
+    }
+
+    fn test(self, bit: u32, negated: bool, reach: &Reach) -> Vec<Next> {
+        let values = if reach.outputs.contains(&bit) {
+            vec![self.state.outputs.contains(&bit)]
+        } else {
+            self.known.get(&bit).map_or(vec![false, true], |&value| vec![value])
+        };
+        let each = values.into_iter().map(|value| {
+            let mut next = self.clone().step();
+            if !reach.outputs.contains(&bit) {
+                next.known.insert(bit, value);
+            }
+            next.holds &= value != negated;
+            Next::On(next)
+        });
+        each.collect()
+    }
+
+    fn timer(self, timer: u32, tenths: u32, reach: &Reach) -> Vec<Next> {
+        let in_view = reach.timers.contains(&timer);
+        let old = self.state.timers.contains(&timer);
+        let mut waits = self.clone().step();
+        waits.holds = false;
+        if in_view && !old {
+            waits.fresh.insert(timer);
+        }
+        let mut all = vec![Next::On(waits)];
+        if old || tenths == 0 || !in_view {
+            let mut out = self.step();
+            out.state.timers.remove(&timer);
+            out.fresh.remove(&timer);
+            all.push(Next::On(out));
+        }
+        all
+    }
+
+    /// A group that runs may be left as it is or begin again.
+    fn start(self, source: &Source, group: u32) -> Vec<Next> {
+        let head = source.groups().find(|(number, _)| *number == group);
+        let head = head.map_or(0, |(_, routine)| routine.body.start);
+        let mut begins = self.clone().step();
+        begins.state.groups.insert(group, head);
+        let mut all = vec![Next::On(begins)];
+        if self.state.groups.contains_key(&group) {
+            all.push(Next::On(self.step()));
+        }
+        all
+    }
+
+    fn act(mut self, source: &Source, reach: &Reach, op: Op) -> Next {
+        let holds = std::mem::replace(&mut self.holds, true);
+        match op {
+            Op::Out { bit, on } => {
+                if !reach.outputs.contains(&bit) {
+                    self.known.insert(bit, on);
+                } else if on {
+                    self.state.outputs.insert(bit);
+                } else {
+                    self.state.outputs.remove(&bit);
+                }
+            }
+            Op::ResetTimer(timer) => {
+                self.state.timers.remove(&timer);
+                self.fresh.remove(&timer);
+            }
+            Op::Jump(to) => return self.jump(to),
+            Op::JumpIf(to) if holds => return self.jump(to),
+            Op::Wait if !holds => {
+                let here = source.condition(self.at);
+                let Some((group, back)) = self.turn.take() else {
+                    return self.end(here);
+                };
+                self.state.groups.insert(group, here);
+                return self.groups(group + 1, back);
+            }
+            Op::Groups => {
+                let back = self.at + 1;
+                return self.groups(0, back);
+            }
+            Op::Stop(group) => {
+                self.state.groups.remove(&group);
+            }
+            Op::End(group) => {
+                self.state.groups.remove(&group);
+                let back = self.turn.take().map_or(0, |(_, back)| back);
+                return self.groups(group + 1, back);
+            }
+            _ => {}
+        }
+        Next::On(self.step())
+    }
+
+    fn jump(mut self, to: usize) -> Next {
+        if self.turn.is_none() && to <= self.at {
+            return self.end(to);
+        }
+        self.at = to;
+        Next::On(self)
+    }
+
+    /// The next group that runs takes its turn, from this number on; else the main routine goes on.
+    fn groups(mut self, from: u32, back: usize) -> Next {
+        let next = self.state.groups.range(from..).next().map(|(&group, &place)| (group, place));
+        self.turn = next.map(|(group, _)| (group, back));
+        self.at = next.map_or(back, |(_, place)| place);
+        Next::On(self)
+    }
+
+    fn end(mut self, main: usize) -> Next {
+        self.state.main = main;
+        self.state.timers.append(&mut self.fresh);
+        Next::Ends(self.state)
+    }
+}
