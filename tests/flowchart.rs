@@ -14,6 +14,7 @@ use scanbound::facts::Facts;
 use scanbound::solve::Method;
 use scanbound::table::Table;
 use scanbound::time::Picos;
+use scanbound::verdict::{Check, Margin, Verdict};
 use std::collections::BTreeSet;
 
 fn audited(name: &str, text: &str, table: &Table) -> Result<Audit, String> {
@@ -198,5 +199,56 @@ fn no_pass_of_the_cases_is_longer_than_the_bound_and_some_pass_attains_it() {
             most = most.max(cost(&source, &table, &pass));
         }
         assert_eq!(most, audit.bound.upper, "{name}");
+    }
+}
+
+#[test]
+fn a_group_that_need_not_wait_has_no_bound() {
+    let main = "LBL0: AND 1\nCJP LBL1\nGJ\nJMP LBL0\nLBL1: GS 0\nGJ\nJMP LBL0\n";
+    let table = Table::builtin("flowchart-pc").expect("built in");
+    let check = |group: &str| {
+        let audit = audited("a", &format!("{main}{group}"), &table).expect("an audit");
+        let verdict = Check::new(&audit, Picos(u64::MAX), Margin::default()).verdict;
+        let loops: Vec<_> =
+            audit.unbounded.iter().map(|one| (one.from.line, one.to.line)).collect();
+        assert_eq!(loops.is_empty(), audit.doubts.is_empty());
+        (loops, verdict)
+    };
+    let refuted = |line| (vec![(9, line)], Verdict::Refuted);
+    assert_eq!(check("GN 0\nLBL5: OUT 200\nJMP LBL5\n"), refuted(10));
+    assert_eq!(check("GN 0\nLBL5: AND 5\nWAIT\nOUT 200\nJMP LBL5\n"), refuted(12));
+    assert_eq!(check("GN 0\nLBL5: TIM 10 #30\nCJP LBL6\nJMP LBL5\nLBL6: GE 0\n"), refuted(11));
+    let proved = (Vec::new(), Verdict::Proved);
+    assert_eq!(check("GN 0\nLBL5: TIM 10 #30\nWAIT\nOUT 200\nJMP LBL5\n"), proved);
+    assert_eq!(check("GN 0\nLBL5: AND 5\nWAIT\nAND NOT 5\nWAIT\nJMP LBL5\n"), proved);
+    // Once round, then 200 is on and ends it.
+    assert_eq!(check("GN 0\nLBL5: AND 200\nCJP LBL6\nOUT 200\nJMP LBL5\nLBL6: GE 0\n"), proved);
+}
+
+#[test]
+fn a_program_of_too_many_states_is_bounded_all_the_same() {
+    let mut text = "LBL0: AND 1\nCJP LBL1\nGJ\nJMP LBL0\nLBL1:\n".to_owned();
+    let groups = 8;
+    (0..groups).for_each(|group| {
+        text +=
+            &format!("AND {}\nCJP LBL{}\nGS {group}\nLBL{}:\n", group + 2, group + 50, group + 50)
+    });
+    text += "GJ\nJMP LBL0\n";
+    for group in 0..groups {
+        text += &format!("GN {group}\nLBL{}:\n", group + 10);
+        (0..4).for_each(|wait| {
+            text += &format!("OUT {}\nTIM {} #10\nWAIT\n", 200 + group, group * 10 + wait)
+        });
+        text += &format!("JMP LBL{}\n", group + 10);
+    }
+    let table = Table::builtin("flowchart-pc").expect("built in");
+    let source = read_text("a", &text).expect("a program");
+    let audit = audited("a", &text, &table).expect("an audit");
+    assert!(audit.unbounded.is_empty());
+    let mut machine = Machine::switched_on(&source);
+    let mut weather = Weather(3);
+    for _ in 0..3_000 {
+        let pass = machine.pass(&mut weather);
+        assert!(cost(&source, &table, &pass) <= audit.bound.upper);
     }
 }

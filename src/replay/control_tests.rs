@@ -424,3 +424,22 @@ fn a_sum_of_times_never_wraps() {
     let times = [(Picos(u64::MAX), Picos::ZERO); 2];
     let _ = replay(&p, &times, &Witness::default());
 }
+
+#[test]
+fn a_scan_is_given_up_where_it_goes_round_for_ever() {
+    let mut p = program(vec![
+        instruction(Step::Jump { fires: m(0), target: 2 }, vec![]),
+        instruction(Step::Unbounded { from: 0 }, vec![]),
+        instruction(Step::Nothing, vec![]),
+    ]);
+    let times = vec![(Picos(ON), Picos(OFF)); 3];
+    let mut witness = Witness::default();
+    let lost = replay(&p, &times, &witness);
+    assert_eq!((lost.unbounded, lost.events.len()), (Some(1), 2));
+    p.invariants = vec![m(0), m(1).not()];
+    assert_eq!(replay(&p, &times, &witness).broken_invariants, [0]);
+    witness.start.insert(bit(0), 1);
+    let ended = replay(&p, &times, &witness);
+    assert_eq!((ended.unbounded, ended.events.len()), (None, 2));
+    assert!(ended.broken_invariants.is_empty());
+}
