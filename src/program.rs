@@ -7,8 +7,8 @@
 //!
 //! State: the cells (bits, 16-bit words), a stack of results, numbered save slots, a stack of zones.
 //! Every cell starts the scan with an arbitrary value that `ranges` and `invariants` allow. `mains` run in
-//! order, each from its first to its last instruction; then every interrupt routine runs as often as it states. For each instruction that
-//! is reached:
+//! order, each from its first to its last instruction; then every interrupt routine runs as often as it
+//! states. For each instruction that is reached:
 //!
 //! 1. The *condition* is worked out: the top of the stack (true if the stack is empty), and, for the
 //!    steps that act (all but `Logic`, the stack steps and `ForBegin`/`ForEnd`), every zone's condition.
