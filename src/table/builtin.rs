@@ -1,6 +1,6 @@
 //! The timing tables that come with the program, and which of them a CPU's name means.
 
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use super::{Evidence, Table};
 use crate::time::Picos;
@@ -27,13 +27,18 @@ const FILES: [(&str, &str); 18] = [
     ("qnudv", include_str!("../../timing-tables/qnudv.csv")),
 ];
 
-/// The tables, read once; that each of them reads is tested. None amends another.
-static TABLES: LazyLock<Vec<(&'static str, Table)>> = LazyLock::new(|| {
-    let read = |(name, text): &(&'static str, &str)| {
-        Table::parse(name, text.as_bytes()).ok().map(|parsed| (*name, parsed.table))
-    };
-    FILES.iter().filter_map(read).collect()
-});
+/// The tables, each read when it is first asked for; that each of them reads is tested. None amends another.
+static TABLES: [OnceLock<Option<Table>>; FILES.len()] = [const { OnceLock::new() }; FILES.len()];
+
+fn table(index: usize) -> Option<&'static Table> {
+    let (name, text) = FILES[index];
+    let read = || Table::parse(name, text.as_bytes()).ok().map(|parsed| parsed.table);
+    TABLES[index].get_or_init(read).as_ref()
+}
+
+fn tables() -> impl Iterator<Item = (&'static str, &'static Table)> {
+    FILES.iter().enumerate().filter_map(|(index, (name, _))| Some((*name, table(index)?)))
+}
 
 /// What a list of the built-in tables shows of one.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -63,8 +68,7 @@ pub fn text(name: &str) -> Option<&'static str> {
 /// All built-in tables in short.
 #[must_use]
 pub fn list() -> Vec<Summary> {
-    TABLES
-        .iter()
+    tables()
         .map(|(name, table)| Summary {
             name,
             title: table.title.clone(),
@@ -78,8 +82,8 @@ impl Table {
     /// A built-in table.
     #[must_use]
     pub fn builtin(name: &str) -> Option<Table> {
-        let named = |own: &str| own.eq_ignore_ascii_case(name.trim());
-        TABLES.iter().find(|(own, _)| named(own)).map(|(_, table)| table.clone())
+        let index = FILES.iter().position(|(own, _)| own.eq_ignore_ascii_case(name.trim()))?;
+        table(index).cloned()
     }
 
     /// The built-in table for a CPU as a source file names it. Where the name means several CPUs (`Q02(H)`),
@@ -88,11 +92,10 @@ impl Table {
     pub fn for_cpu(cpu: &str) -> Option<&'static str> {
         let meant = meant(cpu);
         let slowness = |table: &Table| table.row("MOV").map_or(Picos::ZERO, |row| row.on);
-        TABLES
-            .iter()
+        tables()
             .filter(|(_, table)| meant.iter().any(|cpu| table.cpus.contains(cpu)))
             .max_by_key(|(_, table)| slowness(table))
-            .map(|(name, _)| *name)
+            .map(|(name, _)| name)
     }
 
     /// What to tell a user whose CPU has no table.
