@@ -192,15 +192,15 @@ pub fn kind(name: &str, index: u32, family: Family) -> Option<Kind> {
         value: area(&format!("{name} value ")),
         retentive,
     };
-    let retentive = timed("ST", true);
-    let timer = timed("T", false);
-    let counter = timed("C", true);
+    let retentive = || timed("ST", true);
+    let timer = || timed("T", false);
+    let counter = || timed("C", true);
     Some(match name {
         "M" if fx && index >= 8000 => Kind::VolatileBit,
         "D" if fx && index >= 8000 => Kind::VolatileWord,
         // 1 ms and 100 ms retentive timers, counted in interrupts.
         "T" if fx && (246..=255).contains(&index) => {
-            Kind::Timed(Timed { retentive: true, ..timer })
+            Kind::Timed(Timed { retentive: true, ..timer() })
         }
         "TS" | "TC" if fx && own_clock(index) => Kind::VolatileBit,
         "TN" if fx && own_clock(index) => Kind::VolatileWord,
@@ -215,21 +215,21 @@ pub fn kind(name: &str, index: u32, family: Family) -> Option<Kind> {
         "SD" => Kind::VolatileWord,
         "D" | "W" | "SW" | "ZR" | "Z" | "FD" | "RD" | "ER" | "LZ" => Kind::Word(area(name)),
         "R" => Kind::Word(area("ZR")),
-        "T" => Kind::Timed(timer),
-        "ST" => Kind::Timed(retentive),
-        "C" => Kind::Timed(counter),
+        "T" => Kind::Timed(timer()),
+        "ST" => Kind::Timed(retentive()),
+        "C" => Kind::Timed(counter()),
         "LC" => Kind::Timed(timed("LC", true)),
         "LT" => Kind::Timed(timed("LT", false)),
         "LST" => Kind::Timed(timed("LST", true)),
-        "TS" => Kind::Bit(timer.contact),
-        "TC" => Kind::Bit(timer.coil),
-        "TN" => Kind::Word(timer.value),
-        "CS" => Kind::Bit(counter.contact),
-        "CC" => Kind::Bit(counter.coil),
-        "CN" => Kind::Word(counter.value),
-        "STS" | "SS" | "SSS" => Kind::Bit(retentive.contact),
-        "STC" | "SC" | "SSC" => Kind::Bit(retentive.coil),
-        "STN" | "SN" | "SSN" => Kind::Word(retentive.value),
+        "TS" => Kind::Bit(timer().contact),
+        "TC" => Kind::Bit(timer().coil),
+        "TN" => Kind::Word(timer().value),
+        "CS" => Kind::Bit(counter().contact),
+        "CC" => Kind::Bit(counter().coil),
+        "CN" => Kind::Word(counter().value),
+        "STS" | "SS" | "SSS" => Kind::Bit(retentive().contact),
+        "STC" | "SC" | "SSC" => Kind::Bit(retentive().coil),
+        "STN" | "SN" | "SSN" => Kind::Word(retentive().value),
         _ => return None,
     })
 }
