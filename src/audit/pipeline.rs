@@ -65,6 +65,8 @@ pub enum Progress {
         upper: Picos,
         /// Some scan takes as long.
         lower: Picos,
+        /// The group at work, as reports number it.
+        group: usize,
         /// Groups whose maximum is known.
         solved: usize,
         /// All groups.
@@ -415,6 +417,7 @@ fn search(
         let Ok(mut known) = known.lock() else { return };
         known[group] = (upper, lower);
         (request.progress)(Progress::Bounds {
+            group: group + 1,
             upper: constant + known.iter().map(|bounds| bounds.0).sum(),
             lower: constant + known.iter().map(|bounds| bounds.1).sum(),
             solved: known.iter().filter(|(upper, lower)| upper == lower).count(),

@@ -26,10 +26,10 @@ impl Line {
     pub fn show(&self, progress: Progress) {
         self.0.set_message(match progress {
             Progress::Stage(stage) => stage.to_owned(),
-            Progress::Bounds { upper, lower, solved, groups } => {
+            Progress::Bounds { upper, lower, group, solved, groups } => {
                 let gap = Share::of(upper.checked_sub(lower).unwrap_or_default(), upper);
                 format!(
-                    "searching: {} to {upper} ({gap} apart), {solved} of {groups} groups solved",
+                    "searching group {group}: {} to {upper} ({gap} apart), {solved} of {groups} groups solved",
                     lower.text_like(upper)
                 )
             }
