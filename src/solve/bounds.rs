@@ -51,6 +51,16 @@ impl<'a> Bounds<'a> {
         }
     }
 
+    /// Takes note that every assignment costs so much less than was proved before.
+    pub fn lost(&mut self, weight: u64) {
+        self.proved(self.upper - weight);
+    }
+
+    /// How far the bounds are apart.
+    pub fn gap(&self) -> u64 {
+        self.upper - self.lower()
+    }
+
     /// Counts one more question to a solver.
     pub fn count(&mut self) {
         self.calls += 1;

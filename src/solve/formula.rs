@@ -5,67 +5,74 @@ use super::oracle::Oracle;
 
 /// Clauses, and where in the circuit they belong.
 ///
-/// Every variable has a home, a place in the order of execution; what a search adds has the home of what it
-/// was added for. Every clause helps to define one variable. So the clauses that define the variables of a part
-/// of the program can be looked at by themselves: what they exclude is excluded, since the whole only adds
-/// to them.
+/// Every clause has a home, a place in the order of execution: the variable that it helps to define, and for what
+/// a search adds the home of what it was added for. So the clauses at home in a part of the program can be
+/// looked at by themselves: what they exclude is excluded, since the whole only adds to them.
 pub struct Formula {
-    homes: Vec<usize>,
-    /// Gates' outputs and counters: their values follow from their inputs'.
-    defined: Vec<bool>,
-    clauses: Vec<(usize, Vec<i32>)>,
+    /// How many variables there are.
+    variables: usize,
+    clauses: Vec<Place>,
+    /// The clauses' literals, one clause behind the other.
+    literals: Vec<i32>,
+}
+
+#[derive(Clone, Copy)]
+struct Place {
+    home: usize,
+    /// The variable whose value the clause helps to derive from others; 0 if it defines none.
+    defines: i32,
+    /// Where in the list of literals it ends.
+    end: usize,
 }
 
 impl Formula {
     /// The clauses of a circuit, whose variables are numbered in the order of execution.
     pub fn new(clauses: &Clauses) -> Formula {
-        let homes = (0..=clauses.variables).collect();
-        let owners = clauses.owners.iter().map(|owner| owner.unsigned_abs() as usize);
         let mut defined = vec![true; clauses.variables + 1];
         for input in clauses.inputs() {
             defined[input.unsigned_abs() as usize] = false;
         }
-        Formula { homes, defined, clauses: owners.zip(clauses.clauses.iter().cloned()).collect() }
+        let mut formula = Formula::empty(clauses.variables);
+        for (clause, owner) in clauses.clauses.iter().zip(&clauses.owners) {
+            let home = owner.unsigned_abs() as usize;
+            formula.push(home, if defined[home] { owner.abs() } else { 0 }, clause);
+        }
+        formula
     }
 
-    /// Where a literal's variable is at home.
-    pub fn home(&self, literal: i32) -> usize {
-        self.homes[literal.unsigned_abs() as usize]
+    fn empty(variables: usize) -> Formula {
+        Formula { variables, clauses: Vec::new(), literals: Vec::new() }
+    }
+
+    fn push(&mut self, home: usize, defines: i32, clause: &[i32]) {
+        self.literals.extend_from_slice(clause);
+        self.clauses.push(Place { home, defines, end: self.literals.len() });
+    }
+
+    /// How many variables there are.
+    pub fn count(&self) -> usize {
+        self.variables
     }
 
     /// All variables.
     pub fn variables(&self) -> impl Iterator<Item = i32> + use<> {
-        1..i32::try_from(self.homes.len()).expect("variables are counted in 31 bits")
+        1..=i32::try_from(self.variables).expect("variables are counted in 31 bits")
     }
 
     /// A further variable, which further clauses define.
-    pub fn variable(&mut self, home: usize, oracle: &mut Oracle<'_>) -> i32 {
-        self.homes.push(home);
-        self.defined.push(true);
-        let variable =
-            i32::try_from(self.homes.len() - 1).expect("variables are counted in 31 bits");
-        oracle.define(variable);
-        variable
+    pub fn variable(&mut self) -> i32 {
+        self.variables += 1;
+        i32::try_from(self.variables).expect("variables are counted in 31 bits")
     }
 
-    /// A further clause, which the solver at work is told too.
-    pub fn add(&mut self, owner: i32, clause: Vec<i32>, oracle: &mut Oracle<'_>) {
-        oracle.add(&clause);
-        self.clauses.push((owner.unsigned_abs() as usize, clause));
+    /// A further clause that helps to define a further variable.
+    pub fn define(&mut self, home: usize, variable: i32, clause: &[i32]) {
+        self.push(home, variable, clause);
     }
 
-    /// The clauses sorted by their homes' parts, each of so many homes.
-    pub fn parts(&self, size: usize, parts: usize) -> Vec<Vec<usize>> {
-        let mut sorted = vec![Vec::new(); parts];
-        for (index, &(owner, _)) in self.clauses.iter().enumerate() {
-            sorted[self.homes[owner] / size].push(index);
-        }
-        sorted
-    }
-
-    /// All clauses from this index on.
-    pub fn since(&self, index: usize) -> impl Iterator<Item = &[i32]> {
-        self.clauses[index..].iter().map(|clause| &clause.1[..])
+    /// A further clause that holds.
+    pub fn add(&mut self, home: usize, clause: &[i32]) {
+        self.push(home, 0, clause);
     }
 
     /// How many clauses there are.
@@ -73,16 +80,68 @@ impl Formula {
         self.clauses.len()
     }
 
-    /// Tells a solver some of the clauses, by their indices.
-    pub fn teach(&self, indices: &[usize], oracle: &mut Oracle<'_>) {
-        for &index in indices {
-            let owner = self.clauses[index].0;
-            if self.defined[owner] {
-                oracle.define(i32::try_from(owner).expect("variables are counted in 31 bits"));
+    /// All clauses from this index on.
+    pub fn since(&self, index: usize) -> impl Iterator<Item = &[i32]> {
+        (index..self.len()).map(|index| self.clause(index))
+    }
+
+    fn clause(&self, index: usize) -> &[i32] {
+        let start = if index == 0 { 0 } else { self.clauses[index - 1].end };
+        &self.literals[start..self.clauses[index].end]
+    }
+
+    /// Tells a solver all clauses from this index on.
+    pub fn teach(&self, index: usize, oracle: &mut Oracle<'_>) {
+        for place in &self.clauses[index..] {
+            if place.defines != 0 {
+                oracle.define(place.defines);
             }
         }
-        for &index in indices {
-            oracle.add(&self.clauses[index].1);
+        for clause in self.since(index) {
+            oracle.add(clause);
         }
+    }
+
+    /// The clauses by their homes' parts, each of so many homes; nothing stays here.
+    pub fn split(&mut self, size: usize, parts: usize) -> Vec<Formula> {
+        let mut split: Vec<Formula> = (0..parts).map(|_| Formula::empty(self.variables)).collect();
+        for (index, place) in self.clauses.iter().enumerate() {
+            split[place.home / size].push(place.home, place.defines, self.clause(index));
+        }
+        *self = Formula::empty(self.variables);
+        split
+    }
+
+    /// Takes back a part. What it added is numbered anew, behind what the parts before it added.
+    pub fn join(&mut self, part: &Formula, renumber: &Renumber) {
+        for (index, place) in part.clauses.iter().enumerate() {
+            self.literals.extend(part.clause(index).iter().map(|&literal| renumber.of(literal)));
+            let defines = renumber.of(place.defines);
+            self.clauses.push(Place { home: place.home, defines, end: self.literals.len() });
+        }
+        self.variables += part.variables - renumber.first;
+    }
+
+    /// New numbers for what a part added since all parts together had so many variables.
+    pub fn renumber(&self, first: usize) -> Renumber {
+        Renumber { first, by: self.variables - first }
+    }
+}
+
+/// New numbers for the variables that a part of a formula added by itself.
+pub struct Renumber {
+    /// The last variable that keeps its number.
+    first: usize,
+    by: usize,
+}
+
+impl Renumber {
+    /// The literal under its new number.
+    pub fn of(&self, literal: i32) -> i32 {
+        if literal.unsigned_abs() as usize <= self.first {
+            return literal;
+        }
+        let by = i32::try_from(self.by).expect("variables are counted in 31 bits");
+        literal + literal.signum() * by
     }
 }

@@ -1,7 +1,6 @@
 //! Counts how many of some literals are true, as far as was asked so far.
 
-use super::formula::Formula;
-use super::oracle::Oracle;
+use super::formula::{Formula, Renumber};
 
 /// A balanced tree of unary sums. Output `k` (from 1) is true if at least `k` inputs are; it may be true
 /// otherwise, too.
@@ -42,32 +41,31 @@ impl Totalizer {
         self.nodes.last().map_or(0, |root| root.size)
     }
 
+    /// Where in the circuit the counter belongs.
+    pub fn home(&self) -> usize {
+        self.home
+    }
+
     /// The output for at least `count` inputs, 1 to `size`.
-    pub fn output(&mut self, count: usize, formula: &mut Formula, oracle: &mut Oracle<'_>) -> i32 {
+    pub fn output(&mut self, count: usize, formula: &mut Formula) -> i32 {
         let root = self.nodes.len() - 1;
-        self.extend(root, count, formula, oracle);
+        self.extend(root, count, formula);
         self.nodes[root].outputs[count - 1]
     }
 
-    fn extend(
-        &mut self,
-        node: usize,
-        count: usize,
-        formula: &mut Formula,
-        oracle: &mut Oracle<'_>,
-    ) {
+    fn extend(&mut self, node: usize, count: usize, formula: &mut Formula) {
         let count = count.min(self.nodes[node].size);
         let have = self.nodes[node].outputs.len();
         let Some((left, right)) = self.nodes[node].children else { return };
         if have >= count {
             return;
         }
-        self.extend(left, count, formula, oracle);
-        self.extend(right, count, formula, oracle);
+        self.extend(left, count, formula);
+        self.extend(right, count, formula);
         for sum in have + 1..=count {
-            let output = formula.variable(self.home, oracle);
+            let output = formula.variable();
             if let Some(&smaller) = self.nodes[node].outputs.last() {
-                formula.add(output, vec![-output, smaller], oracle);
+                formula.define(self.home, output, &[-output, smaller]);
             }
             self.nodes[node].outputs.push(output);
             let (a, b) = (&self.nodes[left].outputs, &self.nodes[right].outputs);
@@ -76,8 +74,15 @@ impl Totalizer {
                 let mut clause = vec![output];
                 clause.extend((from_left > 0).then(|| -a[from_left - 1]));
                 clause.extend((from_right > 0).then(|| -b[from_right - 1]));
-                formula.add(output, clause, oracle);
+                formula.define(self.home, output, &clause);
             }
+        }
+    }
+
+    /// Gives its outputs new numbers.
+    pub fn renumber(&mut self, renumber: &Renumber) {
+        for output in self.nodes.iter_mut().flat_map(|node| &mut node.outputs) {
+            *output = renumber.of(*output);
         }
     }
 }

@@ -10,6 +10,7 @@
 //! place in a core to a wish that needs it.
 
 use super::Search;
+use super::ledger::Ledger;
 use crate::solve::propagator::Propagator;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -21,7 +22,7 @@ const CANDIDATES: usize = 16;
 const FEWEST: usize = 8;
 
 /// What is not found in so many passes is left to the solver.
-const PASSES: usize = 16;
+const PASSES: usize = 3;
 
 /// Between two looks at the clock there are so many wishes.
 const LOOK: usize = 64;
@@ -49,12 +50,11 @@ type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 
 impl Search<'_, '_> {
     /// Pays for cores that propagation shows, as far as a few passes find them.
-    pub(super) fn mine(&mut self) {
-        self.start_apart();
+    pub(super) fn mine(&self, ledger: &mut Ledger) {
         let (trail, probe) = (Propagator::default(), Propagator::default());
         let mut mine = Mine { trail, probe, told: 0 };
         for _ in 0..PASSES {
-            let more = self.pass(&mut mine);
+            let more = self.pass(ledger, &mut mine);
             // The trail is nearly a scan: what it leaves open is as in the parts' scans.
             let (values, trail) = (&self.values, &mine.trail);
             let holds = |literal: i32| match trail.value(literal) {
@@ -62,7 +62,7 @@ impl Search<'_, '_> {
                 value => value > 0,
             };
             let assignment = self.clauses.assignment(self.problem, holds);
-            self.bounds.found(assignment);
+            self.bounds().found(assignment);
             if !more || self.done() {
                 return;
             }
@@ -70,17 +70,14 @@ impl Search<'_, '_> {
     }
 
     /// Assumes every wish once. Whether another pass may find more.
-    fn pass(&mut self, mine: &mut Mine) -> bool {
+    fn pass(&self, ledger: &mut Ledger, mine: &mut Mine) -> bool {
         mine.trail.back(0);
-        self.tell(mine);
-        let mut pivots = self.pivots(mine);
+        mine.learn(ledger);
+        let mut pivots = mine.pivots(ledger);
         pivots.retain(|pivot| {
             mine.trail.value(pivot.literal) == 0 && mine.trail.assume(pivot.literal).is_none()
         });
-        let mut queue = Queue::new();
-        for literal in self.all_wishes() {
-            self.enqueue(literal, &mut queue);
-        }
+        let mut queue: Queue = ledger.wishes(1).map(|(wish, weight)| place(wish, weight)).collect();
         let (mut found, mut blocked) = (false, false);
         let mut looked = 0;
         while let Some((weight, _, wish)) = queue.pop() {
@@ -88,7 +85,7 @@ impl Search<'_, '_> {
             if looked % LOOK == 0 && self.done() {
                 return false;
             }
-            if self.weight(wish) != weight {
+            if ledger.weight(wish) != weight {
                 continue;
             }
             let core = match mine.trail.value(wish) {
@@ -97,49 +94,46 @@ impl Search<'_, '_> {
                 _ => Some(mine.trail.against(wish)),
             };
             let Some(core) = core else { continue };
-            let core = self.without_pivots(core, &mut pivots);
-            if core.iter().any(|&literal| self.weight(literal) == 0) {
+            let core = without_pivots(core, &mut pivots, ledger);
+            if core.iter().any(|&literal| ledger.weight(literal) == 0) {
                 blocked = true;
                 continue;
             }
-            let core = self.shrunk(core, &mut mine.probe);
-            self.wishes.clear();
-            self.wishes.extend(&core);
-            self.pay(core);
-            for (core, weight) in std::mem::take(&mut self.unpaid) {
-                self.relax(&core, weight, 0);
-            }
-            self.tell(mine);
-            for wish in std::mem::take(&mut self.wishes) {
-                if mine.trail.value(wish) != 1 {
-                    self.enqueue(wish, &mut queue);
+            let core = shrunk(core, ledger, &mut mine.probe);
+            let paid = ledger.pay(&core);
+            let new = ledger.relax(&core, paid, |_, _| false);
+            self.bounds().lost(ledger.take_lost());
+            mine.learn(ledger);
+            for &wish in core.iter().chain(&new) {
+                if ledger.weight(wish) > 0 && mine.trail.value(wish) != 1 {
+                    queue.push(place(wish, ledger.weight(wish)));
                 }
             }
             found = true;
         }
         found && blocked
     }
+}
 
-    fn enqueue(&self, wish: i32, queue: &mut Queue) {
-        if self.weight(wish) > 0 {
-            queue.push((self.weight(wish), Reverse(wish.unsigned_abs()), wish));
-        }
-    }
+fn place(wish: i32, weight: u64) -> (u64, Reverse<u32>, i32) {
+    (weight, Reverse(wish.unsigned_abs()), wish)
+}
 
-    fn tell(&self, mine: &mut Mine) {
-        for clause in self.formula.since(mine.told) {
-            mine.trail.add(clause);
-            mine.probe.add(clause);
+impl Mine {
+    fn learn(&mut self, ledger: &Ledger) {
+        for clause in ledger.formula.since(self.told) {
+            self.trail.add(clause);
+            self.probe.add(clause);
         }
-        mine.told = self.formula.len();
+        self.told = ledger.formula.len();
     }
 
     /// The pivots as the weights are now, the most contested first.
-    fn pivots(&self, mine: &mut Mine) -> Vec<Pivot> {
-        let mut busy: Vec<i32> = self.formula.variables().collect();
-        busy.sort_by_cached_key(|&variable| Reverse(mine.probe.occurrences(variable)));
+    fn pivots(&mut self, ledger: &Ledger) -> Vec<Pivot> {
+        let mut busy: Vec<i32> = ledger.formula.variables().collect();
+        busy.sort_by_cached_key(|&variable| Reverse(self.probe.occurrences(variable)));
         busy.truncate(CANDIDATES);
-        let weigh = |wishes: &[i32]| wishes.iter().map(|&wish| self.weight(wish)).sum::<u64>();
+        let weigh = |wishes: &[i32]| wishes.iter().map(|&wish| ledger.weight(wish)).sum::<u64>();
         let mut pivots = Vec::new();
         for variable in busy {
             let needing = |literal: i32, probe: &mut Propagator| -> Vec<i32> {
@@ -148,61 +142,61 @@ impl Search<'_, '_> {
                     return Vec::new();
                 }
                 let excluded = probe.implied().iter().map(|&implied| -implied);
-                excluded.filter(|&wish| self.weight(wish) > 0).collect()
+                excluded.filter(|&wish| ledger.weight(wish) > 0).collect()
             };
             let mut sides =
-                [variable, -variable].map(|literal| (literal, needing(literal, &mut mine.probe)));
+                [variable, -variable].map(|literal| (literal, needing(literal, &mut self.probe)));
             sides.sort_by_key(|(_, wishes)| Reverse(weigh(wishes)));
             let [(literal, mut needed_by), (_, against)] = sides;
             if needed_by.len().min(against.len()) >= FEWEST {
-                needed_by.sort_unstable_by_key(|&wish| (self.weight(wish), wish));
+                needed_by.sort_unstable_by_key(|&wish| (ledger.weight(wish), wish));
                 pivots.push(Pivot { literal, needed_by, against: weigh(&against) });
             }
         }
-        mine.probe.back(0);
+        self.probe.back(0);
         pivots.sort_by_key(|pivot| (Reverse(pivot.against), pivot.literal));
         pivots
     }
+}
 
-    /// Each pivot in a core gives its place to the heaviest wish that needs it.
-    fn without_pivots(&self, mut core: Vec<i32>, pivots: &mut [Pivot]) -> Vec<i32> {
-        for literal in &mut core {
-            let pivot = pivots.iter_mut().find(|pivot| pivot.literal == *literal);
-            if let (Some(pivot), 0) = (pivot, self.weight(*literal)) {
-                while pivot.needed_by.last().is_some_and(|&wish| self.weight(wish) == 0) {
-                    pivot.needed_by.pop();
-                }
-                *literal = pivot.needed_by.last().copied().unwrap_or(*literal);
+/// Each pivot in a core gives its place to the heaviest wish that needs it.
+fn without_pivots(mut core: Vec<i32>, pivots: &mut [Pivot], ledger: &Ledger) -> Vec<i32> {
+    for literal in &mut core {
+        let pivot = pivots.iter_mut().find(|pivot| pivot.literal == *literal);
+        if let (Some(pivot), 0) = (pivot, ledger.weight(*literal)) {
+            while pivot.needed_by.last().is_some_and(|&wish| ledger.weight(wish) == 0) {
+                pivot.needed_by.pop();
             }
+            *literal = pivot.needed_by.last().copied().unwrap_or(*literal);
         }
-        core.sort_unstable();
-        core.dedup();
-        core
     }
+    core.sort_unstable();
+    core.dedup();
+    core
+}
 
-    /// A core without wishes that propagation does not need. Cores of two are taken as they are: wishes that
-    /// cannot hold even alone are rare.
-    fn shrunk(&self, mut core: Vec<i32>, probe: &mut Propagator) -> Vec<i32> {
-        if core.len() <= 2 {
-            return core;
-        }
-        core.sort_unstable_by_key(|&wish| (Reverse(self.weight(wish)), wish));
-        let mut at = core.len();
-        while at > 0 && core.len() > 1 {
-            at -= 1;
-            probe.back(0);
-            let others = core.iter().enumerate().filter(|&(other, _)| other != at);
-            let smaller = others.map(|(_, &wish)| wish).find_map(|wish| match probe.value(wish) {
-                0 => probe.assume(wish),
-                1 => None,
-                _ => Some(probe.against(wish)),
-            });
-            if let Some(smaller) = smaller {
-                core.retain(|wish| smaller.contains(wish));
-                at = at.min(core.len());
-            }
-        }
+/// A core without wishes that propagation does not need. Cores of two are taken as they are: wishes that
+/// cannot hold even alone are rare.
+fn shrunk(mut core: Vec<i32>, ledger: &Ledger, probe: &mut Propagator) -> Vec<i32> {
+    if core.len() <= 2 {
+        return core;
+    }
+    core.sort_unstable_by_key(|&wish| (Reverse(ledger.weight(wish)), wish));
+    let mut at = core.len();
+    while at > 0 && core.len() > 1 {
+        at -= 1;
         probe.back(0);
-        core
+        let others = core.iter().enumerate().filter(|&(other, _)| other != at);
+        let smaller = others.map(|(_, &wish)| wish).find_map(|wish| match probe.value(wish) {
+            0 => probe.assume(wish),
+            1 => None,
+            _ => Some(probe.against(wish)),
+        });
+        if let Some(smaller) = smaller {
+            core.retain(|wish| smaller.contains(wish));
+            at = at.min(core.len());
+        }
     }
+    probe.back(0);
+    core
 }
