@@ -6,6 +6,9 @@ use clap::Parser;
 use std::panic::catch_unwind;
 use std::process::ExitCode;
 
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> ExitCode {
     let cli = command::Cli::parse();
     let ended = catch_unwind(|| command::run(&cli)).unwrap_or_else(|panic| {
