@@ -16,6 +16,8 @@ pub enum Role {
     Destination,
     /// Reads and writes it.
     Both,
+    /// As `Both` where it is a device; the families differ in what stands there, and a constant or pointer is taken too.
+    Either,
     /// Takes a count or another number from it: a constant or a word (two words in 32-bit instructions).
     Count,
     /// Takes it as a name or an address; it is not written.
@@ -185,8 +187,22 @@ static CATALOG: LazyLock<BTreeMap<String, Vec<Entry>>> = LazyLock::new(|| {
         .expect("the embedded catalog is well formed, as a test holds")
 });
 
+/// Any area, where an entry lists what may be written besides.
+pub const EVERYWHERE: &str = "*";
 /// What begins the names of instructions that modules and networks bring.
 const DEDICATED: [&str; 10] = ["G.", "GP.", "Z.", "ZP.", "J.", "JP.", "D.", "DP.", "S.", "SP."];
+/// What of those, whatever the digits behind, writes no device of its own station but the operands: messages to and
+/// from other stations and modules, sockets, files, positioning, other CPUs, the clock. Sorted.
+const KEPT_TO_OPERANDS: [&str; 75] = [
+    "ABRST", "BBLKRD", "BBLKWR", "BIDIN", "BIDOUT", "BUFRCVS", "CCPASET", "CHGA", "CHGAS", "CHGT",
+    "CHGV", "CHGVS", "CSET", "DATE+", "DATE-", "DATERD", "DDRD", "DDWR", "DEVLD", "DEVST", "FREAD",
+    "FWRITE", "GETE", "GINT", "MBREQ", "MBRW", "MRECV", "MSEND", "OFFGAN", "OGLOAD", "OGSTOR",
+    "ONDEMAND", "PFWRT", "PINIT", "PSTRT", "PUTE", "READ", "RECV", "RECVS", "REMFR", "REMTO",
+    "REQ", "RIFR", "RIRCV", "RIRD", "RISEND", "RITO", "RIWT", "RSTR", "RTREAD", "RTWRITE", "SEND",
+    "SFCS", "SOCCINF", "SOCCLOS", "SOCCLOSE", "SOCCSET", "SOCOPEN", "SOCRCV", "SOCRCVS",
+    "SOCRDATA", "SOCRMODE", "SOCSND", "SPBUSY", "SREAD", "SVST", "SWRITE", "TEACH", "TO", "UINI",
+    "WRITE", "ZNFR", "ZNRD", "ZNTO", "ZNWR",
+];
 /// The class of those.
 const DEDICATED_CLASS: &str = "dedicated";
 /// No dedicated instruction moves more words: what a socket of a built-in Ethernet port sends or receives.
@@ -195,7 +211,8 @@ const DEDICATED_WORDS: u64 = 5120;
 const LETTERS_PER_SLIP: usize = 3;
 
 /// The entry of an instruction with so many operands. A dedicated instruction that is not listed gets an
-/// entry by which each operand is read and written as far as its area reaches.
+/// entry by which each operand is read and written as far as its area reaches, and, where what it does is not
+/// known from its name either, every other device may be written as well.
 ///
 /// # Errors
 ///
@@ -243,7 +260,14 @@ fn counts(entries: &[Entry]) -> Vec<usize> {
 }
 
 fn dedicated(mnemonic: &str, operands: usize) -> Found {
-    let pulsed = mnemonic.split_once('.').is_some_and(|(prefix, _)| prefix.ends_with('P'));
+    let (prefix, name) = mnemonic.split_once('.').unwrap_or_default();
+    let pulsed = prefix.ends_with('P');
+    let also = match KEPT_TO_OPERANDS
+        .binary_search(&name.trim_end_matches(|c: char| c.is_ascii_digit()))
+    {
+        Ok(_) => Vec::new(),
+        Err(_) => vec![EVERYWHERE.to_owned()],
+    };
     let operand = Operand { role: Role::Both, extent: Extent::Devices(Amount::Unknown) };
     let entry = Entry {
         mnemonic: unpulsed(mnemonic).filter(|_| pulsed).unwrap_or_else(|| mnemonic.to_owned()),
@@ -254,7 +278,7 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
         most_units: Some(DEDICATED_WORDS),
         operation: Operation::Forget,
         pulse: true,
-        also: Vec::new(),
+        also,
     };
     Found { entry: Cow::Owned(entry), pulsed }
 }
@@ -272,7 +296,7 @@ pub fn close(mnemonic: &str) -> Option<String> {
 
 /// A row of the file. Operands are tokens `role:extent` apart by blanks.
 ///
-/// Roles: `s` read, `d` written, `sd` both, `n` count, `x` other. Extents: `b` a bit, `w` a word, `v` a
+/// Roles: `s` read, `d` written, `sd` both, `sd?` both where it is a device, `n` count, `x` other. Extents: `b` a bit, `w` a word, `v` a
 /// device, with a fixed number before (`7w`) or a counting operand, from 1, behind (`w*3`, `2w*3` for
 /// two words each, `b*^3` for two to its power, `w*?` for an unknown number); `e` a real (two words), `$` text.
 ///
@@ -363,6 +387,7 @@ fn operand(token: &str) -> Result<Operand, String> {
         "s" => Role::Source,
         "d" => Role::Destination,
         "sd" => Role::Both,
+        "sd?" => Role::Either,
         "n" => Role::Count,
         "x" => Role::Other,
         _ => return Err(format!("operand {token}")),

@@ -45,8 +45,10 @@ fn every_row_is_well_formed() {
     assert!(catalog.len() > 500);
     for entry in catalog.values().flatten() {
         assert!(CLASSES.contains(&entry.class.as_str()), "{}: {}", entry.mnemonic, entry.class);
-        let writes =
-            entry.operands.iter().any(|it| matches!(it.role, Role::Destination | Role::Both));
+        let writes = entry
+            .operands
+            .iter()
+            .any(|it| matches!(it.role, Role::Destination | Role::Both | Role::Either));
         let silent = matches!(entry.operation, Operation::Nothing | Operation::Free);
         assert_eq!(writes || !entry.also.is_empty(), !silent, "{}", entry.mnemonic);
     }
@@ -143,9 +145,20 @@ fn destinations_reach_as_far_as_the_manuals_say() {
         ("DECO", 3, 2, Extent::Bits(Amount::Power { operand: 2 })),
         ("BKRST", 2, 1, Extent::Devices(Amount::Counted { unit: 1, operand: 1 })),
         ("ZP.OPEN", 4, 4, Extent::Bits(Amount::Fixed(2))), // done, failed
+        ("SER", 4, 3, Extent::Words(Amount::Fixed(5))),    // how many, first, last, least, greatest
+        ("DSER", 4, 3, Extent::Words(Amount::Fixed(10))),
+        ("TYPERD", 2, 2, Extent::Words(Amount::Fixed(10))),
+        ("PRUN", 2, 2, Extent::Words(Amount::Fixed(2))), // M0 to M17 for sixteen bits
+        ("ASC", 2, 2, Extent::Words(Amount::Fixed(8))),  // M8161: a word for each character
+        ("DRVI", 4, 4, Extent::Bits(Amount::Fixed(2))),  // direction, or done and failed
+        ("HOURM", 3, 2, Extent::Words(Amount::Fixed(2))),
+        ("STMR", 3, 3, Extent::Bits(Amount::Fixed(4))),
+        ("TIMCHK", 3, 1, Extent::Words(Amount::Fixed(2))),
     ] {
         let found = find(mnemonic, operands).unwrap();
-        assert_eq!(found.entry.operands[number - 1].extent, extent, "{mnemonic}");
+        let operand = found.entry.operands[number - 1];
+        assert_eq!(operand.extent, extent, "{mnemonic}");
+        assert!(matches!(operand.role, Role::Destination | Role::Both), "{mnemonic}");
     }
 }
 
@@ -174,6 +187,11 @@ fn an_unlisted_dedicated_instruction_may_write_all_its_operands() {
     let all = Operand { role: Role::Both, extent: Extent::Devices(Amount::Unknown) };
     assert_eq!(found.entry.operands, vec![all; 3]);
     assert!(matches!(find("G.", 0), Err(NotFound::Unknown)));
+    assert_eq!(found.entry.also, [EVERYWHERE]);
+    for known in ["GP.READ", "J.SWRITE", "SP.DATE+", "ZP.PSTRT3", "D.CHGV"] {
+        assert!(find(known, 4).unwrap().entry.also.is_empty(), "{known}");
+    }
+    assert!(KEPT_TO_OPERANDS.is_sorted());
 }
 
 /// A class with a time per unit needs to know how many there are: from an operand, by a limit or from the text.

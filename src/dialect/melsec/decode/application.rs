@@ -4,7 +4,7 @@ use super::access::{BitPlace, WordPlace};
 use super::rungs::remember;
 use super::{Decoder, edge, fired, operands, timing};
 use crate::dialect::melsec::catalog::{
-    Amount, Entry, Extent, Found, NotFound, Operation, Role, close, find,
+    Amount, EVERYWHERE, Entry, Extent, Found, NotFound, Operation, Role, close, find,
 };
 use crate::dialect::melsec::device::{Family, Kind, area};
 use crate::dialect::melsec::operand::{Operand, Place, parse};
@@ -97,16 +97,31 @@ impl Decoder<'_> {
         if !self.sources_are_read(raw, entry) {
             return;
         }
+        if self.counts_elsewhere && entry.class == "module" {
+            self.fault(
+                "not-modelled",
+                &raw.mnemonic,
+                format!(
+                    "how many words `{}` moves is told by D8164 while M8164 is on",
+                    raw.mnemonic
+                ),
+                "leave M8164 off, and write the count as the instruction's last operand",
+            );
+        }
         let units = self.units(raw, entry);
         let key = timing(mnemonic, found.pulsed, &self.variants(raw), &entry.class, units, free);
         let Some(mut effects) = self.operation(raw, entry) else { return };
         for name in &entry.also {
-            let region = if name == "*" { Region::Everything } else { Region::Area(area(name)) };
+            let everywhere = name == EVERYWHERE;
+            let region = if everywhere { Region::Everything } else { Region::Area(area(name)) };
             effects.push(fired(Write::Forget(region, self.choice())));
+            if entry.operation == Operation::Anytime {
+                self.volatile.push(region);
+            }
             self.approximate(format!(
                 "{} may write any {}",
                 raw.mnemonic,
-                if name == "*" { "device" } else { name }
+                if everywhere { "device" } else { name }
             ));
         }
         let fires = if free {
@@ -127,7 +142,7 @@ impl Decoder<'_> {
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
             fine &= match operand.role {
                 Role::Other => true,
-                Role::Source | Role::Count => self.operand(text).is_some(),
+                Role::Source | Role::Count | Role::Either => self.operand(text).is_some(),
                 Role::Destination | Role::Both if entry.class == "dedicated" => {
                     self.operand(text).is_some()
                 }
@@ -475,7 +490,7 @@ impl Decoder<'_> {
     fn forget_all(&mut self, raw: &RawInstruction, entry: &Entry, when: When) -> Vec<Effect> {
         let mut effects = Vec::new();
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
-            if !matches!(operand.role, Role::Destination | Role::Both) {
+            if !matches!(operand.role, Role::Destination | Role::Both | Role::Either) {
                 continue;
             }
             for region in self.reach(raw, text, operand.extent) {
@@ -512,9 +527,12 @@ impl Decoder<'_> {
             if words && matches!(device.place, Place::At(Kind::Bit(_), _)) {
                 count = count.and_then(|count| count.checked_mul(16));
             }
-            // A number of several words in digits fills no more bits than the digits have.
-            if let (Extent::Words(Amount::Fixed(_)), Place::Digits(..)) = (extent, device.place) {
-                count = Some(1);
+            // Each result fills the digits that are written there, one behind the other; whether several words are
+            // one result or as many is not told. No word fills more than sixteen bits.
+            if let (Extent::Words(Amount::Fixed(words)), Place::Digits(_, _, digits)) =
+                (extent, device.place)
+            {
+                count = Some(words.min((4 * words).div_ceil(u32::from(digits))));
             }
         }
         self.regions(text, count).unwrap_or_default()
@@ -555,7 +573,7 @@ mod tests {
     #[test]
     fn every_area_that_the_catalog_names_exists() {
         let mut named = 0;
-        for name in catalog::also().filter(|name| *name != "*") {
+        for name in catalog::also().filter(|name| *name != catalog::EVERYWHERE) {
             let area = device::area(name);
             assert_eq!(device::areas(device::Family::Q)[usize::from(area.0)].name, name);
             named += 1;

@@ -84,8 +84,10 @@ pub struct Decoder<'a> {
     program: Program,
     faults: Vec<Faults<'a>>,
     switches_file_register: bool,
-    /// FX: special relays that change what moves do: M8024 turns BMOV round, M8160 lets XCH swap bytes.
+    /// FX, FX5: special relays that change what moves do: M8024 turns BMOV round, M8160 lets XCH swap bytes.
     turns_moves: bool,
+    /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
+    counts_elsewhere: bool,
     /// Files whose programs are called or stopped by their names.
     may_rest: Vec<bool>,
 
@@ -156,7 +158,9 @@ impl<'a> Decoder<'a> {
                 .iter()
                 .flat_map(|file| &file.instructions)
                 .any(is_switch),
-            turns_moves: options.family == Family::Fx && turns_moves(project),
+            turns_moves: matches!(options.family, Family::Fx | Family::Fx5)
+                && touches(project, &["M8024", "M8160"]),
+            counts_elsewhere: options.family == Family::Fx && touches(project, &["M8164"]),
             may_rest: may_rest(project),
             file: 0,
             position: 0,
@@ -355,12 +359,13 @@ impl<'a> Decoder<'a> {
     }
 }
 
-/// Whether the program touches M8024 or M8160.
-fn turns_moves(project: &RawProject) -> bool {
-    let operands =
-        project.files.iter().flat_map(|file| &file.instructions).flat_map(|raw| &raw.operands);
-    let has = |text: &String, relay: &str| text.to_ascii_uppercase().contains(relay);
-    operands.into_iter().any(|text| has(text, "M8024") || has(text, "M8160"))
+/// Whether the program names one of these special relays.
+fn touches(project: &RawProject, relays: &[&str]) -> bool {
+    let instructions = project.files.iter().flat_map(|file| &file.instructions);
+    instructions.flat_map(|raw| &raw.operands).any(|text| {
+        let text = text.to_ascii_uppercase();
+        relays.iter().any(|relay| text.contains(relay))
+    })
 }
 
 /// Which files' programs need not run in every scan: those that are called by name are commonly on standby, and

@@ -6,7 +6,7 @@ use crate::dialect::melsec::catalog::{Extent, Role, find};
 use crate::dialect::melsec::device::Family;
 use crate::dialect::melsec::source::{RawFile, RawInstruction, RawProject};
 use crate::facts::Facts;
-use crate::program::{Program, Step, Units, When, WordTarget, Write};
+use crate::program::{Cell, Program, Step, Units, When, WordTarget, Write};
 use std::fmt::Write as _;
 
 fn raw_file(name: &str, text: &str) -> RawFile {
@@ -276,4 +276,54 @@ fn a_stated_range_does_not_bound_a_count_that_the_scan_overwrites() {
 fn high_speed_counters_of_the_fx_are_taken_as_any_value() {
     let text = "LD X0; OUT C235 K10; LD C235; OUT Y0; LD> C235 K5; OUT Y1; LD X1; DMOV K0 C235; RST C235; END";
     on(Family::Fx, &text.replace(';', "\n")).expect("a program");
+}
+
+/// Whether the second instruction may leave any value in a cell.
+fn loses(p: &Program, area: &str, index: u32) -> bool {
+    let cell = Cell { area: crate::dialect::melsec::device::area(area), index };
+    p.instructions[1]
+        .effects
+        .iter()
+        .any(|effect| matches!(effect.write, Write::Forget(region, _) if region.holds(cell)))
+}
+
+#[test]
+fn results_in_digits_reach_as_far_as_there_are_results() {
+    let fx = |text: &str| on(Family::Fx, &text.replace(';', "\n")).expect("a program");
+    let five = fx("LD X0; SER D0 D10 K1Y0 K5; END");
+    assert!(loses(&five, "Y", 19) && !loses(&five, "Y", 20));
+    let ten = fx("LD X0; DSER D0 D10 K8M0 K5; END");
+    assert!(loses(&ten, "M", 159) && !loses(&ten, "M", 160));
+    let octal = fx("LD X0; PRUN K4X0 K4M0; END");
+    assert!(loses(&octal, "M", 17));
+    let double = fx("LD X0; DPRUN K8X0 K8M0; END");
+    assert!(loses(&double, "M", 37));
+    let one = fx("LD X0; DBCD D0 K8M0; END");
+    assert!(loses(&one, "M", 31) && !loses(&one, "M", 32));
+}
+
+#[test]
+fn sorts_of_both_families_are_understood() {
+    let q = program("LD X0; SORT D0 K10 K2 M0 D100; END");
+    assert!(loses(&q, "D", 5) && loses(&q, "M", 0) && loses(&q, "D", 101));
+    let fx = on(Family::Fx, "LD X0\nSORT D0 K5 K4 D100 K2\nEND").expect("a program");
+    assert!(loses(&fx, "D", 119));
+}
+
+#[test]
+fn outputs_that_no_operand_names_may_change_at_any_moment() {
+    let p = on(Family::Fx, "LD X0\nZRN K100 K10 X5 Y0\nLD Y4\nOUT M0\nEND").expect("a program");
+    let Step::Logic { value, .. } = &p.instructions[2].step else { panic!() };
+    assert!(matches!(value, crate::program::Logic::Bit(crate::program::BitSource::Free(_))));
+}
+
+#[test]
+fn a_count_told_by_a_special_register_is_refused() {
+    let text = "LD X0\nSET M8164\nLD X1\nFROM K0 K5 D0 K4\nEND";
+    let faults = on(Family::Fx, text).expect_err("a fault");
+    assert_eq!(
+        faults.iter().map(|f| (f.code, f.line)).collect::<Vec<_>>(),
+        [("not-modelled", Some(4))]
+    );
+    on(Family::Fx, &text.replace("M8164", "M8163")).expect("a program");
 }
