@@ -158,9 +158,8 @@ pub(super) fn forget(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<W
     let regions: Vec<Region> = match item.row {
         // A user's instruction may write its operands and what belongs to them.
         None => item.operands.iter().flat_map(|operand| operand.regions(Some(4))).collect(),
-        Some(row) if row.meaning == "refresh-units" => {
-            asm.memory.unit_areas().map(Region::Area).to_vec()
-        }
+        // Where a unit's links lie is set in the unit, not in the program.
+        Some(row) if row.meaning == "refresh-units" => vec![Region::Everything],
         Some(row) => row
             .operands
             .iter()

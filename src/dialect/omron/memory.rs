@@ -285,11 +285,6 @@ impl Memory {
         }
     }
 
-    /// Areas that special units and links refresh.
-    pub(super) fn unit_areas(self) -> [AreaId; 2] {
-        [AreaId(0), AreaId(4)]
-    }
-
     /// Where an indirect address in this area may lead.
     pub(super) fn reach(self, area: AreaId) -> Vec<AreaId> {
         let mut areas = vec![area];

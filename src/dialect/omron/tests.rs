@@ -7,7 +7,7 @@ use crate::diagnostic::Diagnostic;
 use crate::dialect::{Dialect, Input, detect};
 use crate::facts::Facts;
 use crate::program::Witness;
-use crate::program::{Program, Step, Units};
+use crate::program::{Program, Region, Step, Units, Write};
 use crate::replay::replay;
 use crate::time::Picos;
 
@@ -311,6 +311,17 @@ fn what_is_not_followed_is_forgotten_and_noted() {
     }
     let program = cx("LD ,IR0\nOUT ,IR1\nEND(001)");
     assert_eq!(program.approximations.len(), 2);
+}
+
+#[test]
+fn a_refresh_of_units_may_write_wherever_their_links_lie() {
+    let program = cx("LD W0.00\nDLNK(226) #0\nEND(001)");
+    let writes = program.instructions.iter().flat_map(|instruction| &instruction.effects);
+    assert!(
+        writes
+            .into_iter()
+            .any(|effect| matches!(effect.write, Write::Forget(Region::Everything, _)))
+    );
 }
 
 #[test]
