@@ -412,15 +412,22 @@ fn search(
         |group: &Group| group.charges.iter().map(|&c| model.charges[c].dearer()).sum::<Picos>();
     let known: Vec<(Picos, Picos)> =
         groups.iter().map(|group| (dearest(group), Picos::ZERO)).collect();
-    let known = Mutex::new(known);
+    let sums = (known.iter().map(|bounds| bounds.0).sum::<Picos>(), Picos::ZERO);
+    let solved = known.iter().filter(|(upper, lower)| upper == lower).count();
+    let known = Mutex::new((known, sums, solved));
     let each = |group: usize, upper: Picos, lower: Picos| {
         let Ok(mut known) = known.lock() else { return };
-        known[group] = (upper, lower);
+        let (bounds, sums, solved) = &mut *known;
+        // Kept up to date, as there may be many groups.
+        let old = std::mem::replace(&mut bounds[group], (upper, lower));
+        let without = |sum: Picos, old| sum.checked_sub(old).unwrap_or_default();
+        *sums = (without(sums.0, old.0) + upper, without(sums.1, old.1) + lower);
+        *solved = *solved + usize::from(upper == lower) - usize::from(old.0 == old.1);
         (request.progress)(Progress::Bounds {
             group: group + 1,
-            upper: constant + known.iter().map(|bounds| bounds.0).sum(),
-            lower: constant + known.iter().map(|bounds| bounds.1).sum(),
-            solved: known.iter().filter(|(upper, lower)| upper == lower).count(),
+            upper: constant + sums.0,
+            lower: constant + sums.1,
+            solved: *solved,
             groups: groups.len(),
         });
     };

@@ -24,6 +24,9 @@ impl Line {
 
     /// Shows how far it is.
     pub fn show(&self, progress: Progress) {
+        if self.0.is_hidden() {
+            return;
+        }
         self.0.set_message(match progress {
             Progress::Stage(stage) => stage.to_owned(),
             Progress::Bounds { upper, lower, group, solved, groups } => {
