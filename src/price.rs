@@ -1,16 +1,18 @@
 //! Gives every instruction of a program its two times from a timing table, and a scan its overhead.
 
+mod refresh;
 pub mod touched;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnostic::Diagnostic;
 use crate::facts::Facts;
-use crate::program::{Cell, Instruction, Program, TimingKey, Units};
+use crate::program::{Instruction, Program, TimingKey, Units};
 use crate::table::{Factor, Row, Table, folded};
 use crate::time::Picos;
 
 pub use crate::table::Evidence;
+pub use refresh::{MorePoints, UnstatedPoints};
 use touched::Cells;
 
 /// The two times of an instruction.
@@ -52,8 +54,8 @@ pub struct Prices {
     pub overhead: Vec<OverheadTerm>,
     /// The factor that all these times hold already.
     pub factor: Option<Factor>,
-    /// Why the times may be too low all the same: what the table does not hold, what was not stated.
-    pub doubts: Vec<String>,
+    /// The sides, inputs and outputs, of which it is not stated how many points are refreshed.
+    pub points: Vec<UnstatedPoints>,
 }
 
 impl Prices {
@@ -143,9 +145,8 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     if !faults.is_empty() {
         return Err(faults);
     }
-    let mut doubts = table.notes.clone();
-    let overhead = overhead(program, table, facts, &mut doubts)?;
-    Ok(Prices { instructions, overhead, factor: table.factor.clone(), doubts })
+    let (overhead, points) = overhead(program, table, facts)?;
+    Ok(Prices { instructions, overhead, factor: table.factor.clone(), points })
 }
 
 /// The price of an instruction: the first of its names that has a row, else its class's row; then what `@+`
@@ -284,18 +285,12 @@ fn overhead(
     program: &Program,
     table: &Table,
     facts: &Facts,
-    doubts: &mut Vec<String>,
-) -> Result<Vec<OverheadTerm>, Vec<Diagnostic>> {
+) -> Result<(Vec<OverheadTerm>, Vec<UnstatedPoints>), Vec<Diagnostic>> {
     let mut terms = Vec::new();
     let mut charge = |row: &Row, times: u64, name: String, why: String| {
-        let time = row.on.0.checked_mul(times).and_then(|time| table.scaled(Picos(time)));
-        let Some(time) = time else {
-            let message = format!("the time of {} is too large to add up", row.name);
-            let help = "look at the times in the table";
-            return Err(vec![Diagnostic::file("no-time", &row.table, message, help)]);
-        };
+        let time = charged(table, row, times)?;
         terms.push(OverheadTerm { name, time, evidence: row.evidence, why });
-        Ok(())
+        Ok::<(), Vec<Diagnostic>>(())
     };
     for row in table.terms("@end") {
         let name = row.name.split_once(':').map_or("END processing", |(_, name)| name);
@@ -306,67 +301,19 @@ fn overhead(
         let why = format!("{count} x {} us; {}", row.on.us_text(), row.source);
         charge(row, count, "program starts".to_owned(), why)?;
     }
-    let sides = [("input", "X", facts.inputs), ("output", "Y", facts.outputs)];
-    for (side, area, stated) in sides {
-        let groups = [8u32, 16].map(|size| (size, table.row(&format!("@{side}{size}"))));
-        if groups.iter().all(|(_, row)| row.is_none()) {
-            continue;
-        }
-        let (points, origin) = points(program, side, area, stated, doubts);
-        for (size, row) in groups {
-            let (Some(row), 1..) = (row, points) else { continue };
-            let count = u64::from(points.div_ceil(size));
-            let why = format!(
-                "{origin}: {count} x {} us a {size} points; {}",
-                row.on.us_text(),
-                row.source
-            );
-            charge(row, count, format!("{side} refresh"), why)?;
-        }
-    }
-    Ok(terms)
+    let (refresh, points) = refresh::refresh(program, table, facts)?;
+    terms.extend(refresh);
+    Ok((terms, points))
 }
 
-/// How many points are refreshed, and how that is known.
-fn points(
-    program: &Program,
-    side: &str,
-    area: &str,
-    stated: Option<u32>,
-    doubts: &mut Vec<String>,
-) -> (u32, String) {
-    if let Some(stated) = stated {
-        return (stated, format!("{stated} {side} points as stated"));
-    }
-    let highest = highest(program, area);
-    let counted =
-        program.points.map(|[inputs, outputs]| if side == "input" { inputs } else { outputs });
-    let (points, origin) = match (counted, highest) {
-        (Some(points), _) => (
-            points,
-            format!("{points} {side} points in the words that the program uses as {side}s"),
-        ),
-        (None, None) => (0, format!("the program uses no {side}")),
-        (None, Some(cell)) => {
-            let points = cell.index.saturating_add(1).div_ceil(16).saturating_mul(16);
-            let name = program.cell_name(cell);
-            (points, format!("{points} {side} points, since {name} is the highest {side} used"))
-        }
-    };
-    doubts.push(format!("{side} points are not stated: {origin}; state them if more are fitted"));
-    (points, origin)
-}
-
-/// The highest cell of an area that an instruction names.
-fn highest(program: &Program, area: &str) -> Option<Cell> {
-    let mine = |index: u16| program.areas[usize::from(index)].name.eq_ignore_ascii_case(area);
-    program
-        .instructions
-        .iter()
-        .flat_map(|instruction| Cells::of(instruction, 1).highest)
-        .filter(|(id, _)| mine(id.0))
-        .map(|(area, index)| Cell { area, index })
-        .max_by_key(|cell| cell.index)
+/// A term's time so many times, with the table's factor.
+fn charged(table: &Table, row: &Row, times: u64) -> Result<Picos, Vec<Diagnostic>> {
+    let time = row.on.0.checked_mul(times).and_then(|time| table.scaled(Picos(time)));
+    time.ok_or_else(|| {
+        let message = format!("the time of {} is too large to add up", row.name);
+        let help = "look at the times in the table";
+        vec![Diagnostic::file("no-time", &row.table, message, help)]
+    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Whether a program keeps to a limit: proved, refuted by a scan, or undecided with the reasons.
 
-use crate::audit::Audit;
+use crate::audit::{Audit, UnstatedPoints};
 use crate::time::Picos;
 use std::fmt;
 use std::str::FromStr;
@@ -15,6 +15,12 @@ impl Margin {
     pub fn on(self, time: Picos) -> Picos {
         let scaled = u128::from(time.0) * (1_000_000 + u128::from(self.0));
         Picos(u64::try_from(scaled.div_ceil(1_000_000)).expect("time overflow"))
+    }
+
+    /// The longest time that is within the limit with the margin added.
+    fn room(self, limit: Picos) -> Picos {
+        let most = u128::from(limit.0) * 1_000_000 / (1_000_000 + u128::from(self.0));
+        Picos(u64::try_from(most).unwrap_or(limit.0))
     }
 
     /// Whether there is none.
@@ -66,44 +72,97 @@ pub struct Check {
     pub limit: Picos,
     /// What is added to the scan before it is held against the limit.
     pub margin: Margin,
-    /// The upper bound with the margin.
+    /// The upper bound with the margin; where points are not stated, with all that the CPU can have.
     pub upper: Picos,
-    /// The replayed scan with the margin.
+    /// The replayed scan with the margin; where points are not stated, without any.
     pub lower: Picos,
     /// The answer.
     pub verdict: Verdict,
 }
 
 impl Check {
-    /// Holds an audit against a limit. What may make the bound too low keeps it from being proved.
+    /// Holds an audit against a limit. What may make the bound too low keeps it from being proved, and what may
+    /// not be there from being refuted.
     #[must_use]
     pub fn new(audit: &Audit, limit: Picos, margin: Margin) -> Check {
-        let (upper, lower) = (margin.on(audit.bound.upper), margin.on(audit.possible()));
+        let (upper, lower) = (margin.on(audit.most()), margin.on(audit.surely()));
+        let doubts = || {
+            // All that the CPU can have is counted where that is known.
+            let unknown = audit.points.iter().any(|points| points.most.is_none());
+            if unknown { audit.all_doubts() } else { audit.doubts.clone() }
+        };
         let verdict = if lower > limit || !audit.unbounded.is_empty() {
             Verdict::Refuted
         } else if upper > limit {
-            let reason = match audit.clocked {
-                Some(_) => {
-                    "the limit lies within the clock's tolerance; measure the clock and state it (--clock)"
-                }
-                None => {
-                    "the limit lies between the scan that was found and the bound; give the search more time (--time-limit)"
-                }
-            };
-            Verdict::Undecided(vec![reason.to_owned()])
-        } else if audit.doubts.is_empty() {
+            Verdict::Undecided([open(audit, limit, margin), audit.doubts.clone()].concat())
+        } else if doubts().is_empty() {
             Verdict::Proved
         } else {
-            Verdict::Undecided(audit.doubts.clone())
+            Verdict::Undecided(doubts())
         };
         Check { limit, margin, upper, lower, verdict }
     }
+}
+
+/// Why a limit between the bounds is neither kept nor broken, and what to do.
+fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<String> {
+    let seen = |points: &UnstatedPoints| format!("{} {}", points.taken, points.side);
+    let seen = listed(audit, " and ", seen);
+    let upper = audit.bound.upper;
+    if margin.on(upper) <= limit {
+        let all = |points: &UnstatedPoints| {
+            let most = points.most.as_ref().map_or(0, |most| most.points);
+            format!("{} {}", most.max(points.taken), points.side)
+        };
+        let all = listed(audit, " and ", all);
+        let most = audit.most();
+        let room = margin.room(limit).checked_sub(upper).unwrap_or_default();
+        let dearest = audit.points.iter().map(|points| points.sixteen.0).max().unwrap_or(0);
+        let more = room.0.checked_div(dearest).unwrap_or(0).saturating_mul(16);
+        return vec![
+            format!(
+                "it depends on how many I/O points are fitted, which is not stated: with the {seen} points that the program is seen to use no scan takes longer than {upper}, with all {all} points that the CPU can have {most}"
+            ),
+            format!(
+                "{}; up to {more} points more than it is seen to use keep the limit",
+                state(audit)
+            ),
+        ];
+    }
+    if margin.on(audit.possible()) > limit {
+        return vec![
+            format!(
+                "it depends on how many I/O points are fitted, which is not stated: the scan that was found is over the limit with the {seen} points that the program is seen to use, and not without any"
+            ),
+            state(audit),
+        ];
+    }
+    let reason = match audit.clocked {
+        Some(_) => {
+            "the limit lies within the clock's tolerance; measure the clock and state it (--clock)"
+        }
+        None => {
+            "the limit lies between the scan that was found and the bound; give the search more time (--time-limit)"
+        }
+    };
+    vec![reason.to_owned()]
+}
+
+/// What to write in a facts file.
+fn state(audit: &Audit) -> String {
+    let sides = listed(audit, ", ", |points| format!("{}s = N", points.side));
+    format!("state those that are fitted in a facts file (--facts): [io] {sides}")
+}
+
+fn listed(audit: &Audit, between: &str, text: impl Fn(&UnstatedPoints) -> String) -> String {
+    audit.points.iter().map(text).collect::<Vec<String>>().join(between)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::audit::fixture::fixture;
+    use crate::audit::{Evidence, MorePoints};
 
     #[test]
     fn margins_are_exact_and_rounded_up() {
@@ -137,5 +196,64 @@ mod tests {
         let check = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
         assert_eq!(check(u64::MAX), Verdict::Undecided(audit.doubts.clone()));
         assert_eq!(check(1), Verdict::Refuted);
+    }
+
+    /// The fixture without other doubts, with 16 input points taken for 4.3 us and perhaps 4096 in all.
+    fn with_points(most: Option<u64>) -> Audit {
+        let mut audit = fixture();
+        audit.doubts.clear();
+        audit.bound.lower = audit.bound.upper;
+        audit.points = vec![UnstatedPoints {
+            side: "input",
+            taken: 16,
+            time: Picos(4_300_000),
+            sixteen: Picos(4_300_000),
+            why: "16 input points, since X5 is the highest input used".to_owned(),
+            most: most.map(|more| MorePoints {
+                points: 4096,
+                more: Picos(more),
+                evidence: Evidence::Assumed,
+                source: String::new(),
+            }),
+        }];
+        audit
+    }
+
+    #[test]
+    fn points_that_are_not_stated_count_above_and_not_below() {
+        let audit = with_points(Some(1_096_500_000));
+        let (upper, more, taken) = (audit.bound.upper.0, 1_096_500_000, 4_300_000);
+        let check = |ps| Check::new(&audit, Picos(ps), Margin::default());
+        assert_eq!(check(upper + more).verdict, Verdict::Proved);
+        assert_eq!(check(upper + more).upper, Picos(upper + more));
+        let reasons = |ps| match check(ps).verdict {
+            Verdict::Undecided(reasons) => reasons.join("\n"),
+            other => panic!("{other:?}"),
+        };
+        assert!(reasons(upper + more - 1).contains("[io] inputs = N; up to 4064 points more"));
+        assert!(reasons(upper).contains("up to 0 points more"));
+        assert!(reasons(upper - 1).contains("over the limit with the 16 input points"));
+        assert!(reasons(upper - taken).contains("over the limit with the 16 input points"));
+        assert_eq!(check(upper - taken - 1).verdict, Verdict::Refuted);
+    }
+
+    #[test]
+    fn points_of_which_the_most_is_not_known_stay_a_doubt() {
+        let audit = with_points(None);
+        let check = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
+        assert_eq!(check(u64::MAX), Verdict::Undecided(audit.all_doubts()));
+        assert_eq!(check(1), Verdict::Refuted);
+        // All that there can be is counted: nothing is left to doubt.
+        assert_eq!(with_points(Some(0)).all_doubts(), Vec::<String>::new());
+        assert_eq!(with_points(Some(1)).all_doubts().len(), 1);
+    }
+
+    #[test]
+    fn what_a_limit_leaves_with_a_margin_keeps_it() {
+        let margin: Margin = "12.5%".parse().expect("a margin");
+        for limit in 0..100 {
+            let room = margin.room(Picos(limit));
+            assert!(margin.on(room) <= Picos(limit) && margin.on(Picos(room.0 + 1)) > Picos(limit));
+        }
     }
 }

@@ -88,6 +88,7 @@ impl Findings<'_> {
             path: Vec::new(),
             unbounded: Vec::new(),
             facts: self.program.facts.clone(),
+            points: self.prices.points.clone(),
             doubts: self.doubts(),
             approximations: self.approximations(),
             warnings,
@@ -379,9 +380,7 @@ impl Findings<'_> {
     }
 
     fn doubts(&self) -> Vec<String> {
-        // What a table never holds stands apart: it is the same for every program.
-        let unstated = self.prices.doubts.iter().filter(|doubt| !self.table.notes.contains(doubt));
-        let interrupts = self
+        self
             .program
             .interrupts
             .iter()
@@ -391,8 +390,8 @@ impl Findings<'_> {
                 format!(
                     "how often {name} interrupts a scan is not stated, {times} was taken: give --interrupts {name}=N"
                 )
-            });
-        unstated.cloned().chain(interrupts).collect()
+            })
+            .collect()
     }
 
     fn approximations(&self) -> Vec<ApproximationUse> {

@@ -14,6 +14,7 @@ pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, concl
 pub use questions::{File, Form, certificates, question};
 
 use crate::diagnostic::Diagnostic;
+pub use crate::price::{MorePoints, UnstatedPoints};
 pub use crate::table::Evidence;
 use crate::time::Picos;
 use std::fmt;
@@ -53,7 +54,9 @@ pub struct Audit {
     pub unbounded: Vec<LoopUse>,
     /// What the user stated and the bound rests on.
     pub facts: Vec<String>,
-    /// Why the bound may be too low all the same, where something needed was not stated.
+    /// The sides of which it is not stated how many points are refreshed.
+    pub points: Vec<UnstatedPoints>,
+    /// Why else the bound may be too low all the same, where something needed was not stated.
     pub doubts: Vec<String>,
     /// What was taken wider than the PLC does it.
     pub approximations: Vec<ApproximationUse>,
@@ -74,6 +77,38 @@ impl Audit {
             Some(factor) if self.clocked.is_some() => self.bound.lower.min(factor.without),
             _ => self.bound.lower,
         }
+    }
+
+    /// No scan takes longer, even if all points are fitted that the CPU can have, where it is not stated how many
+    /// are and the table says how many can be.
+    #[must_use]
+    pub fn most(&self) -> Picos {
+        let more = self.points.iter().filter_map(|points| points.most.as_ref());
+        self.bound.upper + more.map(|most| most.more).sum()
+    }
+
+    /// So long a scan takes even if no point is fitted where it is not stated how many are.
+    #[must_use]
+    pub fn surely(&self) -> Picos {
+        let taken: Picos = self.points.iter().map(|points| points.time).sum();
+        self.possible().checked_sub(taken).unwrap_or_default()
+    }
+
+    /// All reasons why the bound may be too low, points that are not stated among them.
+    #[must_use]
+    pub fn all_doubts(&self) -> Vec<String> {
+        let points = self.points.iter().filter_map(|points| {
+            let UnstatedPoints { side, why, .. } = points;
+            let more = match &points.most {
+                Some(most) if most.more == Picos::ZERO => return None,
+                Some(MorePoints { points, more, .. }) => {
+                    format!(", with all {points} that the CPU can have a scan takes {more} longer")
+                }
+                None => String::new(),
+            };
+            Some(format!("{side} points are not stated: {why}{more}: state them ([io] {side}s)"))
+        });
+        points.chain(self.doubts.iter().cloned()).collect()
     }
 
     /// The groups that are worth a look: of at least a two-hundredth of the bound, at most so many; and what

@@ -332,6 +332,9 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
             )));
         }
     };
+    if request.strict_times {
+        table.refuse_assumed_points();
+    }
     for time in request.times {
         table.amend(&time.name, time.on, time.off);
     }

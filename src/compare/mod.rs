@@ -65,7 +65,7 @@ impl Bounds {
             least: audit.least(),
             table: audit.table.name.clone(),
             assumed: audit.table.assumed_time.max(supposed),
-            doubts: audit.doubts.clone(),
+            doubts: audit.all_doubts(),
             clocked: audit.clocked,
         }
     }

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::program::{
-    Area, AreaId, AreaKind, BitSource, ChoiceId, Effect, Interrupt, Join, Logic, Number, Place,
-    Radix, Region, SourceFile, Step, When, WordSource, WordTarget, Write,
+    Area, AreaId, AreaKind, BitSource, Cell, ChoiceId, Effect, Interrupt, Join, Logic, Number,
+    Place, Radix, Region, SourceFile, Step, When, WordSource, WordTarget, Write,
 };
 
 const HEAD: &str = "instruction,on_us,off_us,per_unit_us,evidence\n";
@@ -240,16 +240,16 @@ fn points_are_those_stated_or_up_to_the_highest_used() {
     let write = Write::Words(vec![WordTarget::Cell(cell(D, 9000))], value);
     range.effects = vec![Effect { when: When::Fired, write }];
     let program = program(vec![load(1, 1, cell(X, 3)), range, load(3, 1, cell(Y, 0x20))]);
-    let rows = "LD,1,\nMOV,1,\n@input16,2,,,published\n@output8,3,\n@end,100,,,measured\n@end:network,50,\n@program,7,\n@factor,1.5,\n@note,no modules,\n";
+    let rows = "LD,1,\nMOV,1,\n@input16,2,,,published\n@output8,3,\n@end,100,,,measured\n@end:network,50,\n@program,7,\n@factor,1.5,\n@max-inputs,64,,,assumed\n@max-outputs,40,\n";
     let table = table(rows);
     let found = |facts: &Facts| {
         let prices = price(&program, &table, facts).unwrap();
         let terms: Vec<_> = prices.overhead.iter().map(|t| (t.name.clone(), t.time)).collect();
-        (terms, prices.doubts, prices.overhead)
+        (terms, prices.points, prices.overhead)
     };
-    let (terms, doubts, overhead) = found(&Facts::default());
+    let (terms, points, overhead) = found(&Facts::default());
+    let us15 = |n: u64| Picos(n * 1_500_000);
     let expected = |input, output| {
-        let us15 = |n: u64| Picos(n * 1_500_000);
         [
             ("END processing", 100),
             ("network", 50),
@@ -269,12 +269,16 @@ fn points_are_those_stated_or_up_to_the_highest_used() {
         overhead.iter().map(|t| t.evidence).collect::<Vec<_>>()[..2],
         [Evidence::Measured, Evidence::Stated]
     );
-    assert_eq!(doubts.len(), 3);
-    assert_eq!(doubts[0], "no modules");
+    let told: Vec<_> = points.iter().map(|p| (p.side, p.taken, p.time, p.sixteen)).collect();
+    assert_eq!(told, [("input", 32, us15(4), us15(2)), ("output", 48, us15(18), us15(6))]);
+    let more = |points: &UnstatedPoints| points.most.as_ref().map(|m| (m.points, m.more));
+    assert_eq!(more(&points[0]), Some((64, us15(4))));
+    // Less than what is taken adds nothing and takes nothing off.
+    assert_eq!(more(&points[1]), Some((40, us15(0))));
     let stated = Facts { inputs: Some(65), outputs: Some(8), ..Facts::default() };
-    let (terms, doubts, _) = found(&stated);
+    let (terms, points, _) = found(&stated);
     assert_eq!(terms, expected(10, 3));
-    assert_eq!(doubts, ["no modules"]);
+    assert_eq!(points, []);
     let none = Facts { inputs: Some(0), outputs: Some(0), ..Facts::default() };
     assert_eq!(found(&none).0.len(), 3);
 }

@@ -19,7 +19,9 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     unbounded: Vec<Loop<'a>>,
     facts: &'a [String],
-    doubts: &'a [String],
+    doubts: Vec<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    points: Vec<Points<'a>>,
     approximations: Vec<Approximation<'a>>,
     warnings: Vec<Warning<'a>>,
     overhead: Vec<Overhead<'a>>,
@@ -148,6 +150,23 @@ struct Warning<'a> {
     message: &'a str,
 }
 
+/// The last four are left out where the table does not know the most points.
+#[derive(Serialize)]
+struct Points<'a> {
+    side: &'a str,
+    taken: u32,
+    taken_ps: u64,
+    why: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    most: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    more_ps: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    most_evidence: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    most_why: Option<&'a str>,
+}
+
 #[derive(Serialize)]
 struct PathStep<'a> {
     file: usize,
@@ -229,7 +248,8 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
         path: audit.path.iter().map(step).collect(),
         unbounded: audit.unbounded.iter().map(endless).collect(),
         facts: &audit.facts,
-        doubts: &audit.doubts,
+        doubts: audit.all_doubts(),
+        points: audit.points.iter().map(points).collect(),
         approximations: audit
             .approximations
             .iter()
@@ -267,6 +287,20 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
     let mut text = serde_json::to_string_pretty(&report).expect("plain data has a JSON form");
     text.push('\n');
     text
+}
+
+fn points(points: &audit::UnstatedPoints) -> Points<'_> {
+    let most = points.most.as_ref();
+    Points {
+        side: points.side,
+        taken: points.taken,
+        taken_ps: points.time.0,
+        why: &points.why,
+        most: most.map(|most| most.points),
+        more_ps: most.map(|most| most.more.0),
+        most_evidence: most.map(|most| most.evidence.word()),
+        most_why: most.map(|most| most.source.as_str()),
+    }
 }
 
 fn response(response: &audit::response::Response) -> Response<'_> {

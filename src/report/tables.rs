@@ -52,6 +52,13 @@ pub fn one(table: &Table) -> String {
             format!("{} on the whole scan, {}: {}", factor.text, factor.evidence, factor.source),
         );
     }
+    let sides = [("most inputs", &table.most_inputs), ("most outputs", &table.most_outputs)];
+    for (side, most) in sides {
+        let text = most
+            .as_ref()
+            .map(|most| format!("{} points, {}: {}", most.points, most.evidence, most.source));
+        put(side, text.unwrap_or_default());
+    }
     for note in &table.notes {
         put("note", note.clone());
     }

@@ -3,7 +3,8 @@
 use super::columns::{Cell, columns, left, paint, right};
 use super::response;
 use crate::audit::{
-    ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, Value, Where,
+    ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, UnstatedPoints, Value,
+    Where,
 };
 use crate::table::Evidence;
 use crate::time::Picos;
@@ -57,7 +58,7 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     text += &list("What was stated and is believed", &audit.facts);
     text += &list(
         "Why the bound may be too low all the same (state it with --facts or --interrupts)",
-        &audit.doubts,
+        &audit.all_doubts(),
     );
     text += &approximations(audit, extent);
     text += &list("Warnings", &warnings(audit));
@@ -65,17 +66,17 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
 }
 
 fn answer(audit: &Audit, check: &Check) -> String {
-    let (bound, limit) = (&audit.bound, check.limit);
+    let (most, limit) = (audit.most(), check.limit);
     let with_margin = |time: Picos| match check.margin.is_none() {
         true => String::new(),
         false => format!(" ({time} with the margin of {})", check.margin),
     };
     match &check.verdict {
         Verdict::Proved => format!(
-            "{}: no scan takes longer than {}{}, the limit is {limit}\n\n",
+            "{}: no scan takes longer than {most}{}{}, the limit is {limit}\n\n",
             paint(GOOD, "PROVED"),
-            bound.upper,
-            with_margin(check.upper)
+            with_margin(check.upper),
+            all_points(audit)
         ),
         Verdict::Refuted if !audit.unbounded.is_empty() => {
             format!("{}: a scan can go round a loop without end\n\n", paint(BAD, "REFUTED"))
@@ -89,24 +90,39 @@ fn answer(audit: &Audit, check: &Check) -> String {
         Verdict::Undecided(reasons) if check.upper <= limit => {
             let reasons: String = reasons.iter().map(|reason| format!("  {reason}\n")).collect();
             format!(
-                "{}: no scan takes longer than {}{}, the limit is {limit}; but the bound may be too low:\n{reasons}\n",
+                "{}: no scan takes longer than {most}{}{}, the limit is {limit}; but the bound may be too low:\n{reasons}\n",
                 paint(CARE, "UNDECIDED"),
-                bound.upper,
-                with_margin(check.upper)
+                with_margin(check.upper),
+                all_points(audit)
             )
         }
         Verdict::Undecided(reasons) => {
             let reasons: String = reasons.iter().map(|reason| format!("  {reason}\n")).collect();
             format!(
-                "{}: a scan takes {}{}, none is known to take more than {}{}, the limit is {limit}\n{reasons}\n",
+                "{}: a scan takes {}{}, none is known to take more than {most}{}, the limit is {limit}\n{reasons}\n",
                 paint(CARE, "UNDECIDED"),
-                audit.possible(),
+                audit.surely(),
                 with_margin(check.lower),
-                bound.upper,
                 with_margin(check.upper)
             )
         }
     }
+}
+
+/// What was counted beyond the parts of the bound where points are not stated.
+fn all_points(audit: &Audit) -> String {
+    let counted =
+        |points: &&UnstatedPoints| points.most.as_ref().is_some_and(|most| most.more > Picos::ZERO);
+    let counted: Vec<_> = audit.points.iter().filter(counted).collect();
+    let most = counted.iter().filter_map(|points| Some((points.side, points.most.as_ref()?)));
+    let all: Vec<String> =
+        most.clone().map(|(side, most)| format!("{} {side}", most.points)).collect();
+    if all.is_empty() {
+        return String::new();
+    }
+    let assumed = most.into_iter().any(|(_, most)| most.evidence == Evidence::Assumed);
+    let assumed = if assumed { " (assumed)" } else { "" };
+    format!(", even with all {} points that the CPU can have{assumed}", all.join(" and "))
 }
 
 fn head(audit: &Audit) -> String {

@@ -142,6 +142,17 @@ impl Factor {
     }
 }
 
+/// The most points of inputs or of outputs that a CPU refreshes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MostPoints {
+    /// How many.
+    pub points: u32,
+    /// How well founded.
+    pub evidence: Evidence,
+    /// Document and page, or the reason for an assumption; may be empty.
+    pub source: String,
+}
+
 /// A timing table.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
@@ -159,6 +170,10 @@ pub struct Table {
     pub notes: Vec<String>,
     /// The factor on the whole scan.
     pub factor: Option<Factor>,
+    /// The most input points that can be fitted.
+    pub most_inputs: Option<MostPoints>,
+    /// The most output points that can be fitted.
+    pub most_outputs: Option<MostPoints>,
     rows: Vec<Row>,
     index: BTreeMap<String, usize>,
 }
@@ -223,6 +238,13 @@ impl Table {
     #[must_use]
     pub fn scaled(&self, time: Picos) -> Option<Picos> {
         self.factor.as_ref().map_or(Some(time), |factor| factor.apply(time))
+    }
+
+    /// Leaves out the most points where nobody has published them.
+    pub fn refuse_assumed_points(&mut self) {
+        for most in [&mut self.most_inputs, &mut self.most_outputs] {
+            most.take_if(|most| most.evidence == Evidence::Assumed);
+        }
     }
 
     fn put(&mut self, row: Row) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{CLASSES, Evidence, Factor, Row, Table, folded};
+use super::{CLASSES, Evidence, Factor, MostPoints, Row, Table, folded};
 use crate::diagnostic::Diagnostic;
 use crate::time::{Picos, TimeError};
 
@@ -50,6 +50,10 @@ const SINGLE: [&str; 11] = [
     "@input-delay",
     "@output-delay",
 ];
+/// Rows whose second field is a number of points.
+const POINTS: [&str; 2] = ["@max-inputs", "@max-outputs"];
+/// No PLC has more inputs or outputs.
+const MOST_POINTS: u32 = 65_536;
 /// Rows whose second field is text.
 const TEXT: [&str; 5] = ["@base", "@cpu", "@family", "@note", "@title"];
 
@@ -62,6 +66,7 @@ enum Kind {
     Times,
     Single,
     Factor,
+    Points,
     Text,
     Unknown,
 }
@@ -77,6 +82,8 @@ fn kind(name: &str) -> Kind {
         Kind::Single
     } else if lower == "@factor" {
         Kind::Factor
+    } else if POINTS.contains(&lower.as_str()) {
+        Kind::Points
     } else if TEXT.contains(&lower.as_str()) {
         Kind::Text
     } else {
@@ -293,12 +300,14 @@ impl<'a> Reader<'a> {
         match kind {
             Kind::Text => self.text(fields, &lower),
             Kind::Factor => self.factor(fields),
+            Kind::Points => self.points(fields, &lower),
             Kind::Single | Kind::Times => self.times(fields, &name, matches!(kind, Kind::Single)),
             Kind::Unknown => {
                 let message = format!("'{name}' is not a row for the scan nor a class");
                 let singles = SINGLE.join(" ");
                 let help = format!(
-                    "use {singles} @end:NAME @factor {}, a class ({}), or @+TAG",
+                    "use {singles} @end:NAME @factor {} {}, a class ({}), or @+TAG",
+                    POINTS.join(" "),
                     TEXT.join(" "),
                     CLASSES.map(|class| format!("@{class}")).join(" ")
                 );
@@ -397,6 +406,23 @@ impl<'a> Reader<'a> {
         }
     }
 
+    fn points(&mut self, fields: &Fields<'_>, name: &str) {
+        let cell = fields.get("on_us").to_owned();
+        let evidence = self.evidence(fields);
+        let Some(points) = cell.parse().ok().filter(|&points| points <= MOST_POINTS) else {
+            let message = format!("{name} is '{}': not a number of points", shown(&cell));
+            let help = format!("write a whole number up to {MOST_POINTS}, such as 4096");
+            self.fault_at(fields, "table-points", &cell, message, help);
+            return;
+        };
+        let Some(evidence) = evidence else { return };
+        let most = MostPoints { points, evidence, source: fields.get("source").to_owned() };
+        match name {
+            "@max-inputs" => self.table.most_inputs = Some(most),
+            _ => self.table.most_outputs = Some(most),
+        }
+    }
+
     fn text(&mut self, fields: &Fields<'_>, name: &str) {
         let text = fields.get("on_us").to_owned();
         if text.is_empty() || !fields.get("off_us").is_empty() {
@@ -450,6 +476,8 @@ impl<'a> Reader<'a> {
             }
             base.family = table.family.or(base.family);
             base.factor = table.factor.or(base.factor);
+            base.most_inputs = table.most_inputs.or(base.most_inputs);
+            base.most_outputs = table.most_outputs.or(base.most_outputs);
             base.notes.append(&mut table.notes);
             table = base;
         }

@@ -64,6 +64,9 @@ fn a_faulty_row_is_told_with_its_line_and_what_to_do() {
     assert_eq!(fault("@factor,,"), "the factor '' is not a decimal from 1 to 10");
     assert_eq!(fault("@family,s7,"), "'s7' is no family of CPUs");
     assert_eq!(fault("@base,fx9,"), "there is no built-in table 'fx9' to amend");
+    assert_eq!(fault("@max-inputs,4k,"), "@max-inputs is '4k': not a number of points");
+    assert_eq!(fault("@max-outputs,65537,"), "@max-outputs is '65537': not a number of points");
+    assert_eq!(fault("@max-outputs,,"), "@max-outputs is '': not a number of points");
     assert_eq!(fault("@title,one,two"), "@title takes one text, in the second field");
 }
 
@@ -138,7 +141,7 @@ fn an_unknown_column_is_warned_about_and_not_used() {
 #[test]
 fn a_table_may_amend_a_built_in_one() {
     let table = parse(&format!(
-        "{HEAD}@base,QnUDV,\nMOV,7,\nSwOp0,50,1\n@factor,1.5,\n@note,\"mine, too\",\n"
+        "{HEAD}@base,QnUDV,\nMOV,7,\nSwOp0,50,1\n@factor,1.5,\n@max-inputs,64,\n@note,\"mine, too\",\n"
     ));
     let base = Table::builtin("qnudv").unwrap();
     assert_eq!((table.name.as_str(), table.base.as_deref()), ("t.csv", Some("qnudv")));
@@ -148,6 +151,8 @@ fn a_table_may_amend_a_built_in_one() {
     assert_eq!(table.rows().len(), base.rows().len() + 1);
     assert_eq!((table.family, table.cpus), (base.family, base.cpus));
     assert_eq!(table.factor.unwrap().text, "1.5");
+    assert_eq!(table.most_inputs.unwrap().points, 64);
+    assert_eq!(table.most_outputs, base.most_outputs);
     assert_eq!(table.notes.last().unwrap(), "mine, too");
     assert_eq!(table.notes.len(), base.notes.len() + 1);
 }
@@ -225,6 +230,10 @@ fn every_melsec_table_has_a_time_for_every_class() {
     for (name, table) in melsec() {
         for class in CLASSES {
             assert!(table.row(&format!("@{class}")).is_some(), "{name}: @{class}");
+        }
+        for most in [&table.most_inputs, &table.most_outputs] {
+            let most = most.as_ref().unwrap();
+            assert!(most.points >= 240 && !most.source.is_empty(), "{name}");
         }
         for class in ["block", "string", "search", "module"] {
             assert!(
