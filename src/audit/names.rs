@@ -1,12 +1,15 @@
 //! The names that people know things by: devices with their comments, and the ways to an instruction.
 
 use crate::model::{Origin, Variable};
-use crate::program::{BitTarget, Cell, Frame, Program, Radix, Step, Write};
+use crate::program::{Area, BitTarget, Cell, Frame, Program, Radix, Step, Write};
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 /// Looks up device comments and tells places.
 pub struct Names<'a> {
     program: &'a Program,
+    /// The areas, the longer names before those they begin with.
+    areas: Vec<&'a Area>,
     comments: BTreeMap<String, &'a str>,
     /// The instructions that remember something in a cell that no device is.
     memories: BTreeMap<Cell, usize>,
@@ -15,10 +18,12 @@ pub struct Names<'a> {
 impl<'a> Names<'a> {
     /// Over a program and the comments it came with.
     pub fn new(program: &'a Program) -> Names<'a> {
+        let mut areas: Vec<&Area> = program.areas.iter().collect();
+        areas.sort_by_key(|area| Reverse(area.name.len()));
         let comments = program
             .comments
             .iter()
-            .map(|(name, comment)| (plain(program, name), comment.trim()))
+            .map(|(name, comment)| (plain(&areas, name), comment.trim()))
             .filter(|(_, comment)| !comment.is_empty())
             .collect();
         let mut memories = BTreeMap::new();
@@ -31,7 +36,7 @@ impl<'a> Names<'a> {
                 }
             }
         }
-        Names { program, comments, memories }
+        Names { program, areas, comments, memories }
     }
 
     /// What is free, by a name that people know.
@@ -62,14 +67,20 @@ impl<'a> Names<'a> {
 
     /// The comment of a device or of what is named after one (`T0 contact`); empty if there is none.
     pub fn comment(&self, name: &str) -> String {
+        if self.comments.is_empty() {
+            return String::new();
+        }
         let device = name.split(' ').next().unwrap_or_default();
-        let comment = self.comments.get(&plain(self.program, device));
+        let comment = self.comments.get(&plain(&self.areas, device));
         comment.map_or(String::new(), |comment| (*comment).to_owned())
     }
 
     /// The devices named by an instruction's text that have a comment, each with it.
     pub fn comments_in(&self, text: &str) -> Vec<String> {
         let mut found: Vec<String> = Vec::new();
+        if self.comments.is_empty() {
+            return found;
+        }
         for operand in text.split(' ').skip(1) {
             let device = base(operand);
             let comment = self.comment(device);
@@ -115,10 +126,8 @@ fn is_hidden(program: &Program, cell: Cell) -> bool {
 }
 
 /// A device's name as `Program::cell_name` writes it, where it is one; else as it stands.
-fn plain(program: &Program, name: &str) -> String {
+fn plain(areas: &[&Area], name: &str) -> String {
     let name = name.trim().to_uppercase();
-    let mut areas: Vec<&crate::program::Area> = program.areas.iter().collect();
-    areas.sort_by_key(|area| std::cmp::Reverse(area.name.len()));
     for area in areas {
         let radix = match area.radix {
             Radix::Decimal => 10,
@@ -157,7 +166,7 @@ fn base(operand: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::program::{Area, AreaKind};
+    use crate::program::AreaKind;
 
     fn program(comments: &[(&str, &str)]) -> Program {
         let area = |name: &str, radix| Area { name: name.to_owned(), kind: AreaKind::Bit, radix };

@@ -131,13 +131,28 @@ const AREAS: [(&str, AreaKind); 41] = [
 ];
 
 /// The area of that name in `AREAS`.
+///
+/// # Panics
+/// If there is none: only names of that list are asked for.
 #[must_use]
-pub fn area(name: &str) -> AreaId {
-    let place = AREAS.iter().position(|(known, _)| *known == name);
-    AreaId(
-        u16::try_from(place.expect("only names of the list above are asked for"))
-            .expect("the list is short"),
-    )
+pub const fn area(name: &str) -> AreaId {
+    let mut at = 0;
+    while at < AREAS.len() {
+        if is_same(AREAS[at].0.as_bytes(), name.as_bytes()) {
+            return AreaId(at as u16);
+        }
+        at += 1;
+    }
+    panic!("only names of the list above are asked for")
+}
+
+/// What `==` says, where constants are worked out.
+const fn is_same(a: &[u8], b: &[u8]) -> bool {
+    let mut at = 0;
+    while at < a.len() && at < b.len() && a[at] == b[at] {
+        at += 1;
+    }
+    at == a.len() && at == b.len()
 }
 
 /// All areas, with their radix in this family.
@@ -165,15 +180,112 @@ pub fn edge(index: u32) -> Cell {
     Cell { area: area("edge "), index }
 }
 
-/// Device names, the longer before those they begin with.
-pub const NAMES: [&str; 48] = [
-    "STN", "STC", "STS", "LSTN", "LST", "LT", "LCN", "LCC", "LCS", "LC", "SSN", "SSC", "SSS", "TN",
-    "TC", "TS", "CN", "CC", "CS", "SM", "SD", "SB", "SW", "SS", "SC", "SN", "ST", "ZR", "DX", "DY",
-    "FX", "FY", "FD", "RD", "ER", "LZ", "X", "Y", "M", "L", "F", "S", "B", "V", "T", "C", "D", "W",
+/// A device name.
+#[derive(Debug)]
+pub struct Name {
+    /// Its letters.
+    pub letters: &'static str,
+    /// What it means where the family does not say otherwise.
+    kind: Kind,
+}
+
+const TIMER: Timed = timed(["T", "T coil ", "T value "], false);
+const RETENTIVE: Timed = timed(["ST", "ST coil ", "ST value "], true);
+const COUNTER: Timed = timed(["C", "C coil ", "C value "], true);
+const LONG_TIMER: Timed = timed(["LT", "LT coil ", "LT value "], false);
+const LONG_RETENTIVE: Timed = timed(["LST", "LST coil ", "LST value "], true);
+const LONG_COUNTER: Timed = timed(["LC", "LC coil ", "LC value "], true);
+
+/// All device names, in the order of their letters.
+static NAMES: [Name; 46] = [
+    name("B", bit("B")),
+    name("C", Kind::Timed(COUNTER)),
+    name("CC", Kind::Bit(COUNTER.coil)),
+    name("CN", Kind::Word(COUNTER.value)),
+    name("CS", Kind::Bit(COUNTER.contact)),
+    name("D", word("D")),
+    name("DX", Kind::VolatileBit),
+    name("DY", bit("Y")),
+    name("ER", word("ER")),
+    name("F", bit("F")),
+    name("FD", word("FD")),
+    name("FX", bit("FX")),
+    name("FY", bit("FY")),
+    name("L", bit("L")),
+    name("LC", Kind::Timed(LONG_COUNTER)),
+    name("LST", Kind::Timed(LONG_RETENTIVE)),
+    name("LT", Kind::Timed(LONG_TIMER)),
+    name("LZ", word("LZ")),
+    name("M", bit("M")),
+    name("R", word("ZR")),
+    name("RD", word("RD")),
+    name("S", bit("S")),
+    name("SB", bit("SB")),
+    name("SC", Kind::Bit(RETENTIVE.coil)),
+    name("SD", Kind::VolatileWord),
+    name("SM", Kind::VolatileBit),
+    name("SN", Kind::Word(RETENTIVE.value)),
+    name("SS", Kind::Bit(RETENTIVE.contact)),
+    name("SSC", Kind::Bit(RETENTIVE.coil)),
+    name("SSN", Kind::Word(RETENTIVE.value)),
+    name("SSS", Kind::Bit(RETENTIVE.contact)),
+    name("ST", Kind::Timed(RETENTIVE)),
+    name("STC", Kind::Bit(RETENTIVE.coil)),
+    name("STN", Kind::Word(RETENTIVE.value)),
+    name("STS", Kind::Bit(RETENTIVE.contact)),
+    name("SW", word("SW")),
+    name("T", Kind::Timed(TIMER)),
+    name("TC", Kind::Bit(TIMER.coil)),
+    name("TN", Kind::Word(TIMER.value)),
+    name("TS", Kind::Bit(TIMER.contact)),
+    name("V", bit("V")),
+    name("W", word("W")),
+    name("X", bit("X")),
+    name("Y", bit("Y")),
+    name("Z", word("Z")),
+    name("ZR", word("ZR")),
 ];
 
-/// Further names of one letter.
-pub const SHORT_NAMES: [&str; 2] = ["R", "Z"];
+const fn name(letters: &'static str, kind: Kind) -> Name {
+    Name { letters, kind }
+}
+
+const fn bit(name: &str) -> Kind {
+    Kind::Bit(area(name))
+}
+
+const fn word(name: &str) -> Kind {
+    Kind::Word(area(name))
+}
+
+const fn timed([contact, coil, value]: [&str; 3], retentive: bool) -> Timed {
+    Timed { contact: area(contact), coil: area(coil), value: area(value), retentive }
+}
+
+/// The device name that a text begins with, and the radix of the number behind it: the longest name that is
+/// followed by a digit.
+#[must_use]
+pub fn name_of(text: &str, family: Family) -> Option<(&'static Name, Radix)> {
+    let letters = text.bytes().take(LONGEST_NAME).take_while(u8::is_ascii_uppercase).count();
+    (1..=letters).rev().find_map(|length| {
+        let at = NAMES.binary_search_by_key(&&text[..length], |name| name.letters).ok()?;
+        let radix = radix(NAMES[at].letters, family);
+        let next = *text.as_bytes().get(length)?;
+        is_digit(next, radix).then_some((&NAMES[at], radix))
+    })
+}
+
+/// No device name has more letters.
+const LONGEST_NAME: usize = 3;
+
+/// Whether a number of this radix may have such a digit: an 8 in an octal one is told of later.
+#[must_use]
+pub fn is_digit(byte: u8, radix: Radix) -> bool {
+    match radix {
+        Radix::Hexadecimal => byte.is_ascii_hexdigit(),
+        Radix::Decimal | Radix::Octal => byte.is_ascii_digit(),
+    }
+}
 
 /// Whether an FX timer runs on wherever the scan is: those for subroutines, 1 ms timers, 100 ms retentive ones.
 #[must_use]
@@ -181,55 +293,51 @@ pub fn own_clock(timer: u32) -> bool {
     matches!(timer, 192..=199 | 246..)
 }
 
-/// What a device name means in a family; `None` if the family has no such device. `index` tells special
-/// relays and registers of the FX from plain ones.
-#[must_use]
-pub fn kind(name: &str, index: u32, family: Family) -> Option<Kind> {
-    let fx = family == Family::Fx;
-    let timed = |name: &str, retentive: bool| Timed {
-        contact: area(name),
-        coil: area(&format!("{name} coil ")),
-        value: area(&format!("{name} value ")),
-        retentive,
-    };
-    let retentive = || timed("ST", true);
-    let timer = || timed("T", false);
-    let counter = || timed("C", true);
-    Some(match name {
-        "M" if fx && index >= 8000 => Kind::VolatileBit,
-        "D" if fx && index >= 8000 => Kind::VolatileWord,
-        // 1 ms and 100 ms retentive timers, counted in interrupts.
-        "T" if fx && (246..=255).contains(&index) => {
-            Kind::Timed(Timed { retentive: true, ..timer() })
+impl Name {
+    /// What the name means in a family; `None` if the family has no such device. `index` tells special relays and
+    /// registers of the FX from plain ones.
+    #[must_use]
+    pub fn kind(&self, index: u32, family: Family) -> Option<Kind> {
+        if family != Family::Fx {
+            return Some(self.kind);
         }
-        "TS" | "TC" if fx && own_clock(index) => Kind::VolatileBit,
-        "TN" if fx && own_clock(index) => Kind::VolatileWord,
-        // High-speed counters count in interrupts.
-        "C" | "CS" | "CC" if fx && index >= 235 => Kind::VolatileBit,
-        "CN" if fx && index >= 200 => Kind::VolatileWord,
-        "V" if fx => Kind::Word(area("V index ")),
-        "X" | "Y" | "M" | "L" | "F" | "S" | "B" | "SB" | "V" => Kind::Bit(area(name)),
-        "FX" | "FY" if !fx => Kind::Bit(area(name)),
-        "DY" => Kind::Bit(area("Y")),
-        "DX" | "SM" => Kind::VolatileBit,
-        "SD" => Kind::VolatileWord,
-        "D" | "W" | "SW" | "ZR" | "Z" | "FD" | "RD" | "ER" | "LZ" => Kind::Word(area(name)),
-        "R" => Kind::Word(area("ZR")),
-        "T" => Kind::Timed(timer()),
-        "ST" => Kind::Timed(retentive()),
-        "C" => Kind::Timed(counter()),
-        "LC" => Kind::Timed(timed("LC", true)),
-        "LT" => Kind::Timed(timed("LT", false)),
-        "LST" => Kind::Timed(timed("LST", true)),
-        "TS" => Kind::Bit(timer().contact),
-        "TC" => Kind::Bit(timer().coil),
-        "TN" => Kind::Word(timer().value),
-        "CS" => Kind::Bit(counter().contact),
-        "CC" => Kind::Bit(counter().coil),
-        "CN" => Kind::Word(counter().value),
-        "STS" | "SS" | "SSS" => Kind::Bit(retentive().contact),
-        "STC" | "SC" | "SSC" => Kind::Bit(retentive().coil),
-        "STN" | "SN" | "SSN" => Kind::Word(retentive().value),
-        _ => return None,
-    })
+        Some(match self.letters {
+            "M" if index >= 8000 => Kind::VolatileBit,
+            "D" if index >= 8000 => Kind::VolatileWord,
+            // 1 ms and 100 ms retentive timers, counted in interrupts.
+            "T" if (246..=255).contains(&index) => Kind::Timed(Timed { retentive: true, ..TIMER }),
+            "TS" | "TC" if own_clock(index) => Kind::VolatileBit,
+            "TN" if own_clock(index) => Kind::VolatileWord,
+            // High-speed counters count in interrupts.
+            "C" | "CS" | "CC" if index >= 235 => Kind::VolatileBit,
+            "CN" if index >= 200 => Kind::VolatileWord,
+            "V" => word("V index "),
+            "FX" | "FY" => return None,
+            _ => self.kind,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_in_order_and_none_is_too_long() {
+        assert!(NAMES.is_sorted_by(|a, b| a.letters < b.letters));
+        assert_eq!(NAMES.iter().map(|name| name.letters.len()).max(), Some(LONGEST_NAME));
+    }
+
+    #[test]
+    fn a_name_ends_where_its_number_begins() {
+        let q = |text| name_of(text, Family::Q).map(|(name, _)| name.letters);
+        for (text, name) in
+            [("STN5", "STN"), ("ST5", "ST"), ("S5", "S"), ("SBF", "SB"), ("BF0", "B")]
+        {
+            assert_eq!(q(text), Some(name), "{text}");
+        }
+        for text in ["", "5", "STN", "FA", "LCN5", "d5", "あ5", "Dあ"] {
+            assert_eq!(q(text), None, "{text}");
+        }
+    }
 }

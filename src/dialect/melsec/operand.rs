@@ -1,6 +1,8 @@
 //! Reads one MELSEC operand: constants, devices with bit, digit, index and indirect forms, module access, strings.
 
-use super::device::{Family, Kind, NAMES, SHORT_NAMES, kind, radix};
+use std::borrow::Cow;
+
+use super::device::{Family, Kind, Name, is_digit, name_of};
 use crate::program::{Cell, Radix};
 
 /// An operand, understood.
@@ -23,10 +25,10 @@ pub enum Operand {
 }
 
 /// A device operand.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Device {
     /// The device's letters (`D`, `ZR`), or empty for module and indirect access.
-    pub name: String,
+    pub name: &'static str,
     /// Where it is.
     pub place: Place,
 }
@@ -75,25 +77,27 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
         let inner = inner.strip_suffix('"').ok_or("the string is not closed")?;
         return Ok(Operand::Text(inner.to_owned()));
     }
-    let upper = text.trim().to_ascii_uppercase();
+    let upper = upper(text.trim());
     if upper.is_empty() {
         return Err("the operand is empty".to_owned());
     }
     if let Some(inner) = upper.strip_prefix('@') {
         device(inner, family)?;
-        return Ok(Operand::Device(Device { name: String::new(), place: Place::Indirect }));
+        return Ok(Operand::Device(Device { name: "", place: Place::Indirect }));
     }
-    if upper.contains('\\') || upper.contains('¥') {
+    if upper.contains(['\\', '¥']) {
         return foreign(&upper);
     }
-    let (letter, rest) = upper.split_at(upper.chars().next().map_or(0, char::len_utf8));
+    let mut letters = upper.chars();
+    let (letter, rest) = (letters.next().unwrap_or_default(), letters.as_str());
     let numeric = |rest: &str| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit());
     match letter {
-        "K" | "H" if is_indexed_constant(rest, letter == "H", family) => {
+        'K' | 'H' if is_indexed_constant(rest, letter == 'H', family) => {
+            let name = if letter == 'H' { "H" } else { "K" };
             let place = Place::Indexed(Kind::VolatileWord, false);
-            Ok(Operand::Device(Device { name: letter.to_owned(), place }))
+            Ok(Operand::Device(Device { name, place }))
         }
-        "K" => {
+        'K' => {
             let mut letters = rest.chars();
             if let (Some(digits @ '1'..='8'), Some('A'..='Z')) = (letters.next(), letters.next()) {
                 return self::digits(&rest[1..], digits as u8 - b'0', family);
@@ -102,7 +106,7 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
                 rest.parse().map_err(|_| format!("`{text}` is no decimal constant"))?;
             constant(value, text)
         }
-        "H" => {
+        'H' => {
             let value = u64::from_str_radix(rest, 16)
                 .map_err(|_| format!("`{text}` is no hexadecimal constant"))?;
             match i64::try_from(value) {
@@ -110,16 +114,25 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
                 _ => Err(format!("`{text}` does not fit 32 bits")),
             }
         }
-        "E" if rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
+        'E' if rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
             real(rest, text)
         }
-        "P" if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Pointer),
-        "I" if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Interrupt),
-        "N" if numeric(rest) => match number(rest, Radix::Decimal, text)? {
+        'P' if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Pointer),
+        'I' if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Interrupt),
+        'N' if numeric(rest) => match number(rest, Radix::Decimal, text)? {
             level @ 0..=14 => Ok(Operand::Nesting(level)),
             _ => Err(format!("`{text}`: nesting goes from N0 to N14")),
         },
         _ => device(&upper, family).map(Operand::Device),
+    }
+}
+
+/// The text in upper case.
+fn upper(text: &str) -> Cow<'_, str> {
+    if text.bytes().any(|b| b.is_ascii_lowercase()) {
+        Cow::Owned(text.to_ascii_uppercase())
+    } else {
+        Cow::Borrowed(text)
     }
 }
 
@@ -160,44 +173,32 @@ fn number(digits: &str, radix: Radix, text: &str) -> Result<u32, String> {
 }
 
 /// A device's letters, its number, and what follows (`.A`, `Z3`).
-fn split(text: &str, family: Family) -> Result<(&'static str, u32, &str), String> {
-    let name = NAMES
-        .into_iter()
-        .chain(SHORT_NAMES)
-        .filter(|name| text.starts_with(name) && text.len() > name.len())
-        .find(|name| {
-            let next = text[name.len()..].chars().next().unwrap_or(' ');
-            match radix(name, family) {
-                Radix::Hexadecimal => next.is_ascii_hexdigit(),
-                Radix::Decimal | Radix::Octal => next.is_ascii_digit(),
-            }
-        });
-    let name = name.ok_or_else(|| format!("`{text}` is no device that this CPU family knows"))?;
-    let radix = radix(name, family);
-    let rest = &text[name.len()..];
-    let is_digit = |c: char| match radix {
-        Radix::Hexadecimal => c.is_ascii_hexdigit(),
-        Radix::Decimal | Radix::Octal => c.is_ascii_digit(),
-    };
-    let end = rest.find(|c| !is_digit(c)).unwrap_or(rest.len());
+fn split(text: &str, family: Family) -> Result<(&'static Name, u32, &str), String> {
+    let (name, radix) = name_of(text, family).ok_or_else(|| unknown(text))?;
+    let rest = &text[name.letters.len()..];
+    let end = rest.bytes().position(|b| !is_digit(b, radix)).unwrap_or(rest.len());
     Ok((name, number(&rest[..end], radix, text)?, &rest[end..]))
+}
+
+fn unknown(text: &str) -> String {
+    format!("`{text}` is no device that this CPU family knows")
 }
 
 fn device(text: &str, family: Family) -> Result<Device, String> {
     let (name, index, suffix) = split(text, family)?;
-    let unknown = || format!("`{text}` is no device that this CPU family knows");
-    let kind = kind(name, index, family).ok_or_else(unknown)?;
+    let kind = name.kind(index, family).ok_or_else(|| unknown(text))?;
+    let name = name.letters;
     // The bit stands before the index register or behind it: D0.AZ1, D0Z1.A.
     let (bit, suffix) = match suffix.split_once('.') {
-        None => (None, suffix.to_owned()),
+        None => (None, Cow::Borrowed(suffix)),
         Some((before, rest)) => {
             let digit = rest.chars().next().filter(char::is_ascii).and_then(|c| c.to_digit(16));
             let digit =
                 digit.ok_or_else(|| format!("`{text}`: a bit of a word is one of .0 to .F"))?;
-            (Some(digit as u8), format!("{before}{}", &rest[1..]))
+            (Some(digit as u8), Cow::Owned(format!("{before}{}", &rest[1..])))
         }
     };
-    let suffix = suffix.as_str();
+    let suffix = &*suffix;
     let place = match (suffix.is_empty() || is_index(suffix, family), suffix.is_empty(), bit) {
         (false, ..) => return Err(format!("`{text}`: `{suffix}` is not understood")),
         (_, false, bit) => Place::Indexed(kind, bit.is_some()),
@@ -215,7 +216,7 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     if bit.is_some() && !matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
         return Err(format!("`{text}`: only a word device has bits of its own"));
     }
-    Ok(Device { name: name.to_owned(), place })
+    Ok(Device { name, place })
 }
 
 /// `K10Z1`: a constant and an index register, any number.
@@ -241,8 +242,7 @@ fn is_index(suffix: &str, family: Family) -> bool {
 
 fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
     let (name, index, suffix) = split(text, family)?;
-    let kind = kind(name, index, family)
-        .ok_or_else(|| format!("`{text}` is no device that this CPU family knows"))?;
+    let kind = name.kind(index, family).ok_or_else(|| unknown(text))?;
     if matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
         return Err(format!("`K{count}{text}`: digits are taken from bit devices"));
     }
@@ -251,7 +251,7 @@ fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
         suffix if is_index(suffix, family) => Place::IndexedDigits(kind, count),
         _ => return Err(format!("`K{count}{text}`: `{suffix}` is not understood")),
     };
-    Ok(Operand::Device(Device { name: name.to_owned(), place }))
+    Ok(Operand::Device(Device { name: name.letters, place }))
 }
 
 /// `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`, with an index behind either part.
@@ -278,7 +278,7 @@ fn foreign(text: &str) -> Result<Operand, String> {
     match place {
         Some((number, bits)) if digits_of(number) => {
             let bit = (bits && !digits) || number.contains('.');
-            Ok(Operand::Device(Device { name: String::new(), place: Place::Foreign(bit) }))
+            Ok(Operand::Device(Device { name: "", place: Place::Foreign(bit) }))
         }
         _ => Err(format!("`{text}`: module access is written as U0\\G100, link access as J1\\W10")),
     }

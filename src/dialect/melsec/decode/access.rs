@@ -88,7 +88,7 @@ impl Decoder<'_> {
             Place::At(Kind::Timed(timed), index) => {
                 Logic::cell(Cell { area: timed.contact, index })
             }
-            Place::BitOf(Kind::Word(_), ..) if self.is_switched(&device.name) => {
+            Place::BitOf(Kind::Word(_), ..) if self.is_switched(device.name) => {
                 self.unknown_bit(text)
             }
             Place::BitOf(Kind::Word(area), index, bit) => {
@@ -145,17 +145,17 @@ impl Decoder<'_> {
             Place::At(Kind::Timed(timed), index) => {
                 BitPlace::One(BitTarget::Cell(Cell { area: timed.contact, index }))
             }
-            Place::BitOf(Kind::Word(area), ..) if self.is_switched(&device.name) => {
+            Place::BitOf(Kind::Word(area), ..) if self.is_switched(device.name) => {
                 somewhere(self, area, "R")
             }
             Place::BitOf(Kind::Word(area), index, bit) => {
                 BitPlace::One(BitTarget::WordBit(Cell { area, index }, bit))
             }
             Place::Indexed(Kind::Bit(area), false) | Place::Indexed(Kind::Word(area), true) => {
-                somewhere(self, area, &device.name)
+                somewhere(self, area, device.name)
             }
             Place::Indexed(Kind::Timed(timed), false) => {
-                somewhere(self, timed.contact, &device.name)
+                somewhere(self, timed.contact, device.name)
             }
             Place::Fixed(_)
             | Place::FirstScan(_)
@@ -209,7 +209,7 @@ impl Decoder<'_> {
             word_cells(family, area, index, words).into_iter().map(WordSource::Cell).collect()
         };
         Some(match device.place {
-            Place::At(Kind::Word(area), index) if !self.is_switched(&device.name) => {
+            Place::At(Kind::Word(area), index) if !self.is_switched(device.name) => {
                 cells(area, index)
             }
             Place::At(Kind::Timed(timed), index) => cells(timed.value, index),
@@ -253,9 +253,7 @@ impl Decoder<'_> {
     fn is_long(&self, device: &Device) -> bool {
         match device.place {
             Place::At(Kind::Timed(_), _) if device.name.starts_with('L') => true,
-            Place::At(_, 200..) => {
-                self.family == Family::Fx && matches!(device.name.as_str(), "C" | "CN")
-            }
+            Place::At(_, 200..) => self.family == Family::Fx && matches!(device.name, "C" | "CN"),
             _ => false,
         }
     }
@@ -328,7 +326,7 @@ impl Decoder<'_> {
             WordPlace::All(cells.into_iter().map(WordTarget::Cell).collect())
         };
         Some(match device.place {
-            Place::At(Kind::Word(area), _) if self.is_switched(&device.name) => {
+            Place::At(Kind::Word(area), _) if self.is_switched(device.name) => {
                 self.anywhere(text, "R", Region::Area(area))
             }
             Place::At(Kind::Word(area), index) => cells(area, index),
@@ -347,16 +345,16 @@ impl Decoder<'_> {
                 None => WordPlace::Nowhere,
             },
             Place::Indexed(Kind::Word(area), false) => {
-                self.anywhere(text, &device.name, Region::Area(area))
+                self.anywhere(text, device.name, Region::Area(area))
             }
             Place::Indexed(Kind::Timed(timed), false) => {
-                self.anywhere(text, &device.name, Region::Area(timed.value))
+                self.anywhere(text, device.name, Region::Area(timed.value))
             }
             Place::IndexedDigits(Kind::Bit(area), _) => {
-                self.anywhere(text, &device.name, Region::Area(area))
+                self.anywhere(text, device.name, Region::Area(area))
             }
             Place::IndexedDigits(Kind::Timed(timed), _) => {
-                self.anywhere(text, &device.name, Region::Area(timed.contact))
+                self.anywhere(text, device.name, Region::Area(timed.contact))
             }
             Place::Indirect => self.anywhere(text, "device", Region::Everything),
             Place::At(Kind::VolatileWord, _)
@@ -387,14 +385,14 @@ impl Decoder<'_> {
         if is_index_register(&device, count.unwrap_or(REST), self.family) {
             return Some(vec![Region::Everything]);
         }
-        let index_areas = [area("Z"), area("V index ")];
+        let index_areas = const { [area("Z"), area("V index ")] };
         let range = |area, index| Region::Range {
             first: Cell { area, index },
             count: count.unwrap_or(REST),
         };
         Some(match device.place {
             Place::At(Kind::Word(area), _) | Place::BitOf(Kind::Word(area), ..)
-                if self.is_switched(&device.name) =>
+                if self.is_switched(device.name) =>
             {
                 vec![Region::Area(area)]
             }
@@ -467,7 +465,7 @@ fn is_index_register(device: &Device, words: u32, family: Family) -> bool {
 /// The words of a number. The FX's index registers hold 32 bits in pairs, Z the lower half and V the upper one.
 fn word_cells(family: Family, first: AreaId, index: u32, words: usize) -> Vec<Cell> {
     let low = Cell { area: first, index };
-    if family == Family::Fx && first == area("Z") && words == 2 {
+    if family == Family::Fx && first == const { area("Z") } && words == 2 {
         return vec![low, Cell { area: area("V index "), index }];
     }
     (0..words as u32).map(|n| low.plus(n)).collect()
