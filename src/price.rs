@@ -12,7 +12,7 @@ use crate::table::{Factor, Row, Table, folded};
 use crate::time::Picos;
 
 pub use crate::table::Evidence;
-pub use refresh::{MorePoints, UnstatedPoints};
+pub use refresh::{MorePoints, UnstatedPoints, more_points, points_taken};
 use touched::Cells;
 
 /// The two times of an instruction.
@@ -64,6 +64,18 @@ impl Prices {
     pub fn times(&self) -> Vec<(Picos, Picos)> {
         let times = |price: &Option<Price>| price.as_ref().map(|price| (price.on, price.off));
         self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
+    }
+
+    /// What all the points that the CPU can have take beyond those taken, where they are not stated.
+    #[must_use]
+    pub fn more_points(&self) -> Picos {
+        more_points(&self.points)
+    }
+
+    /// What the points were charged that were taken where they are not stated.
+    #[must_use]
+    pub fn points_taken(&self) -> Picos {
+        points_taken(&self.points)
     }
 
     /// The overhead in one sum.

@@ -18,7 +18,8 @@ impl Margin {
     }
 
     /// The longest time that is within the limit with the margin added.
-    fn room(self, limit: Picos) -> Picos {
+    #[must_use]
+    pub fn room(self, limit: Picos) -> Picos {
         let most = u128::from(limit.0) * 1_000_000 / (1_000_000 + u128::from(self.0));
         Picos(u64::try_from(most).unwrap_or(limit.0))
     }

@@ -31,6 +31,7 @@ fn audited(name: &str, text: &str, table: &Table) -> Result<Audit, String> {
         strict_times: false,
         method: Method::Auto,
         time_limit: None,
+        limit: None,
         cancelled: &|| false,
         progress: &|_| {},
     };

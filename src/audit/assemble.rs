@@ -93,6 +93,7 @@ impl Findings<'_> {
             approximations: self.approximations(),
             warnings,
             response: None,
+            ended_early: false,
             elapsed: Duration::ZERO,
         }
     }

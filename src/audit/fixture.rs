@@ -166,6 +166,7 @@ pub fn fixture() -> Audit {
                 .warning(),
         ],
         response: None,
+        ended_early: false,
         elapsed: Duration::from_millis(1_250),
     }
 }

@@ -8,6 +8,7 @@ mod names;
 mod pipeline;
 mod questions;
 pub mod response;
+mod search;
 mod unbounded;
 
 pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, conclude, follow};
@@ -15,6 +16,7 @@ pub use questions::{File, Form, certificates, question};
 
 use crate::diagnostic::Diagnostic;
 pub use crate::price::{MorePoints, UnstatedPoints};
+use crate::price::{more_points, points_taken};
 pub use crate::table::Evidence;
 use crate::time::Picos;
 use std::fmt;
@@ -64,6 +66,9 @@ pub struct Audit {
     pub warnings: Vec<Diagnostic>,
     /// The worst response time, if it was asked for.
     pub response: Option<response::Response>,
+    /// Whether the search ended before the longest scan was known, since it was decided whether any takes longer
+    /// than the request's limit.
+    pub ended_early: bool,
     /// How long the audit took.
     pub elapsed: Duration,
 }
@@ -83,15 +88,13 @@ impl Audit {
     /// are and the table says how many can be.
     #[must_use]
     pub fn most(&self) -> Picos {
-        let more = self.points.iter().filter_map(|points| points.most.as_ref());
-        self.bound.upper + more.map(|most| most.more).sum()
+        self.bound.upper + more_points(&self.points)
     }
 
     /// So long a scan takes even if no point is fitted where it is not stated how many are.
     #[must_use]
     pub fn surely(&self) -> Picos {
-        let taken: Picos = self.points.iter().map(|points| points.time).sum();
-        self.possible().checked_sub(taken).unwrap_or_default()
+        self.possible().checked_sub(points_taken(&self.points)).unwrap_or_default()
     }
 
     /// All reasons why the bound may be too low, points that are not stated among them.

@@ -2,6 +2,7 @@
 
 use super::Audit;
 use super::assemble::{Findings, constant_charges};
+use super::search::Search;
 use super::unbounded::loops;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::melsec::decode::DecodeOptions;
@@ -15,10 +16,9 @@ use crate::price::{self, Prices};
 use crate::program::Program;
 use crate::replay::{Replay, replay};
 use crate::scan::{ScanError, scan_model};
-use crate::solve::{Limits, Maximum, Method, maxima, maximum};
+use crate::solve::{Limits, Maximum, Method, maximum};
 use crate::table::{Evidence, Factor, Override, StatedClock, Table};
 use crate::time::Picos;
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// What to audit and how.
@@ -45,6 +45,8 @@ pub struct Request<'a> {
     pub time_limit: Option<Duration>,
     /// What was noticed before, told in front of what the audit notices.
     pub warnings: &'a [Diagnostic],
+    /// If given, the search may end as soon as it is decided whether a scan takes longer than this.
+    pub limit: Option<Picos>,
     /// Asked now and then; true stops the search as the time limit does.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
     /// Told how far the audit is.
@@ -179,7 +181,16 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     stage("searching");
     let zeros = Assignment(vec![0; model.variables.len()]);
     let constant = prices.overhead_sum() + model.cost(&constant_charges(&model), &zeros);
-    let mut maxima = search(request, &model, &groups, deadline, constant);
+    let search = Search {
+        request,
+        prices: &prices,
+        model: &model,
+        groups: &groups,
+        constant,
+        deadline,
+        doubtful: shortest_timer,
+    };
+    let (mut maxima, ended_early) = search.run();
     let assignment = together(request, &model, &groups, &mut maxima)?;
 
     stage("replaying");
@@ -197,6 +208,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         assignment: &assignment,
     };
     let mut audit = findings.audit(warnings.clone());
+    audit.ended_early = ended_early;
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
     let loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
     audit.doubts.extend(loops.found.iter().map(|one| {
@@ -402,40 +414,6 @@ fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
     };
     let fault = Diagnostic::line("scan", file, at.place.line, &at.text, error.to_string(), help);
     Failure::from(fault.at_step(at.place.step))
-}
-
-fn search(
-    request: &Request<'_>,
-    model: &ScanModel,
-    groups: &[Group],
-    deadline: Option<Instant>,
-    constant: Picos,
-) -> Vec<Maximum> {
-    let dearest =
-        |group: &Group| group.charges.iter().map(|&c| model.charges[c].dearer()).sum::<Picos>();
-    let known: Vec<(Picos, Picos)> =
-        groups.iter().map(|group| (dearest(group), Picos::ZERO)).collect();
-    let sums = (known.iter().map(|bounds| bounds.0).sum::<Picos>(), Picos::ZERO);
-    let solved = known.iter().filter(|(upper, lower)| upper == lower).count();
-    let known = Mutex::new((known, sums, solved));
-    let each = |group: usize, upper: Picos, lower: Picos| {
-        let Ok(mut known) = known.lock() else { return };
-        let (bounds, sums, solved) = &mut *known;
-        // Kept up to date, as there may be many groups.
-        let old = std::mem::replace(&mut bounds[group], (upper, lower));
-        let without = |sum: Picos, old| sum.checked_sub(old).unwrap_or_default();
-        *sums = (without(sums.0, old.0) + upper, without(sums.1, old.1) + lower);
-        *solved = *solved + usize::from(upper == lower) - usize::from(old.0 == old.1);
-        (request.progress)(Progress::Bounds {
-            group: group + 1,
-            upper: constant + sums.0,
-            lower: constant + sums.1,
-            solved: *solved,
-            groups: groups.len(),
-        });
-    };
-    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
-    maxima(model, groups, request.method, &limits, &each)
 }
 
 /// The groups' best assignments in one, since they share no variable; and what else it takes for a scan that

@@ -28,7 +28,7 @@ fn limit(text: &str) -> Result<Picos, String> {
 /// Audits the project, judges and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let target = arguments.report.target()?;
-    let audit = arguments.project.audit()?;
+    let audit = arguments.project.audit_until(arguments.margin.room(arguments.limit))?;
     let check = Check::new(&audit, arguments.limit, arguments.margin);
     arguments.report.write(&audit, Some(&check), target)?;
     Ok(match check.verdict {

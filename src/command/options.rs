@@ -117,6 +117,11 @@ impl ProjectOptions {
         self.with_request(|request| Ok(audit(request)?))
     }
 
+    /// The same, as far as it takes to know whether a scan takes longer than this.
+    pub fn audit_until(&self, limit: Picos) -> Result<Audit, Failure> {
+        self.with_request(|request| Ok(audit(&Request { limit: Some(limit), ..*request })?))
+    }
+
     /// Reads the files and does something with what is asked, on the threads asked for.
     pub fn with_request<T: Send>(
         &self,
@@ -148,6 +153,7 @@ impl ProjectOptions {
                 MethodName::Cores => Method::Cores,
             },
             time_limit: Some(self.time_limit),
+            limit: None,
             cancelled: &|| stop.load(Ordering::Relaxed),
             warnings: &warnings,
             progress: &|progress| line.show(progress),

@@ -38,6 +38,18 @@ pub struct MorePoints {
     pub source: String,
 }
 
+/// What all the points that the CPU can have take beyond those taken, as far as the table knows them.
+#[must_use]
+pub fn more_points(unstated: &[UnstatedPoints]) -> Picos {
+    unstated.iter().filter_map(|points| points.most.as_ref()).map(|most| most.more).sum()
+}
+
+/// What the points were charged that were taken.
+#[must_use]
+pub fn points_taken(unstated: &[UnstatedPoints]) -> Picos {
+    unstated.iter().map(|points| points.time).sum()
+}
+
 /// The terms of a scan for the refresh, and the sides whose points are not stated.
 pub fn refresh(
     program: &Program,

@@ -203,6 +203,7 @@ struct CheckResult<'a> {
     upper_with_margin_ps: u64,
     lower_with_margin_ps: u64,
     reasons: &'a [String],
+    ended_early: bool,
 }
 
 /// The witness as one object, in the audit's order.
@@ -280,7 +281,7 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
                 why: &term.why,
             })
             .collect(),
-        check: check.map(result),
+        check: check.map(|check| result(audit, check)),
         response: audit.response.as_ref().map(response),
         seconds: audit.elapsed.as_secs_f64(),
     };
@@ -410,7 +411,7 @@ fn endless(one: &audit::LoopUse) -> Loop<'_> {
     }
 }
 
-fn result(check: &Check) -> CheckResult<'_> {
+fn result<'a>(audit: &Audit, check: &'a Check) -> CheckResult<'a> {
     let (verdict, reasons): (_, &[String]) = match &check.verdict {
         Verdict::Proved => ("proved", &[]),
         Verdict::Refuted => ("refuted", &[]),
@@ -423,6 +424,7 @@ fn result(check: &Check) -> CheckResult<'_> {
         upper_with_margin_ps: check.upper.0,
         lower_with_margin_ps: check.lower.0,
         reasons,
+        ended_early: audit.ended_early,
     }
 }
 

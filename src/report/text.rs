@@ -150,7 +150,11 @@ fn head(audit: &Audit) -> String {
         rows.push(vec![
             left("longest scan").styled(BOLD),
             time(bound.upper).styled(BOLD),
-            left("at most: no scan takes longer"),
+            left(if audit.ended_early {
+                "at most: no scan takes longer; the search ended here, since the limit is decided"
+            } else {
+                "at most: no scan takes longer"
+            }),
         ]);
         rows.push(vec![
             left(""),
@@ -162,7 +166,8 @@ fn head(audit: &Audit) -> String {
         left("naive sum"),
         time(bound.naive),
         left(format!(
-            "everything at its dearer time; exclusion takes off {} ({})",
+            "everything at its dearer time; exclusion takes off {}{} ({})",
+            if audit.ended_early { "at least " } else { "" },
             bound.saved(),
             Share::of(bound.saved(), bound.naive)
         )),

@@ -1,0 +1,139 @@
+//! The groups' maxima, as far as they are wanted.
+
+use super::{Progress, Request};
+use crate::model::{Group, ScanModel};
+use crate::price::Prices;
+use crate::solve::{Limits, Maximum, maxima};
+use crate::time::Picos;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// What is searched, and what ends it.
+pub struct Search<'a> {
+    pub request: &'a Request<'a>,
+    pub prices: &'a Prices,
+    pub model: &'a ScanModel,
+    pub groups: &'a [Group],
+    /// What no assignment changes.
+    pub constant: Picos,
+    pub deadline: Option<Instant>,
+    /// Bounds from here on leave a doubt.
+    pub doubtful: Option<Picos>,
+}
+
+/// What is known about all groups together.
+struct Known {
+    bounds: Vec<(Picos, Picos)>,
+    upper: Picos,
+    lower: Picos,
+    solved: usize,
+}
+
+impl Known {
+    fn new(bounds: Vec<(Picos, Picos)>) -> Known {
+        let upper = bounds.iter().map(|bounds| bounds.0).sum();
+        let lower = bounds.iter().map(|bounds| bounds.1).sum();
+        let solved = bounds.iter().filter(|(upper, lower)| upper == lower).count();
+        Known { bounds, upper, lower, solved }
+    }
+
+    /// Takes note of a group's new bounds; whether a better scan is known now.
+    fn put(&mut self, group: usize, upper: Picos, lower: Picos) -> bool {
+        // The sums are kept up to date, as there may be many groups.
+        let old = std::mem::replace(&mut self.bounds[group], (upper, lower));
+        let without = |sum: Picos, old| sum.checked_sub(old).unwrap_or_default();
+        self.upper = without(self.upper, old.0) + upper;
+        self.lower = without(self.lower, old.1) + lower;
+        self.solved = self.solved + usize::from(upper == lower) - usize::from(old.0 == old.1);
+        lower > old.1
+    }
+}
+
+impl Search<'_> {
+    /// The maximum of every group, in their order; and whether the search ended because it was decided before
+    /// whether a scan takes longer than the request's limit.
+    ///
+    /// With a limit the groups are searched in rounds: the largest alone, then two, then four, and so on. What is
+    /// known between two rounds does not depend on which thread was first, nor does what is known whenever the
+    /// search of one group has found a better scan, since all its threads have met then. Only there is it asked
+    /// whether the limit is decided, so that every run ends with the same bounds.
+    pub fn run(&self) -> (Vec<Maximum>, bool) {
+        let dearest = |group: &Group| {
+            let times = group.charges.iter().map(|&charge| self.model.charges[charge].dearer());
+            (times.sum::<Picos>(), Picos::ZERO)
+        };
+        let known = Mutex::new(Known::new(self.groups.iter().map(dearest).collect()));
+        let stop = AtomicBool::new(false);
+        let cancelled = || stop.load(Ordering::Relaxed) || (self.request.cancelled)();
+        let mut found = Vec::with_capacity(self.groups.len());
+        for round in self.rounds() {
+            if known.lock().is_ok_and(|known| self.decided(&known)) {
+                stop.store(true, Ordering::Relaxed);
+            }
+            let alone = round.len() == 1;
+            let each = |group: usize, upper: Picos, lower: Picos| {
+                let Ok(mut known) = known.lock() else { return };
+                let better = known.put(round.start + group, upper, lower);
+                if better && alone && self.decided(&known) {
+                    stop.store(true, Ordering::Relaxed);
+                }
+                self.tell(round.start + group, &known);
+            };
+            let deadline = self.deadline.map(|end| self.share(&round, end));
+            let limits = Limits { deadline, cancelled: &cancelled, ..Limits::default() };
+            let groups = &self.groups[round.clone()];
+            found.extend(maxima(self.model, groups, self.request.method, &limits, &each));
+        }
+        let open = found.iter().any(|maximum: &Maximum| maximum.lower < maximum.upper);
+        (found, open && stop.into_inner())
+    }
+
+    /// Which groups are searched side by side, one range after the other.
+    fn rounds(&self) -> Vec<Range<usize>> {
+        let count = self.groups.len();
+        let mut size = if self.request.limit.is_some() { 1 } else { count };
+        let mut rounds: Vec<Range<usize>> = Vec::new();
+        let mut start = 0;
+        while start < count {
+            let end = start.saturating_add(size).min(count);
+            rounds.push(start..end);
+            start = end;
+            size *= 2;
+        }
+        rounds
+    }
+
+    /// Whether it is known if a scan takes longer than the limit, whatever points are fitted.
+    fn decided(&self, known: &Known) -> bool {
+        let Some(limit) = self.request.limit else { return false };
+        let (upper, lower) = (self.constant + known.upper, self.constant + known.lower);
+        let doubtful = self.doubtful.is_some_and(|least| upper >= least);
+        let kept = upper + self.prices.more_points() <= limit && !doubtful;
+        kept || lower.checked_sub(self.prices.points_taken()).is_some_and(|lower| lower > limit)
+    }
+
+    fn tell(&self, group: usize, known: &Known) {
+        (self.request.progress)(Progress::Bounds {
+            group: group + 1,
+            upper: self.constant + known.upper,
+            lower: self.constant + known.lower,
+            solved: known.solved,
+            groups: self.groups.len(),
+        });
+    }
+
+    /// When a round must end so that it leaves the later ones their share of the time.
+    fn share(&self, round: &Range<usize>, end: Instant) -> Instant {
+        let charges = |groups: &[Group]| -> usize {
+            groups.iter().map(|group| group.charges.len() + 1).sum()
+        };
+        let (own, later) =
+            (charges(&self.groups[round.clone()]), charges(&self.groups[round.end..]));
+        let rest = end.saturating_duration_since(Instant::now()).as_nanos();
+        let own = rest * own as u128 / (own + later) as u128;
+        let own = Duration::from_nanos(u64::try_from(own).unwrap_or(u64::MAX));
+        if later == 0 { end } else { Instant::now() + own }
+    }
+}
