@@ -470,6 +470,18 @@ pub struct TimingKey {
     pub dearer: bool,
     /// Costs nothing where the table does not know it (labels).
     pub optional: bool,
+    /// What its operands name, for times by area.
+    pub touched: Touched,
+}
+
+/// Cells and bits of words that an instruction's operands name, whether or not its meaning shows them: what is taken
+/// as any value costs no less. Empty where a dialect leaves it to the meaning.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Touched {
+    /// The cells, each mention a region.
+    pub regions: Vec<Region>,
+    /// How many bits of words.
+    pub word_bits: u64,
 }
 
 /// Where an instruction stands in the source.

@@ -7,9 +7,12 @@ use scanbound::dialect::melsec::decode::{DecodeOptions, decode};
 use scanbound::dialect::melsec::device::Family;
 use scanbound::dialect::{Input, Project, read};
 use scanbound::facts::Facts;
+use scanbound::price::price;
 use scanbound::program::Program;
 use scanbound::solve::Method;
+use scanbound::table::Table;
 use scanbound::time::Picos;
+use std::collections::BTreeSet;
 
 fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<Program, String> {
     let inputs: Vec<Input> = files
@@ -187,4 +190,72 @@ fn what_nests_too_deep_is_refused() {
     let loops = format!("{}LD X0; OUT Y0; {}END", "FOR K1; ".repeat(4000), "NEXT; ".repeat(4000));
     let told = decoded(Family::Q, &[("MAIN", &loops)], &facts).expect_err("too deep");
     assert!(told.contains("loops stand in each other"), "{told}");
+}
+
+/// What all instructions cost together by a table of these rows, in picoseconds, each at its dearer time; others
+/// cost nothing.
+fn priced(family: Family, text: &str, rows: &str) -> u64 {
+    let program = decoded(family, &[("MAIN", text)], &Facts::default()).expect("good");
+    let classes: BTreeSet<&str> = program
+        .instructions
+        .iter()
+        .filter_map(|instruction| Some(instruction.timing.as_ref()?.class.as_str()))
+        .collect();
+    let others: String = classes
+        .iter()
+        .filter(|class| !rows.contains(&format!("@{class},")))
+        .map(|class| format!("@{class},0,0\n"))
+        .collect();
+    let table = format!("instruction,on_us,off_us,per_unit_us\n{others}{rows}");
+    let table = Table::parse("t.csv", table.as_bytes()).expect("a table").table;
+    let prices = price(&program, &table, &Facts::default()).expect("prices");
+    prices.times().iter().map(|(on, off)| on.0.max(off.0)).sum()
+}
+
+#[test]
+fn every_instruction_pays_for_the_kinds_of_its_operands() {
+    let rows = "@+indexed,0.000001,0.000001\n@+digits,0.0001,0.0001\n@+module,0.01,0.01\n";
+    for (text, want) in [
+        ("LD M0Z1; OUT Y0; END", 1),
+        ("LDP D0Z1.3; OUT M0Z0; END", 2),
+        ("LD= K4M0 K5; SET M1Z1; END", 101),
+        ("LD>= U0\\G100 K5; OUT U0\\G200.1; END", 20_000),
+        ("LD X0; OUT T0 D0Z0; PLS M0Z2; RST D5Z1; FF D3Z1.2; END", 4),
+        ("LD X0; MC N0 M0Z1; MCR N0; LDE= D0Z1 E1.5; OUT Y0; END", 2),
+        ("LD X0; MOVP D0Z1 U0\\G5; BMOV K4X0 D0 K2; END", 10_101),
+    ] {
+        assert_eq!(priced(Family::Q, text, rows), want, "{text}");
+    }
+    let own = "LD:module,0.000003,0.000003\nLD,0.1,0.1\n";
+    assert_eq!(priced(Family::Q, "LD U0\\G0.1; OUT Y0; END", own), 3);
+}
+
+#[test]
+fn what_is_taken_as_any_value_costs_its_area_all_the_same() {
+    let rows = "@+ZR,0.000001\n@+wordbit,0.0001,0.0001\n";
+    for (text, want) in [
+        ("LD X0; BCD ZR0 D0; END", 1),
+        ("LD X0; TO H0 K0 ZR0 K3; END", 3),
+        ("LD X0; BMOV ZR0 D0 K600; END", 600),
+        ("LD X0; DMOV R0Z1 D0; END", 2),
+        ("LDD= ZR0 K1; OUT Y0; END", 2),
+        ("LD X0; MOV R0 D0; FEND; I0; LD X1; INC ZR0; IRET; END", 3),
+        ("LD D0.3; OUT Y0; FEND; I0; LD X1; MOV K1 D0; IRET; END", 100),
+        ("LD SD0.3; OUT Y0; LD D0Z1.3; OUT D0Z2.4; END", 300),
+    ] {
+        assert_eq!(priced(Family::Q, text, rows), want, "{text}");
+    }
+    // Points that only such an instruction names are refreshed too.
+    let program = decoded(Family::Q, &[("MAIN", "LD X0; BCD K4X100 D0; END")], &Facts::default());
+    let table = Table::parse("t.csv", b"instruction,on_us,off_us\nLD,0\nBCD,0\nEND,0\n@input16,1");
+    let table = table.expect("a table").table;
+    let prices = price(&program.expect("good"), &table, &Facts::default()).expect("prices");
+    assert_eq!(prices.overhead_sum(), Picos(17_000_000));
+}
+
+#[test]
+fn a_pulse_form_costs_what_its_plain_form_costs() {
+    assert_eq!(priced(Family::Iqr, "LD X0; +P_U D0 D1; END", "+_U,3,0\n"), 3_000_000);
+    let open = "LD X0; ZP.OPEN \"U0\" K1 D0 M0; END";
+    assert_eq!(priced(Family::Q, open, "Z.OPEN,3,0\n"), 3_000_000);
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::program::{
     Area, AreaId, AreaKind, BitSource, Cell, ChoiceId, Effect, Interrupt, Join, Logic, Number,
-    Place, Radix, Region, SourceFile, Step, When, WordSource, WordTarget, Write,
+    Place, Radix, Region, SourceFile, Step, Touched, When, WordSource, WordTarget, Write,
 };
 
 const HEAD: &str = "instruction,on_us,off_us,per_unit_us,evidence\n";
@@ -19,6 +19,7 @@ fn key(names: &[&str], class: &str, units: Units) -> TimingKey {
         units,
         dearer: false,
         optional: false,
+        touched: Touched::default(),
     }
 }
 

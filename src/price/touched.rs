@@ -3,12 +3,15 @@
 use std::collections::BTreeMap;
 
 use crate::program::{
-    AreaId, BitSource, BitTarget, Cell, Instruction, Region, Source, WordSource, WordTarget, Write,
+    AreaId, BitSource, BitTarget, Cell, Instruction, Region, Source, Touched, WordSource,
+    WordTarget, Write,
 };
 
 /// Cells of an instruction whose meaning does not say how many of a range it writes are counted up to this,
 /// or up to twice its units.
 const LEAST_RANGE: u64 = 8;
+/// A longer range has no known end: of it the first cell alone is named.
+const MOST_CELLS: u32 = 1 << 24;
 
 /// What an instruction touches.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -47,10 +50,29 @@ impl Cells {
                 Write::Forget(region, _) => cells.region(*region),
             }
         }
+        if let Some(key) = &instruction.timing {
+            cells.named(&key.touched);
+        }
         cells
     }
 
+    /// What the operands name counts as well: of cells shown and cells named the more.
+    fn named(&mut self, touched: &Touched) {
+        let mut named = Cells { units: self.units, ..Cells::default() };
+        touched.regions.iter().for_each(|&region| named.region(region));
+        for (area, count) in named.counts {
+            let shown = self.counts.entry(area).or_default();
+            *shown = count.max(*shown);
+        }
+        for (area, index) in named.highest {
+            let shown = self.highest.entry(area).or_default();
+            *shown = index.max(*shown);
+        }
+        self.word_bits = self.word_bits.max(touched.word_bits);
+    }
+
     fn range(&mut self, first: Cell, length: u32, counted: u64) {
+        let length = if length > MOST_CELLS { 1 } else { length };
         let last = first.index.saturating_add(length.saturating_sub(1));
         *self.counts.entry(first.area).or_default() += counted;
         let highest = self.highest.entry(first.area).or_default();

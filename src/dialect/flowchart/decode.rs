@@ -12,8 +12,8 @@ use super::turn::jumps_back;
 use super::{Op, Routine, Source};
 use crate::program::{
     Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Effect,
-    Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Units, When,
-    Write,
+    Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Touched, Units,
+    When, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -369,6 +369,7 @@ impl Layout<'_> {
                 units: Units::None,
                 dearer,
                 optional: false,
+                touched: Touched::default(),
             }),
             effects,
             step,

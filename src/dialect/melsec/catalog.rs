@@ -243,7 +243,7 @@ pub fn also() -> impl Iterator<Item = &'static str> {
 }
 
 /// The mnemonic whose pulse form this would be: `MOV` of `MOVP`, `+_U` of `+P_U`, `Z.OPEN` of `ZP.OPEN`.
-fn unpulsed(mnemonic: &str) -> Option<String> {
+pub fn unpulsed(mnemonic: &str) -> Option<String> {
     if let Some((prefix, rest)) = mnemonic.split_once("P.") {
         return Some(format!("{prefix}.{rest}"));
     }

@@ -6,8 +6,8 @@
 use super::{Kind, Opcode, Source, WORDS, Word};
 use crate::program::{
     Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Effect,
-    Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Units, When,
-    Write,
+    Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Touched, Units,
+    When, Write,
 };
 
 /// The areas, named so that a cell's name reads as the machine's: `X0` and 3 is X03.
@@ -90,6 +90,7 @@ fn instruction(source: &Source, address: usize, word: Word, program: &mut Progra
             units: Units::None,
             dearer: false,
             optional: false,
+            touched: Touched::default(),
         }),
         effects,
         step,

@@ -9,7 +9,7 @@ use crate::diagnostic::Diagnostic;
 use crate::dialect::shown;
 use crate::program::{
     Approximation, BitSource, Cell, ChoiceId, Effect, Instruction, Join, Logic, Place, Program,
-    Step, TimingKey, Units, When, Write,
+    Step, TimingKey, Touched, Units, When, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -231,7 +231,14 @@ impl Assembly {
         let tagged: Vec<String> =
             tags.flat_map(|tag| names.iter().map(move |name| format!("{name}:{tag}"))).collect();
         names.splice(0..0, tagged);
-        TimingKey { names, class, units: Units::None, dearer, optional: false }
+        TimingKey {
+            names,
+            class,
+            units: Units::None,
+            dearer,
+            optional: false,
+            touched: Touched::default(),
+        }
     }
 }
 

@@ -10,17 +10,14 @@ use crate::dialect::melsec::device::{Family, Kind, area};
 use crate::dialect::melsec::operand::{Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{
-    BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Units, When,
-    WordSource, WordTarget, Write,
+    BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Touched, Units,
+    When, WordSource, WordTarget, Write,
 };
 
 /// Blocks of more words than this are forgotten rather than followed.
 const MOST_WORDS: u32 = 512;
 /// No string of the PLC is longer, in characters.
 const LONGEST_TEXT: u64 = 16_383;
-
-/// Whether an operand's place is of a kind that has a row of its own.
-type Wanted = fn(&Place) -> bool;
 
 impl Decoder<'_> {
     /// Decodes an application instruction or one of the user's.
@@ -81,6 +78,7 @@ impl Decoder<'_> {
             units: Units::None,
             dearer: false,
             optional: false,
+            touched: Touched::default(),
         };
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
     }
@@ -109,7 +107,7 @@ impl Decoder<'_> {
             );
         }
         let units = self.units(raw, entry);
-        let key = timing(mnemonic, found.pulsed, &self.variants(raw), &entry.class, units, free);
+        let key = timing(mnemonic, found.pulsed, None, &entry.class, units, free);
         let Some(mut effects) = self.operation(raw, entry) else { return };
         for name in &entry.also {
             let everywhere = name == EVERYWHERE;
@@ -243,24 +241,6 @@ impl Decoder<'_> {
     fn block_count(&mut self, text: &str) -> (i64, i64, bool) {
         let (low, high, known) = self.count_range(text, self.most_counted());
         if low < 0 { (0, high.max(0xFFFF), known) } else { (low, high, known) }
-    }
-
-    /// Row variants: an operand that is indexed, digits of bits, or in a module.
-    fn variants(&self, raw: &RawInstruction) -> Vec<&'static str> {
-        let has = |wanted: Wanted| {
-            raw.operands.iter().any(|text| match parse(text, self.family) {
-                Ok(Operand::Device(device)) => wanted(&device.place),
-                _ => false,
-            })
-        };
-        let kinds: [(&str, Wanted); 3] = [
-            ("module", |place| matches!(place, Place::Foreign(_))),
-            ("indexed", |place| {
-                matches!(place, Place::Indexed(..) | Place::IndexedDigits(..) | Place::Indirect)
-            }),
-            ("digits", |place| matches!(place, Place::Digits(..) | Place::IndexedDigits(..))),
-        ];
-        kinds.into_iter().filter(|(_, wanted)| has(*wanted)).map(|(name, _)| name).collect()
     }
 
     /// The instruction's effects, exact where that is possible.

@@ -27,7 +27,7 @@ impl Decoder<'_> {
         };
         let join = self.join(join, mnemonic);
         let units = if sort == Sort::Text { Units::AtMost(LONGEST) } else { Units::None };
-        let key = timing(mnemonic, false, &[], class, units, true);
+        let key = timing(mnemonic, false, None, class, units, true);
         let value = if self.takes(raw, 2) { self.compared(raw, sort, relation) } else { None };
         let value = value.unwrap_or(Logic::Const(false));
         self.add(Some(key), Vec::new(), Step::Logic { join, value });

@@ -197,7 +197,7 @@ impl Decoder<'_> {
                 effects.push(fired(Write::Forget(region, choice)));
             }
         }
-        let timing = timing(mnemonic, pulsed, &[], "call", Units::None, false);
+        let timing = timing(mnemonic, pulsed, None, "call", Units::None, false);
         let off_too = mnemonic.contains("FCALL") || mnemonic == "XCALL";
         let at = if off_too {
             // On the scan after its condition fell, the routine runs with all its coils off.
@@ -366,7 +366,7 @@ impl Decoder<'_> {
         } else {
             Logic::Condition
         };
-        let timing = timing(mnemonic, pulsed, &[], "jump", Units::None, false);
+        let timing = timing(mnemonic, pulsed, None, "jump", Units::None, false);
         let at = self.add(Some(timing), effects, Step::Jump { fires, target: OPEN });
         self.fix(at, label, self.file, true);
     }
@@ -527,5 +527,5 @@ fn key(mnemonic: &str, class: &str) -> TimingKey {
     // What always fires has one time: the dearer.
     let dearer = matches!(class, "nothing" | "loop")
         || matches!(mnemonic, "RET" | "SRET" | "IRET" | "MCR" | "JMP");
-    timing(mnemonic, false, &[], class, Units::None, dearer)
+    timing(mnemonic, false, None, class, Units::None, dearer)
 }

@@ -5,6 +5,7 @@ mod application;
 mod compare;
 mod control;
 mod finish;
+mod named;
 mod output;
 mod rungs;
 #[cfg(test)]
@@ -19,7 +20,7 @@ use crate::facts::Facts;
 use crate::program::flow;
 use crate::program::{
     Approximation, Cell, Effect, Instruction, Interrupt, Logic, Place, Program, Region, SourceFile,
-    StartRange, Step, TimingKey, Units, When, Write,
+    StartRange, Step, TimingKey, Touched, Units, When, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -274,6 +275,7 @@ impl<'a> Decoder<'a> {
     pub fn add(&mut self, timing: Option<TimingKey>, effects: Vec<Effect>, step: Step) -> usize {
         let index = self.program.instructions.len();
         let raw = self.raw;
+        let timing = timing.map(|key| self.with_operands(key));
         self.zone_of.push(self.zones.last().map(|&(_, opened)| opened));
         self.program.instructions.push(Instruction {
             place: Place {
@@ -400,22 +402,24 @@ fn operands(count: usize) -> String {
     }
 }
 
-/// How an instruction is priced: by its name with a variant, by its name, then the same without the pulse suffix.
+/// How an instruction is priced: by its name with the letters of its device, by its name, then, where it acts on the
+/// rising edge, the same without the pulse suffix. The kinds of its operands are added with the instruction.
 pub fn timing(
     mnemonic: &str,
     pulsed: bool,
-    variants: &[&str],
+    letters: Option<&str>,
     class: &str,
     units: Units,
     dearer: bool,
 ) -> TimingKey {
     let mut names = Vec::new();
-    let base = if pulsed { mnemonic.strip_suffix('P') } else { None };
-    for name in [Some(mnemonic), base].into_iter().flatten() {
-        names.extend(variants.iter().map(|variant| format!("{name}:{variant}")));
-        names.push(name.to_owned());
+    let base = if pulsed { super::catalog::unpulsed(mnemonic) } else { None };
+    for name in [Some(mnemonic.to_owned()), base].into_iter().flatten() {
+        names.extend(letters.map(|letters| format!("{name}:{letters}")));
+        names.push(name);
     }
-    TimingKey { names, class: class.to_owned(), units, dearer, optional: false }
+    let touched = Touched::default();
+    TimingKey { names, class: class.to_owned(), units, dearer, optional: false, touched }
 }
 
 /// An effect whenever the instruction is reached.

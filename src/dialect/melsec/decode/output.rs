@@ -76,7 +76,7 @@ impl Decoder<'_> {
             "C" | "LC" => "counter",
             _ => "coil",
         };
-        let key = timing(mnemonic, false, &[&variant], class, Units::None, false);
+        let key = timing(mnemonic, false, Some(&variant), class, Units::None, false);
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
     }
 
@@ -172,8 +172,14 @@ impl Decoder<'_> {
         if mnemonic == "SET" {
             self.state_transfer(text);
         }
-        let key =
-            timing(mnemonic, false, &[&letters(raw.operands.first())], "set", Units::None, false);
+        let key = timing(
+            mnemonic,
+            false,
+            Some(&letters(raw.operands.first())),
+            "set",
+            Units::None,
+            false,
+        );
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
     }
 
@@ -193,8 +199,14 @@ impl Decoder<'_> {
         };
         let Some(mut effects) = effects else { return };
         effects.push(remember(memory, Logic::Condition));
-        let key =
-            timing(mnemonic, false, &[&letters(raw.operands.first())], "pulse", Units::None, false);
+        let key = timing(
+            mnemonic,
+            false,
+            Some(&letters(raw.operands.first())),
+            "pulse",
+            Units::None,
+            false,
+        );
         self.add(Some(key), effects, Step::Act { fires });
     }
 

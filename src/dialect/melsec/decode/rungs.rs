@@ -30,7 +30,7 @@ impl Decoder<'_> {
         negated: bool,
     ) {
         let variant = letters(raw.operands.first());
-        let key = timing(mnemonic, false, &[&variant], "contact", Units::None, true);
+        let key = timing(mnemonic, false, Some(&variant), "contact", Units::None, true);
         // The rung goes on even where the operand is at fault, so that no further fault follows from it.
         let join = self.join(join, mnemonic);
         let mut effects = Vec::new();
@@ -262,7 +262,7 @@ pub(super) fn remember(memory: Cell, value: Logic) -> Effect {
 }
 
 fn stack_key(mnemonic: &str) -> TimingKey {
-    timing(mnemonic, false, &[], "stack", Units::None, true)
+    timing(mnemonic, false, None, "stack", Units::None, true)
 }
 
 /// A device operand's letters, for rows such as `OUT:T`.
