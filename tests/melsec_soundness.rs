@@ -259,3 +259,80 @@ fn a_pulse_form_costs_what_its_plain_form_costs() {
     let open = "LD X0; ZP.OPEN \"U0\" K1 D0 M0; END";
     assert_eq!(priced(Family::Q, open, "Z.OPEN,3,0\n"), 3_000_000);
 }
+
+#[test]
+fn registers_of_several_words_do_not_overlap() {
+    // LZ holds two words, a function register four.
+    for (family, text) in [
+        (Family::Iqr, "LD SM400; DMOV K0 LZ0; LDD= LZ1 K5; Op1; END"),
+        (Family::Iqr, "LDD= LZ0 K0; Op1; LD X0; RST LZ0; LDD= LZ0 K65536; Op2; END"),
+        (Family::Q, "LD SM400; DMOV K0 FD0; LD= FD1 K5; Op1; END"),
+        (Family::Q, "LD SM400; MOV K0 FD0; LD FD1.3; Op1; END"),
+    ] {
+        assert!(together(family, text) >= 1, "{text}");
+    }
+    assert_eq!(together(Family::Q, "LD SM400; DMOV K65541 FD1; LDD= FD1 K65541; Op1; END"), 1);
+    assert_eq!(together(Family::Q, "LD SM400; MOV K5 FD1; LD= FD1 K4; Op1; END"), 0);
+}
+
+#[test]
+fn fx_numbers_that_end_in_special_devices_change_by_themselves() {
+    for read in ["K4T190", "K4M7990", "K4C230"] {
+        let text = format!("LD M8000; MOV {read} D0; MOV {read} D1; LD<> D0 D1; Op1; END");
+        assert_eq!(together(Family::Fx, &text), 1, "{read}");
+    }
+    let block = "LD M8000; BMOV T190 D0 K5; BMOV T190 D10 K5; LD<> D2 D12; Op1; END";
+    assert_eq!(together(Family::Fx, block), 1);
+    let plain = block.replace("K5", "K2").replace("D2 D12", "D1 D11");
+    assert_eq!(together(Family::Fx, &plain), 0);
+    assert_eq!(together(Family::Fx, &block.replace("T190", "D7998")), 1);
+}
+
+#[test]
+fn counts_in_words_are_as_large_as_the_cpu_takes_them() {
+    let cost = |family, text: &str, row: &str| priced(family, text, &format!("{row},0,0,0.000001"));
+    assert_eq!(cost(Family::Fx, "LD X0; FROM K0 K0 R0 D0; END", "FROM"), 65_535);
+    assert_eq!(cost(Family::Fx, "LD X0; BMOV D0 D100 D50; END", "BMOV"), 512);
+    assert_eq!(cost(Family::Q, "LD X0; BMOV D0 D100 D50; END", "BMOV"), 65_535);
+    assert_eq!(cost(Family::Iqr, "LD X0; BMOVL ZR0 D100 K70000; END", "BMOVL"), 70_000);
+    // A range of the lower word says nothing of a count of two.
+    let facts = Facts { ranges: [("D50".to_owned(), (0, 10))].into(), ..Facts::default() };
+    let text = "LD= D5000 K1; Op1; LD X0; BMOVL ZR0 D100 D50; LD= D5000 K2; Op2; END";
+    let program = decoded(Family::Iqr, &[("MAIN", text)], &facts).expect("good");
+    assert_eq!(dearest(&program), 3);
+    assert!(cost(Family::Iqr, "LD X0; BMOVL ZR0 D100 D50; END", "BMOVL") > 10_000_000);
+}
+
+#[test]
+fn a_routine_run_with_its_coils_off_passes_its_jumps_and_costs_its_off_times() {
+    for call in ["FCALL", "XCALL"] {
+        let out = format!("LD X0; {call} P0; FEND; P0; LD SM400; OUT Y0; RET; END");
+        assert_eq!(possible(&out, &|text| text.starts_with("OUT")), 1, "{call}");
+        let jump = format!(
+            "LD X0; {call} P0; FEND; P0; LD SM400; CJ P1; LD SM401; OUT M1; P1; LD SM400; CALL P2; RET; \
+             P2; LD SM400; OUT Y0; RET; END"
+        );
+        assert_eq!(possible(&jump, &|text| text == "OUT M1"), 1, "{call}");
+        assert_eq!(possible(&jump, &|text| text == "OUT Y0"), 1, "{call}");
+    }
+    let plain = "LD X0; CALL P0; FEND; P0; LD SM400; OUT Y0; RET; END";
+    assert_eq!(possible(plain, &|text| text.starts_with("OUT")), 0);
+}
+
+/// The bound where the instructions asked for cost 1 when they are reached with their condition false.
+fn possible(text: &str, asked: &dyn Fn(&str) -> bool) -> u64 {
+    let program = decoded(Family::Q, &[("MAIN", text)], &Facts::default()).expect("good");
+    let off = |text: &str| Picos(u64::from(asked(text)));
+    let times = program.instructions.iter().map(|i| (Picos::ZERO, off(&i.text))).collect();
+    bound(&program, &times, Method::Cores).expect("the program can be followed").upper.0
+}
+
+#[test]
+fn a_master_control_may_hold_off_what_an_edge_relay_remembers() {
+    let text = "LD X0; MC N0 M0; LD SM400; EGP V0; OUT Y1; MCR N0; LDI V0; Op1; END";
+    assert_eq!(together(Family::Q, text), 1);
+    let plain = "LD SM400; EGP V0; OUT Y1; LDI V0; Op1; END";
+    assert_eq!(together(Family::Q, plain), 0);
+    let again = "LDI X0; RST M0; FOR K2; LD M0; MC N0 M1; LD SM400; MEP; Op1; MCR N0; LD SM400; SET M0; NEXT; END";
+    assert_eq!(together(Family::Q, again), 1);
+}

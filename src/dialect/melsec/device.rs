@@ -215,7 +215,8 @@ static NAMES: [Name; 46] = [
     name("LC", Kind::Timed(LONG_COUNTER)),
     name("LST", Kind::Timed(LONG_RETENTIVE)),
     name("LT", Kind::Timed(LONG_TIMER)),
-    name("LZ", word("LZ")),
+    // Each holds two words of its own: they are not followed.
+    name("LZ", Kind::VolatileWord),
     name("M", bit("M")),
     name("R", word("ZR")),
     name("RD", word("RD")),
@@ -291,6 +292,16 @@ pub fn is_digit(byte: u8, radix: Radix) -> bool {
 #[must_use]
 pub fn own_clock(timer: u32) -> bool {
     matches!(timer, 192..=199 | 246..)
+}
+
+/// Words that each function register has: FD1 lies that far behind FD0.
+pub const FUNCTION_WORDS: u32 = 4;
+
+/// What the device of these letters means in a family.
+#[must_use]
+pub fn kind(letters: &str, index: u32, family: Family) -> Option<Kind> {
+    let at = NAMES.binary_search_by_key(&letters, |name| name.letters).ok()?;
+    NAMES[at].kind(index, family)
 }
 
 impl Name {

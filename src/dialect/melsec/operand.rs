@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::device::{Family, Kind, Name, is_digit, name_of};
+use super::device::{FUNCTION_WORDS, Family, Kind, Name, is_digit, name_of};
 use crate::program::{Cell, Radix};
 
 /// An operand, understood.
@@ -188,6 +188,11 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     let (name, index, suffix) = split(text, family)?;
     let kind = name.kind(index, family).ok_or_else(|| unknown(text))?;
     let name = name.letters;
+    let index = match name {
+        "FD" if index < 0x1_0000 => index * FUNCTION_WORDS,
+        "FD" => return Err(unknown(text)),
+        _ => index,
+    };
     // The bit stands before the index register or behind it: D0.AZ1, D0Z1.A.
     let (bit, suffix) = match suffix.split_once('.') {
         None => (None, Cow::Borrowed(suffix)),

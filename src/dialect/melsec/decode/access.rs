@@ -1,7 +1,7 @@
 //! How operands are read and written: cells, bits of words, digits, and whatever is only known to be somewhere.
 
 use super::Decoder;
-use crate::dialect::melsec::device::{Family, Kind, area, own_clock};
+use crate::dialect::melsec::device::{FUNCTION_WORDS, Family, Kind, area, kind, own_clock};
 use crate::dialect::melsec::operand::{Device, Operand, Place, parse};
 use crate::program::{
     AreaId, BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
@@ -53,10 +53,29 @@ impl Decoder<'_> {
     /// Reads an operand's text; a fault is noted.
     pub fn operand(&mut self, text: &str) -> Option<Operand> {
         match parse(text, self.family) {
-            Ok(operand) => Some(operand),
+            Ok(operand) => {
+                self.name_words(&operand);
+                Some(operand)
+            }
             Err(message) => {
                 self.fault("operand", text, message, "write it as the vendor's tool does, such as X1F, D100, D100.A, K4M0, D0Z1, K10, H0FF");
                 None
+            }
+        }
+    }
+
+    /// Names the words of a function register, of which the area has several each.
+    fn name_words(&mut self, operand: &Operand) {
+        let Operand::Device(device) = operand else { return };
+        if let (
+            Place::At(Kind::Word(area), first) | Place::BitOf(Kind::Word(area), first, _),
+            "FD",
+        ) = (device.place, device.name)
+        {
+            for n in 0..FUNCTION_WORDS {
+                let word = if n == 0 { String::new() } else { format!(", word {}", n + 1) };
+                let name = format!("FD{}{word}", first / FUNCTION_WORDS);
+                self.program.names.insert(Cell { area, index: first + n }, name);
             }
         }
     }
@@ -198,7 +217,10 @@ impl Decoder<'_> {
                 return None;
             }
         };
-        if self.is_long(&device) || self.runs_in_interrupts(&device) {
+        if self.is_long(&device)
+            || self.runs_in_interrupts(&device)
+            || self.is_mixed(&device, words)
+        {
             self.approximate(format!(
                 "{text} changes by itself: it is taken as any value where it is read"
             ));
@@ -263,6 +285,25 @@ impl Decoder<'_> {
         self.family == Family::Fx
             && device.name == "T"
             && matches!(device.place, Place::At(Kind::Timed(_), timer) if own_clock(timer))
+    }
+
+    /// Whether a number that begins with ordinary devices of the FX ends in special ones, which change by themselves.
+    fn is_mixed(&self, device: &Device, words: usize) -> bool {
+        let (first, count) = match device.place {
+            Place::At(Kind::Word(_) | Kind::Timed(_), first) => (first, words as u32),
+            Place::Digits(Kind::Bit(_) | Kind::Timed(_), first, digits) => {
+                (first, 4 * u32::from(digits))
+            }
+            _ => return false,
+        };
+        let is_digits = matches!(device.place, Place::Digits(..));
+        let changes = |index: u32| match kind(device.name, index, self.family) {
+            Some(Kind::Timed(_)) if device.name == "T" => own_clock(index),
+            Some(Kind::Timed(_)) => !is_digits && index >= 200,
+            Some(Kind::VolatileBit | Kind::VolatileWord) => true,
+            _ => false,
+        };
+        self.family == Family::Fx && (first..first.saturating_add(count)).any(changes)
     }
 
     fn unknown_words(&mut self, text: &str, words: usize) -> Vec<WordSource> {

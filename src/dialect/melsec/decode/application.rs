@@ -16,6 +16,15 @@ use crate::program::{
 
 /// Blocks of more words than this are forgotten rather than followed.
 const MOST_WORDS: u32 = 512;
+/// Instructions of the FX that count to `FX_MOST` at most.
+const FX_SHORT: [&str; 20] = [
+    "BMOV", "FMOV", "DFMOV", "MEAN", "DMEAN", "SER", "DSER", "HEX", "ASCI", "CCD", "CRC", "DIS",
+    "UNI", "WSFR", "WSFL", "SFWR", "SFRD", "ABSD", "DABSD", "INCD",
+];
+/// No operand of those reaches further.
+const FX_MOST: i64 = 512;
+/// No CPU has more devices of a kind: a count beyond is an error, and nothing is done.
+const MOST_DEVICES: i64 = 0x100_0000;
 /// No string of the PLC is longer, in characters.
 const LONGEST_TEXT: u64 = 16_383;
 
@@ -153,12 +162,12 @@ impl Decoder<'_> {
     /// How many units the instruction handles, for times per unit.
     fn units(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
         if let Some(operand) = entry.units {
-            let (low, high, _) = self.block_count(&raw.operands[operand]);
+            let (low, high, _) = self.block_count(raw, entry, operand);
             let most = u64::try_from(high).unwrap_or(0).saturating_mul(entry.unit_size);
             return if low == high { Units::Exactly(most) } else { Units::AtMost(most) };
         }
         if entry.operation == Operation::ClearRange {
-            return self.units_of_range(raw);
+            return self.units_of_range(raw, entry);
         }
         if let Some(most) = entry.most_units {
             return Units::AtMost(most);
@@ -193,7 +202,7 @@ impl Decoder<'_> {
     }
 
     /// The devices from the first operand to the second.
-    fn units_of_range(&mut self, raw: &RawInstruction) -> Units {
+    fn units_of_range(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
         if let (Some(first), Some(last)) =
             (self.device(&raw.operands[0]), self.device(&raw.operands[1]))
             && let (Place::At(kind, from), Place::At(other, to)) = (first.place, last.place)
@@ -202,7 +211,7 @@ impl Decoder<'_> {
         {
             return Units::Exactly(u64::from(to.saturating_sub(from)) + 1);
         }
-        Units::AtMost(self.most_counted() as u64)
+        Units::AtMost(self.most_counted(entry) as u64)
     }
 
     /// The units of an instruction that counts none itself: the longest of its operands.
@@ -218,28 +227,47 @@ impl Decoder<'_> {
                 Amount::Fixed(count) => u64::from(count),
                 Amount::Counted { unit, operand } => match self.constant(&raw.operands[operand]) {
                     Some(count) if count >= 0 => count.unsigned_abs() * u64::from(unit).max(1),
-                    _ => return Units::AtMost(self.most_counted() as u64 * u64::from(unit).max(1)),
+                    _ => {
+                        return Units::AtMost(
+                            self.most_counted(entry) as u64 * u64::from(unit).max(1),
+                        );
+                    }
                 },
                 Amount::Power { .. } | Amount::Unknown if matches!(operand.role, Role::Other) => 1,
                 Amount::Power { operand } => match self.constant(&raw.operands[operand]) {
                     Some(power) => 1 << power.clamp(0, 16),
                     None => 1 << 8,
                 },
-                Amount::Unknown => return Units::AtMost(self.most_counted() as u64),
+                Amount::Unknown => return Units::AtMost(self.most_counted(entry) as u64),
             });
         }
         Units::Exactly(most)
     }
 
     /// The most that a count in a word can say.
-    fn most_counted(&self) -> i64 {
-        if self.family == Family::Fx { 512 } else { 65_535 }
+    fn most_counted(&self, entry: &Entry) -> i64 {
+        let is_short = self.family == Family::Fx && FX_SHORT.contains(&entry.mnemonic.as_str());
+        if is_short { FX_MOST } else { 65_535 }
     }
 
     /// The least and largest value of a count of words or bits, and whether that is known. Counts are unsigned:
     /// a negative one is a large one.
-    fn block_count(&mut self, text: &str) -> (i64, i64, bool) {
-        let (low, high, known) = self.count_range(text, self.most_counted());
+    fn block_count(
+        &mut self,
+        raw: &RawInstruction,
+        entry: &Entry,
+        operand: usize,
+    ) -> (i64, i64, bool) {
+        let text = &raw.operands[operand];
+        let is_long = entry.operands[operand].extent == Extent::Words(Amount::Fixed(2));
+        if is_long && self.constant(text).is_none() {
+            // A stated range speaks of the lower word alone.
+            self.approximate(format!(
+                "the count {text} is not known: taken as up to {MOST_DEVICES}"
+            ));
+            return (0, MOST_DEVICES, false);
+        }
+        let (low, high, known) = self.count_range(text, self.most_counted(entry));
         if low < 0 { (0, high.max(0xFFFF), known) } else { (low, high, known) }
     }
 
@@ -375,7 +403,7 @@ impl Decoder<'_> {
         self.approximate(format!("{} depends on M8024 or M8160: {what}", raw.mnemonic));
         let mut effects = Vec::new();
         for text in &raw.operands[..2] {
-            for region in self.reach(raw, text, entry.operands[1].extent) {
+            for region in self.reach(raw, entry, text, entry.operands[1].extent) {
                 effects.push(fired(Write::Forget(region, self.choice())));
             }
         }
@@ -473,7 +501,7 @@ impl Decoder<'_> {
             if !matches!(operand.role, Role::Destination | Role::Both | Role::Either) {
                 continue;
             }
-            for region in self.reach(raw, text, operand.extent) {
+            for region in self.reach(raw, entry, text, operand.extent) {
                 effects.push(Effect { when, write: Write::Forget(region, self.choice()) });
             }
         }
@@ -484,7 +512,13 @@ impl Decoder<'_> {
     }
 
     /// The cells that an operand reaches.
-    fn reach(&mut self, raw: &RawInstruction, text: &str, extent: Extent) -> Vec<Region> {
+    fn reach(
+        &mut self,
+        raw: &RawInstruction,
+        entry: &Entry,
+        text: &str,
+        extent: Extent,
+    ) -> Vec<Region> {
         let (amount, words) = match extent {
             Extent::Words(amount) => (amount, true),
             Extent::Bits(amount) | Extent::Devices(amount) => (amount, false),
@@ -493,7 +527,7 @@ impl Decoder<'_> {
         let mut count = match amount {
             Amount::Fixed(count) => Some(count),
             Amount::Counted { unit, operand } => {
-                let (_, high, known) = self.block_count(&raw.operands[operand]);
+                let (_, high, known) = self.block_count(raw, entry, operand);
                 u32::try_from(high).ok().filter(|_| known).and_then(|high| high.checked_mul(unit))
             }
             Amount::Power { operand } => {

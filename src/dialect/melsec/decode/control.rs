@@ -94,11 +94,10 @@ impl Decoder<'_> {
             }
             _ => {
                 let stated = self.options.facts.interrupts.get(mnemonic).copied();
-                match stated {
-                    Some(times) => self.program.facts.push(format!("{mnemonic} interrupts a scan at most {times} times")),
-                    None => self.approximate(format!(
-                        "{mnemonic} is counted once a scan: state how often it can interrupt one ([interrupts] {mnemonic} = N)"
-                    )),
+                if let Some(times) = stated {
+                    self.program
+                        .facts
+                        .push(format!("{mnemonic} interrupts a scan at most {times} times"));
                 }
                 self.interrupts.push(Interrupt {
                     name: mnemonic.to_owned(),
@@ -208,6 +207,7 @@ impl Decoder<'_> {
                 "{mnemonic} with its condition off is taken to leave any value in every device"
             ));
             let at = self.add(Some(timing), effects, Step::Call { fires: runs, target: OPEN });
+            self.held.push(at);
             let choice = self.choice();
             let forget = always(Write::Forget(Region::Everything, choice));
             self.add(None, vec![forget], Step::Nothing);

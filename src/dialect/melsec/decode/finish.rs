@@ -21,6 +21,7 @@ impl Decoder<'_> {
             self.check_calls();
         }
         if !self.has_faults() {
+            self.hold_off();
             self.take_in_bulk();
         }
         let mut found = self.project.warnings.clone();

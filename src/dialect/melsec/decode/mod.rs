@@ -5,6 +5,7 @@ mod application;
 mod compare;
 mod control;
 mod finish;
+mod held;
 mod named;
 mod output;
 mod rungs;
@@ -110,6 +111,8 @@ pub struct Decoder<'a> {
     counts: Counts,
     labels: Vec<BTreeMap<u32, usize>>,
     fixups: Vec<Fixup>,
+    /// Calls that may run their routine with all its coils off.
+    held: Vec<usize>,
     loops: Vec<usize>,
     /// Loops whose number of turns nothing limits.
     unbounded: Vec<usize>,
@@ -175,6 +178,7 @@ impl<'a> Decoder<'a> {
             counts: Vec::new(),
             labels: vec![BTreeMap::new(); project.files.len()],
             fixups: Vec::new(),
+            held: Vec::new(),
             loops: Vec::new(),
             unbounded: Vec::new(),
             ends: Vec::new(),

@@ -234,16 +234,21 @@ impl Decoder<'_> {
             return;
         }
         let rising = mnemonic.ends_with('P');
+        // What is remembered: whether a master control that is off turns the result off here is not known.
+        let result = match (mnemonic, self.zones.is_empty()) {
+            ("INV", _) | (_, true) => Logic::Condition,
+            _ => self.maybe_held_off(),
+        };
         let (effects, value) = match (mnemonic, takes_relay) {
             ("INV", _) => (Vec::new(), Logic::Condition.not()),
             (_, false) => {
                 let memory = self.memory();
-                (vec![remember(memory, Logic::Condition)], edge(rising, Logic::Condition, memory))
+                (vec![remember(memory, result)], edge(rising, Logic::Condition, memory))
             }
             (_, true) => {
                 let text = &raw.operands[0];
                 let Some(before) = self.read_bit(text) else { return };
-                let Some(effects) = self.bit_effects(text, Logic::Condition, true) else { return };
+                let Some(effects) = self.bit_effects(text, result, true) else { return };
                 let value = if rising {
                     Logic::All(vec![Logic::Condition, before.not()])
                 } else {
@@ -253,6 +258,17 @@ impl Decoder<'_> {
             }
         };
         self.add(Some(key), effects, Step::Logic { join: Join::Replace, value });
+    }
+}
+
+impl Decoder<'_> {
+    /// The result, of which it is not known whether zones that are off hold it off.
+    fn maybe_held_off(&mut self) -> Logic {
+        let within = self.memory();
+        let acts = Step::Act { fires: Logic::Const(true) };
+        self.add(None, vec![remember(within, Logic::Condition)], acts);
+        let on = Logic::Any(vec![Logic::cell(within), self.free_bit()]);
+        Logic::All(vec![Logic::Condition, on])
     }
 }
 
