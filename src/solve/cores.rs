@@ -35,9 +35,8 @@ const GROWTH: usize = 3;
 /// So many bits are tried either way when the parts' values are taken together.
 const MODES: usize = 16;
 
-/// So many rounds go by before the search looks at the whole for what propagation shows. Until then it goes
-/// down in weight step by step; after that little is left, and the parts are asked for all their wishes at once.
-const FINE: usize = 2;
+/// So many rounds go by before the search looks at the whole for what propagation shows.
+const MINE_AFTER: usize = 2;
 
 /// Searches until the bounds meet or the limits end it.
 pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
@@ -66,12 +65,12 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
         if search.done() {
             return;
         }
-        if round == FINE {
+        if round == MINE_AFTER {
             search.mine(&mut ledger);
         }
         // A round just below the whole would cost as much.
         size = if size < whole / 2 { size } else { whole };
-        let possible = search.round(&mut ledger, size, whole, round < FINE);
+        let possible = search.round(&mut ledger, size, whole);
         if !possible || size == whole {
             return;
         }
@@ -101,15 +100,15 @@ impl<'a, 'b> Search<'a, 'b> {
         self.bounds().exact() || self.limits.reached()
     }
 
-    /// Goes through all parts of a size, side by side, weight by weight if `fine`. Parts neither see each other nor
-    /// when the bounds meet, so what comes out does not depend on who is first. Whether the constraints can hold.
-    fn round(&mut self, ledger: &mut Ledger, size: usize, whole: usize, fine: bool) -> bool {
+    /// Goes through all parts of a size, side by side. Parts neither see each other nor when the bounds meet, so
+    /// what comes out does not depend on who is first. Whether the constraints can hold.
+    fn round(&mut self, ledger: &mut Ledger, size: usize, whole: usize) -> bool {
         let count = whole.div_ceil(size);
         let ledgers = ledger.split(size, count).into_iter().enumerate();
         let mut parts: Vec<Part> = ledgers
             .map(|(part, ledger)| Part::new(part * size..((part + 1) * size).min(whole), ledger))
             .collect();
-        parts.par_iter_mut().for_each(|part| part.solve(self, count == 1, fine));
+        parts.par_iter_mut().for_each(|part| part.solve(self, count == 1));
         let possible = parts.iter().all(|part| !part.contradiction);
         for part in &mut parts {
             if !part.values.is_empty() {

@@ -7,9 +7,11 @@ use crate::solve::oracle::Oracle;
 use std::cmp::Reverse;
 use std::ops::Range;
 
-/// Steps beyond the assumptions that may be spent on finding out whether a core does without a wish, or
-/// whether a second one of its wishes must fail. Nearly always a few settle it.
-const SMALL_EFFORT: u64 = 10;
+/// Steps beyond the assumptions that may be spent on finding out whether a core does without a wish.
+const CORE_EFFORT: u64 = 30;
+
+/// Steps that may be spent on finding out whether a second wish of a core must fail.
+const COUNT_EFFORT: u64 = 10;
 
 /// A part of the program as it leaves the search for a time.
 pub struct Part {
@@ -29,12 +31,13 @@ impl Part {
         Part { homes, ledger, values: Vec::new(), contradiction: false }
     }
 
-    /// Pays for cores until all wishes can hold together: weight by weight if `fine`. If it is the `whole`
-    /// program, what is found is a scan.
-    pub fn solve(&mut self, search: &Search<'_, '_>, whole: bool, fine: bool) {
+    /// Pays for cores until all wishes can hold together. If it is the `whole` program, what is found is a scan.
+    ///
+    /// It goes down in weight step by step, in every round: asked for all wishes of a project of 64 stations at
+    /// once, the solver was lost for minutes.
+    pub fn solve(&mut self, search: &Search<'_, '_>, whole: bool) {
         let mut asker = Asker { oracle: Oracle::new(search.limits), told: 0 };
-        let heaviest = self.ledger.wishes(1).next().map_or(1, |(_, weight)| weight);
-        let mut least = if fine { heaviest } else { 1 };
+        let mut least = self.ledger.wishes(1).next().map_or(1, |(_, weight)| weight);
         // Cores that have been taken off the weights, and what of each was; their new wishes are still to come.
         let mut unpaid: Vec<(Vec<i32>, u64)> = Vec::new();
         loop {
@@ -62,7 +65,7 @@ impl Part {
                     }
                     for (core, weight) in unpaid.drain(..) {
                         self.ledger.relax(&core, weight, |formula, literal| {
-                            asker.ask(formula, &[literal], SMALL_EFFORT) == Some(false)
+                            asker.ask(formula, &[literal], COUNT_EFFORT) == Some(false)
                         });
                     }
                 }
@@ -86,7 +89,7 @@ impl Part {
             at -= 1;
             let mut rest = core.clone();
             rest.remove(at);
-            let steps = rest.len() as u64 + SMALL_EFFORT;
+            let steps = rest.len() as u64 + CORE_EFFORT;
             if asker.ask(&self.ledger.formula, &rest, steps) == Some(false) {
                 let smaller = asker.oracle.core();
                 core.retain(|literal| smaller.contains(literal));
