@@ -1,6 +1,7 @@
 //! What the user states about the plant and the source does not say: ranges of words, interrupts a scan, points.
 
 use crate::diagnostic::Diagnostic;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
@@ -41,7 +42,9 @@ impl Facts {
                     reader.fault(Some(key.span()), format!("'{}' is a table", key.get_ref()), FORM);
                 }
                 (other, _) => {
-                    reader.fault(Some(key.span()), format!("'{other}' is not a fact"), FORM);
+                    let message = format!("'{other}' is not a fact");
+                    let help = meant(other, &["ranges", "interrupts", "io"], FORM);
+                    reader.fault(Some(key.span()), message, &help);
                 }
             }
         }
@@ -84,7 +87,7 @@ impl Reader<'_> {
     fn interrupts(&mut self, entries: &DeTable<'_>, facts: &mut Facts) {
         for (label, value) in entries {
             if let Some(times) = self.count(label.get_ref(), value) {
-                facts.interrupts.insert(label.get_ref().to_string(), times);
+                facts.interrupts.insert(label.get_ref().to_uppercase(), times);
             }
         }
     }
@@ -97,7 +100,11 @@ impl Reader<'_> {
                 other => self.fault(
                     Some(key.span()),
                     format!("'{other}' is not known in [io]"),
-                    "write inputs = 64 and outputs = 32, the points that the CPU refreshes",
+                    &meant(
+                        other,
+                        &["inputs", "outputs"],
+                        "write inputs = 64 and outputs = 32, the points that the CPU refreshes",
+                    ),
                 ),
             }
         }
@@ -138,6 +145,16 @@ impl Reader<'_> {
         ));
         self.faults.push(fault);
     }
+}
+
+/// The help, headed by the known name that is most like a wrong one, if any is.
+fn meant(wrong: &str, known: &[&str], help: &str) -> String {
+    let likeness =
+        |name: &&&str| Some(strsim::jaro_winkler(wrong, name)).filter(|&likeness| likeness > 0.8);
+    let nearest = known.iter().filter(|name| likeness(name).is_some());
+    let nearest =
+        nearest.max_by(|a, b| likeness(a).partial_cmp(&likeness(b)).unwrap_or(Ordering::Equal));
+    nearest.map_or(String::new(), |name| format!("did you mean {name}? ")) + help
 }
 
 fn integer(value: &DeValue<'_>) -> Option<i64> {

@@ -173,8 +173,13 @@ fn a_range_at_the_start_limits_no_count_that_the_program_writes() {
     assert_eq!(turns("LD X1; MOV K9 D0; FOR D0; LD X0; Op1; NEXT; END"), 32_767);
     let wide = [("D0".to_owned(), (0, 40_000))].into();
     let facts = Facts { ranges: wide, ..Facts::default() };
-    let program = decoded(Family::Q, &[("MAIN", "LD= D1 K5; Op1; END")], &facts).expect("good");
-    assert_eq!(dearest(&program), 1);
+    let told = decoded(Family::Q, &[("MAIN", "LD= D1 K5; Op1; END")], &facts).expect_err("wide");
+    assert!(told.contains("past a signed word's 32767"), "{told}");
+    for device in ["X0", "M5", "QQ7", "K4M0", "D0Z1"] {
+        let facts = Facts { ranges: [(device.to_owned(), (0, 1))].into(), ..Facts::default() };
+        let told = decoded(Family::Q, &[("MAIN", "LD X0; Op1; END")], &facts).expect_err("no word");
+        assert!(told.contains("which is no word"), "{told}");
+    }
 }
 
 #[test]

@@ -137,10 +137,11 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let project = dialect::read(request.inputs, request.dialect)?;
     let (program, table, found) = understand(&project, request)?;
     know_interrupts(&program, request)?;
-    let warnings = [request.warnings, &found].concat();
 
     stage("pricing");
     let prices = price::price(&program, &table, request.facts)?;
+    let unused = unused_times(request.times, &prices);
+    let warnings = [request.warnings, &found, &unused].concat();
     if request.strict_times {
         refuse_assumed(&program, &prices)?;
     }
@@ -245,8 +246,7 @@ fn understand(
     request: &Request<'_>,
 ) -> Result<(Program, Table, Vec<Diagnostic>), Failure> {
     if request.clock.is_some() && !matches!(project, Project::Minasec(_)) {
-        let file = request.inputs.first().map_or("", |input| &input.name);
-        return Err(Failure::from(no_clock(file)));
+        return Err(Failure::from(no_clock()));
     }
     match project {
         Project::Melsec(project) => {
@@ -304,19 +304,18 @@ fn decode(project: &RawProject, table: &Table, request: &Request<'_>) -> Result<
 /// A count for a routine that is not there is a slip of the pen, and another is left without.
 fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
     let known: Vec<&str> = program.interrupts.iter().map(|one| one.name.as_str()).collect();
-    let file = program.files.first().map_or("", |file| &file.name);
     let faults: Vec<Diagnostic> = request
         .facts
         .interrupts
         .keys()
         .filter(|label| !known.contains(&label.as_str()))
         .map(|label| {
-            let message = format!("the program has no interrupt routine {label}");
+            let message = format!("how often {label} interrupts a scan is stated, but the program has no interrupt routine of that name");
             let help = match known.as_slice() {
-                [] => "it has none at all".to_owned(),
-                known => format!("it has {}", known.join(", ")),
+                [] => "it has no interrupt routines at all".to_owned(),
+                known => format!("its interrupt routines are {}", known.join(", ")),
             };
-            Diagnostic::file("no-interrupt", file, message, help)
+            Diagnostic::file("no-interrupt", "", message, help)
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
@@ -329,7 +328,13 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
     let mut table = match (request.table, cpu) {
         (Some(table), _) => table.clone(),
         (None, Some(cpu)) => Table::for_cpu(cpu).and_then(Table::builtin).ok_or_else(|| {
-            let message = format!("there is no timing table for the CPU {cpu}");
+            let (file, message) = match request.cpu {
+                Some(cpu) => ("", format!("--cpu {cpu}: there is no timing table for this CPU")),
+                None => (
+                    file,
+                    format!("the program's CPU is {cpu}, for which there is no timing table"),
+                ),
+            };
             Diagnostic::file("no-table", file, message, Table::advice(cpu))
         })?,
         (None, None) => {
@@ -353,9 +358,27 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
     Ok(table)
 }
 
-fn no_clock(file: &str) -> Diagnostic {
-    let message = "a clock tells nothing about this CPU: its instructions take different times";
-    Diagnostic::file("no-clock", file, message, "leave --clock out; --table and --time give times")
+/// Times that were stated for what the program does not have, perhaps by a slip of the pen.
+fn unused_times(times: &[Override], prices: &Prices) -> Vec<Diagnostic> {
+    let used = |name: &str| {
+        let mut rows =
+            prices.instructions.iter().flatten().flat_map(|price| price.row.split(" + "));
+        rows.any(|row| row.eq_ignore_ascii_case(name))
+    };
+    let warning = |time: &Override| {
+        let message = format!(
+            "--time {}: no instruction of the program has its time from this name",
+            time.name
+        );
+        let help = "write the name as the report's table rows do, such as MOV or OUT:T";
+        Diagnostic::file("unused-time", "", message, help).warning()
+    };
+    times.iter().filter(|time| !used(&time.name)).map(warning).collect()
+}
+
+fn no_clock() -> Diagnostic {
+    let message = "--clock says nothing about this CPU: its instructions take different times";
+    Diagnostic::file("no-clock", "", message, "leave --clock out; --table and --time give times")
 }
 
 fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {

@@ -2,7 +2,7 @@
 
 use super::options::{ProjectOptions, ReportOptions};
 use super::output::Target;
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, values};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use scanbound::audit::response::Response;
@@ -18,10 +18,10 @@ pub struct Arguments {
     #[arg(long)]
     response: bool,
     /// The longest time from an input terminal to the scan, in place of the table's
-    #[arg(long, value_name = "DURATION", requires = "response")]
+    #[arg(long, value_name = "DURATION", requires = "response", value_parser = values::duration, allow_hyphen_values = true)]
     input_delay: Option<Picos>,
     /// The longest time from the scan to an output terminal, in place of the table's
-    #[arg(long, value_name = "DURATION", requires = "response")]
+    #[arg(long, value_name = "DURATION", requires = "response", value_parser = values::duration, allow_hyphen_values = true)]
     output_delay: Option<Picos>,
     #[command(flatten)]
     project: ProjectOptions,
@@ -69,8 +69,9 @@ fn unknown(audit: &Audit, sides: &[&str]) -> Failure {
 }
 
 fn certify(concluded: &audit::Concluded, directory: &Path) -> Result<(), Failure> {
-    std::fs::create_dir_all(directory)
-        .with_context(|| format!("the directory {} cannot be made", directory.display()))?;
+    std::fs::create_dir_all(directory).with_context(|| {
+        format!("--certificate {}: this directory cannot be made", directory.display())
+    })?;
     for file in audit::certificates(concluded) {
         Target::new(Some(&directory.join(file.name)))?.write(&file.text)?;
     }

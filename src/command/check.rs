@@ -1,7 +1,7 @@
 //! `scanbound check`: whether the project keeps to a limit.
 
 use super::options::{ProjectOptions, ReportOptions};
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, values};
 use clap::Args;
 use scanbound::time::Picos;
 use scanbound::verdict::{Check, Margin, Verdict};
@@ -10,19 +10,15 @@ use scanbound::verdict::{Check, Margin, Verdict};
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The limit that no scan may pass, such as 10ms
-    #[arg(long, value_name = "DURATION", value_parser = limit)]
+    #[arg(long, value_name = "DURATION", value_parser = values::duration, allow_hyphen_values = true)]
     limit: Picos,
     /// What is added to the scan before it is held against the limit, such as 10%
-    #[arg(long, value_name = "PERCENT", default_value = "0%")]
+    #[arg(long, value_name = "PERCENT", default_value = "0%", allow_hyphen_values = true)]
     margin: Margin,
     #[command(flatten)]
     project: ProjectOptions,
     #[command(flatten)]
     report: ReportOptions,
-}
-
-fn limit(text: &str) -> Result<Picos, String> {
-    Picos::from_duration_text(text).map_err(|error| format!("{error}, such as 10ms"))
 }
 
 /// Audits the project, judges and reports.

@@ -59,7 +59,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let target = arguments.report.target()?;
     let name = measured.display().to_string();
-    let bytes = std::fs::read(&measured).with_context(|| format!("{name} cannot be read"))?;
+    let bytes = std::fs::read(&measured)
+        .with_context(|| format!("{name}, the file of measurements, cannot be read"))?;
     let selection = Selection {
         column: arguments.column.as_deref(),
         pulses: arguments.pulses,

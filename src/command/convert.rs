@@ -2,7 +2,7 @@
 
 use super::output::Target;
 use super::sink::Sink;
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, values};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::diagnostic::Diagnostic;
@@ -18,7 +18,7 @@ pub struct Arguments {
     #[arg(value_name = "PROGRAM")]
     program: PathBuf,
     /// The dialect [default: found from the content]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = values::minasec())]
     dialect: Option<String>,
     /// What to write [default: by the output's name, else assembly]
     #[arg(long, value_enum)]

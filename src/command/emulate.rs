@@ -2,7 +2,7 @@
 
 use super::output::Target;
 use super::sink::Sink;
-use super::{Failure, Outcome, convert};
+use super::{Failure, Outcome, convert, values};
 use anyhow::{Context, anyhow};
 use clap::{ArgGroup, Args};
 use scanbound::compare::Figures;
@@ -26,10 +26,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     stimulus: Option<PathBuf>,
     /// Run so many scans
-    #[arg(long, value_name = "N", group = "length")]
+    #[arg(long, value_name = "N", group = "length", value_parser = values::count::<u64>, allow_negative_numbers = true)]
     scans: Option<u64>,
     /// Run the scans that begin within this time
-    #[arg(long = "for", value_name = "DURATION", group = "length")]
+    #[arg(long = "for", value_name = "DURATION", group = "length", value_parser = values::duration, allow_hyphen_values = true)]
     duration: Option<Picos>,
     /// Write a row a scan (CSV) to a file in place of stdout
     #[arg(long, value_name = "FILE")]
@@ -41,31 +41,31 @@ pub struct Arguments {
     #[arg(long, value_name = "CLOCK", default_value = "fast")]
     clock: StatedClock,
     /// How far this board's clock may lie from that, drawn with the seed
-    #[arg(long, value_name = "PERCENT", default_value = "0%")]
+    #[arg(long, value_name = "PERCENT", default_value = "0%", allow_hyphen_values = true)]
     tolerance: Fraction,
     /// How far each period may lie from the board's, drawn with the seed
-    #[arg(long, value_name = "PERCENT", default_value = "0%")]
+    #[arg(long, value_name = "PERCENT", default_value = "0%", allow_hyphen_values = true)]
     jitter: Fraction,
     /// What the drawn numbers follow from
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = values::count::<u64>, allow_negative_numbers = true)]
     seed: u64,
     /// T0's delay, 0.1 s to 1.1 s
-    #[arg(long, value_name = "DURATION", default_value = "1s")]
+    #[arg(long, value_name = "DURATION", default_value = "1s", value_parser = values::duration, allow_hyphen_values = true)]
     t0: Picos,
     /// T1's delay, 1 s to 11 s
-    #[arg(long, value_name = "DURATION", default_value = "1s")]
+    #[arg(long, value_name = "DURATION", default_value = "1s", value_parser = values::duration, allow_hyphen_values = true)]
     t1: Picos,
     /// The count at which the counter stops: its two rotary switches
-    #[arg(long, value_name = "0-99", default_value_t = 10)]
+    #[arg(long, value_name = "0-99", default_value_t = 10, value_parser = values::two_digits, allow_negative_numbers = true)]
     setting: u8,
     /// The count that the counter kept from before
-    #[arg(long, value_name = "0-99", default_value_t = 0)]
+    #[arg(long, value_name = "0-99", default_value_t = 0, value_parser = values::two_digits, allow_negative_numbers = true)]
     count: u8,
     /// How long an input's edge takes through the filter
-    #[arg(long, value_name = "DURATION", default_value_t = FILTER)]
+    #[arg(long, value_name = "DURATION", default_value_t = FILTER, value_parser = values::duration, allow_hyphen_values = true)]
     filter: Picos,
     /// The dialect [default: found from the content]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = values::minasec())]
     dialect: Option<String>,
 }
 
@@ -95,7 +95,8 @@ impl Arguments {
     fn stimulus(&self) -> Result<Stimulus, Failure> {
         let Some(file) = &self.stimulus else { return Ok(Stimulus::default()) };
         let name = file.display().to_string();
-        let bytes = std::fs::read(file).with_context(|| format!("{name} cannot be read"))?;
+        let bytes =
+            std::fs::read(file).with_context(|| format!("--stimulus {name} cannot be read"))?;
         Ok(Stimulus::parse(&name, &bytes)?)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::options::ProjectOptions;
 use super::output::Target;
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, values};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use scanbound::audit::{self, Form};
@@ -14,7 +14,7 @@ pub struct Arguments {
     #[command(flatten)]
     project: ProjectOptions,
     /// The group, as the report numbers it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::positive::<usize>, allow_negative_numbers = true)]
     group: usize,
     /// In which format
     #[arg(long, value_enum)]
@@ -42,7 +42,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let followed = arguments.project.with_request(|request| Ok(audit::follow(request)?))?;
     let groups = followed.groups.len();
     let question = audit::question(&followed, arguments.group, form).ok_or_else(|| {
-        anyhow!("there is no group {}: the groups are numbered 1 to {groups}", arguments.group)
+        let group = arguments.group;
+        match groups {
+            0 => anyhow!("--group {group}: there are no groups, since every scan of the program costs the same"),
+            1 => anyhow!("--group {group}: there is group 1 only"),
+            _ => anyhow!("--group {group}: the groups are numbered 1 to {groups}"),
+        }
     })?;
     target.write(&question)?;
     Ok(Outcome::Done)

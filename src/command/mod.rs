@@ -11,6 +11,7 @@ mod output;
 mod progress;
 mod sink;
 mod tables;
+mod values;
 
 use clap::{Parser, Subcommand};
 use scanbound::diagnostic::Diagnostic;

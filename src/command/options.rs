@@ -1,10 +1,11 @@
 //! The options that `audit` and `check` have in common, and the audit that they ask for.
 
 use super::output::Target;
-use super::{Failure, progress, tables};
+use super::{Failure, progress, tables, values};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use scanbound::audit::{Audit, Request, audit};
+use scanbound::diagnostic::Diagnostic;
 use scanbound::facts::Facts;
 use scanbound::input::gather;
 use scanbound::report::{csv, json, text};
@@ -30,7 +31,7 @@ pub struct ProjectOptions {
     #[arg(long, value_name = "NAME")]
     cpu: Option<String>,
     /// The dialect [default: found from the content]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = values::dialect())]
     dialect: Option<String>,
     /// What the program does not say: ranges of words, interrupts, I/O points (TOML)
     #[arg(long, value_name = "FILE")]
@@ -48,10 +49,10 @@ pub struct ProjectOptions {
     #[arg(long)]
     strict_times: bool,
     /// When the search ends with what is proved by then
-    #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = duration)]
+    #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = duration, allow_hyphen_values = true)]
     time_limit: Duration,
     /// How many threads to use [default: one a processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = values::positive::<u16>, allow_negative_numbers = true)]
     jobs: Option<u16>,
     /// How the maximum of a group is searched for
     #[arg(long, value_enum, default_value = "auto")]
@@ -68,7 +69,7 @@ pub struct ReportOptions {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// How many groups, and rungs of each, the text shows
-    #[arg(long, value_name = "N", default_value_t = text::Extent::default().top)]
+    #[arg(long, value_name = "N", default_value_t = text::Extent::default().top, value_parser = values::count::<usize>, allow_negative_numbers = true)]
     top: usize,
 }
 
@@ -100,7 +101,7 @@ fn interrupt(text: &str) -> Result<(String, u32), String> {
 }
 
 fn duration(text: &str) -> Result<Duration, String> {
-    let time = Picos::from_duration_text(text).map_err(|error| format!("{error}, such as 60s"))?;
+    let time = values::duration(text)?;
     Ok(Duration::from_nanos(time.0.div_ceil(1_000)))
 }
 
@@ -129,7 +130,7 @@ impl ProjectOptions {
     ) -> Result<T, Failure> {
         let mut facts = facts(self.facts.as_deref())?;
         facts.interrupts.extend(self.interrupts.iter().cloned());
-        let table = self.table.as_deref().map(tables::find).transpose()?;
+        let table = self.table.as_deref().map(|name| tables::find("--table ", name)).transpose()?;
         let gathered = gather(&self.programs)?;
         let mut warnings = gathered.warnings;
         let table = table.map(|parsed| {
@@ -206,8 +207,11 @@ impl ReportOptions {
 fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
     let Some(path) = path else { return Ok(Facts::default()) };
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path)
-        .with_context(|| format!("the facts file {name} cannot be read"))?;
+    let bytes = std::fs::read(path).with_context(|| format!("--facts {name} cannot be read"))?;
+    let text = String::from_utf8(bytes).map_err(|_| {
+        let message = "the facts file is not text in UTF-8";
+        vec![Diagnostic::file("facts", &name, message, "save it as UTF-8")]
+    })?;
     Ok(Facts::parse(&name, &text)?)
 }
 

@@ -22,26 +22,26 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let text = match (&arguments.check, &arguments.name) {
         (Some(file), _) => {
-            let parsed = read(file)?;
+            let parsed = read("--check ", file)?;
             output::tell(&parsed.warnings);
             tables::checked(&parsed.table)
         }
-        (None, Some(name)) => tables::one(&find(name)?.table),
+        (None, Some(name)) => tables::one(&find("", name)?.table),
         (None, None) => tables::list(&builtin::list()),
     };
     Target::Stdout.write(&text)?;
     Ok(Outcome::Done)
 }
 
-/// A built-in table by its name, or one read from a file.
-pub fn find(name: &str) -> Result<Parsed, Failure> {
+/// A built-in table by its name, or one read from a file. `option` is what stands before the name.
+pub fn find(option: &str, name: &str) -> Result<Parsed, Failure> {
     match Table::builtin(name) {
         Some(table) => Ok(Parsed { table, warnings: Vec::new() }),
-        None => read(name),
+        None => read(option, name),
     }
 }
 
-fn read(name: &str) -> Result<Parsed, Failure> {
+fn read(option: &str, name: &str) -> Result<Parsed, Failure> {
     let bytes = std::fs::read(name).map_err(|error| {
         let names = builtin::names();
         let likeness = |known: &str| strsim::jaro_winkler(known, &name.to_ascii_lowercase());
@@ -49,12 +49,16 @@ fn read(name: &str) -> Result<Parsed, Failure> {
             .iter()
             .filter(|known| likeness(known) > 0.75)
             .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-        let meant = near.map_or(String::new(), |known| format!("did you mean {known}? "));
+        let meant = match (Table::for_cpu(name), near) {
+            (Some(table), _) => format!("the table for this CPU is {table}; "),
+            (None, Some(known)) => format!("did you mean {known}? "),
+            (None, None) => String::new(),
+        };
         Failure::Input(vec![Diagnostic::file(
             "no-table",
             "",
             format!(
-                "'{name}' is neither a built-in timing table nor a file that can be read: {error}"
+                "{option}{name}: neither a built-in timing table nor a file that can be read: {error}"
             ),
             format!("{meant}built in are {}", names.join(", ")),
         )])

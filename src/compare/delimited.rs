@@ -236,7 +236,13 @@ impl<'a> Table<'a> {
                     format!("the column '{head}' does not name its unit")
                 };
                 let units = UNITS.map(|unit| unit.name).join(", ");
-                Err(vec![fault(self.name, message, format!("give it with --unit: one of {units}"))])
+                Err(vec![fault(
+                    self.name,
+                    message,
+                    format!(
+                        "give it with --unit, one of {units}; the last file named is taken for the measurements"
+                    ),
+                )])
             }
         }
     }

@@ -141,10 +141,9 @@ pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Project, Vec<Diag
         Some(name) => match DIALECTS.iter().find(|dialect| dialect.name == name) {
             Some(dialect) => Some(dialect),
             None => {
-                let file = inputs.first().map_or("", |input| &input.name);
                 return Err(vec![Diagnostic::file(
                     "no-such-dialect",
-                    file,
+                    "",
                     format!("there is no dialect '{}'", shown(name)),
                     format!("the dialects are {}", names()),
                 )]);

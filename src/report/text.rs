@@ -415,7 +415,11 @@ fn warnings(audit: &Audit) -> Vec<String> {
         .iter()
         .map(|one| {
             let line = one.line.map_or(String::new(), |line| format!(":{line}"));
-            format!("{}{line}: {}", one.file, one.message)
+            let place = match one.file.as_str() {
+                "" => String::new(),
+                file => format!("{file}{line}: "),
+            };
+            format!("{place}{}", one.message)
         })
         .collect()
 }

@@ -40,6 +40,9 @@ fn tables() -> impl Iterator<Item = (&'static str, &'static Table)> {
     FILES.iter().enumerate().filter_map(|(index, (name, _))| Some((*name, table(index)?)))
 }
 
+/// So many CPUs of like names are told at most.
+const MOST_NEAR: usize = 4;
+
 /// What a list of the built-in tables shows of one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Summary {
@@ -106,16 +109,22 @@ impl Table {
                 |own: &String| own.chars().zip(name.chars()).take_while(|(a, b)| a == b).count();
             meant(cpu).iter().map(alike).max().unwrap_or(0)
         };
-        let nearest = list()
-            .iter()
-            .flat_map(|table| table.cpus.iter().map(|own| (shared(own), table.name, own.clone())))
-            .filter(|(alike, ..)| *alike >= 2)
-            .max_by(|a, b| a.0.cmp(&b.0).then(b.1.cmp(a.1)));
-        let near = nearest.map_or(String::new(), |(_, table, own)| {
-            format!(
-                "; the nearest by name is {table} (for {own}): compare the two CPUs' speeds first"
-            )
-        });
+        let tables = list();
+        let all =
+            || tables.iter().flat_map(|table| table.cpus.iter().map(move |own| (own, table.name)));
+        let most = all().map(|(own, _)| shared(own)).max().unwrap_or(0);
+        // Two letters in common say little, but more than nothing.
+        let near: Vec<String> = all()
+            .filter(|(own, _)| most >= 2 && shared(own) == most)
+            .take(MOST_NEAR)
+            .map(|(own, table)| format!("{own} (table {table})"))
+            .collect();
+        let near = match near.as_slice() {
+            [] => String::new(),
+            near => {
+                format!("; nearest by name: {}: compare the CPUs' speeds first", near.join(", "))
+            }
+        };
         format!("name a table with --table, built in ({}) or your own{near}", names().join(", "))
     }
 }

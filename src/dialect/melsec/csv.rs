@@ -241,7 +241,11 @@ impl Body<'_, '_, '_> {
         if record.len() < columns
             || record.iter().skip(columns).any(|extra| !extra.trim().is_empty())
         {
-            let message = format!("this row has {} cells, the heads have {columns}", record.len());
+            let cells = match record.len() {
+                1 => "1 cell".to_owned(),
+                n => format!("{n} cells"),
+            };
+            let message = format!("this row has {cells}, the heads have {columns}");
             let help = "the file may have been cut off or saved by another tool: export it again; a separator within a text must stand in quotation marks";
             fault(self.faults, "columns", &message, help);
             return;

@@ -30,7 +30,10 @@ impl Decoder<'_> {
         if found.iter().any(|fault| fault.severity == Severity::Error) {
             return Err(found);
         }
-        self.start_ranges();
+        found.extend(self.start_ranges());
+        if found.iter().any(|fault| fault.severity == Severity::Error) {
+            return Err(found);
+        }
         crate::program::interrupts::isolate(&mut self.program, &self.volatile);
         self.program.approximations.sort();
         Ok((self.program, self.counts))

@@ -447,28 +447,44 @@ pub fn edge(rising: bool, value: Logic, memory: Cell) -> Logic {
 }
 
 impl Decoder<'_> {
-    /// The user's stated ranges of words, as constraints on the scan's start.
-    fn start_ranges(&mut self) {
+    /// The user's stated ranges of words, as constraints on the scan's start. What of them says nothing of a word.
+    fn start_ranges(&mut self) -> Vec<Diagnostic> {
+        let mut faults = Vec::new();
+        let mut fault = |message: String, help: &str| {
+            faults.push(Diagnostic::file("fact", "", message, help));
+        };
         for (text, &(low, high)) in &self.options.facts.ranges {
-            let Ok(super::operand::Operand::Device(device)) =
-                super::operand::parse(text, self.family)
-            else {
-                continue;
+            let read = super::operand::parse(text, self.family);
+            let cell = match read {
+                Ok(super::operand::Operand::Device(device)) => match device.place {
+                    super::operand::Place::At(super::device::Kind::Word(area), index) => {
+                        Some((area, index))
+                    }
+                    _ => None,
+                },
+                _ => None,
             };
-            if let super::operand::Place::At(super::device::Kind::Word(area), index) = device.place
-            {
-                let wide = low < -0x8000 || high > 0xFFFF;
-                if !wide && high > 0x7FFF {
-                    // One unsigned word or two signed ones: that is not said, so that nothing is held to it.
-                    continue;
+            let wide = low < -0x8000 || high > 0xFFFF;
+            match cell {
+                None => fault(
+                    format!("a range is stated for '{text}', which is no word"),
+                    "write the word as in the program, such as D100",
+                ),
+                // One unsigned word or two signed ones: that is not said.
+                Some(_) if !wide && high > 0x7FFF => fault(
+                    format!("the range of '{text}' reaches to {high}, past a signed word's 32767"),
+                    "ranges are of signed words, or of double words from 65536 on: state a smaller one",
+                ),
+                Some((area, index)) => {
+                    let count = if wide { 2 } else { 1 };
+                    let cells = (0..count).map(|n| Cell { area, index: index + n }).collect();
+                    self.program.ranges.push(StartRange { cells, low, high });
+                    self.program.facts.push(format!("{text} lies between {low} and {high}"));
                 }
-                let count = if wide { 2 } else { 1 };
-                let cells = (0..count).map(|n| Cell { area, index: index + n }).collect();
-                self.program.ranges.push(StartRange { cells, low, high });
-                self.program.facts.push(format!("{text} lies between {low} and {high}"));
             }
         }
         self.program.facts.sort();
         self.program.facts.dedup();
+        faults
     }
 }

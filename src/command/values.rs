@@ -1,0 +1,62 @@
+//! Reads values of options, and says of a wrong one what would be right.
+
+use clap::builder::PossibleValuesParser;
+use scanbound::dialect::{Dialect, dialects};
+use scanbound::time::Picos;
+use std::str::FromStr;
+
+/// A whole number, of at least one.
+pub fn positive<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, String> {
+    let number = text.trim().parse().ok().filter(|number| *number >= T::from(1));
+    number.ok_or_else(|| "give a whole number from 1 on".to_owned())
+}
+
+/// A whole number.
+pub fn count<T: FromStr>(text: &str) -> Result<T, String> {
+    text.trim().parse().map_err(|_| "give a whole number from 0 on".to_owned())
+}
+
+/// What two rotary switches can be set to.
+pub fn two_digits(text: &str) -> Result<u8, String> {
+    let number = text.trim().parse().ok().filter(|&number| number < 100);
+    number.ok_or_else(|| "give a whole number from 0 to 99".to_owned())
+}
+
+/// A time with its unit.
+pub fn duration(text: &str) -> Result<Picos, String> {
+    text.parse().map_err(|error| format!("{error}; write it as 10ms or 1.5us"))
+}
+
+/// The name of a dialect.
+pub fn dialect() -> PossibleValuesParser {
+    named(dialects().iter())
+}
+
+/// The name of one of a MINASEC-U's dialects.
+pub fn minasec() -> PossibleValuesParser {
+    let own = |dialect: &&Dialect| scanbound::dialect::minasec::is_dialect(dialect.name);
+    named(dialects().iter().filter(own))
+}
+
+fn named(dialects: impl Iterator<Item = &'static Dialect>) -> PossibleValuesParser {
+    PossibleValuesParser::new(dialects.map(|dialect| dialect.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_value_is_told_what_would_be_right() {
+        assert_eq!(positive::<u16>("3"), Ok(3));
+        for bad in ["0", "-1", "x", "", "70000"] {
+            assert_eq!(positive::<u16>(bad), Err("give a whole number from 1 on".to_owned()));
+        }
+        assert_eq!(count::<usize>("0"), Ok(0));
+        assert!(count::<usize>("-1").is_err());
+        assert_eq!((two_digits("99"), two_digits("100").is_err()), (Ok(99), true));
+        assert_eq!(duration("10ms"), Ok(Picos(10_000_000_000)));
+        let told = duration("-1ms").expect_err("negative");
+        assert_eq!(told, "a time cannot be negative; write it as 10ms or 1.5us");
+    }
+}
