@@ -5,9 +5,11 @@ pub mod touched;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rustc_hash::FxHashMap;
+
 use crate::diagnostic::Diagnostic;
 use crate::facts::Facts;
-use crate::program::{Instruction, Program, TimingKey, Units};
+use crate::program::{Area, Instruction, Program, TimingKey, Units};
 use crate::table::{Factor, Row, Table, folded};
 use crate::time::Picos;
 
@@ -100,6 +102,9 @@ pub enum NoPrice {
 /// cells are read or written; for `WORDBIT`, how many bits of words.
 pub type Tags = BTreeMap<String, u64>;
 
+/// All that a price depends on: of a key all but what its operands touch, and the tags.
+type Asked<'a> = (&'a [String], &'static str, &'a Units, [bool; 2], Tags);
+
 /// The tag for bits of words.
 const WORD_BIT: &str = "WORDBIT";
 
@@ -108,11 +113,13 @@ const WORD_BIT: &str = "WORDBIT";
 /// # Errors
 /// Every instruction that has no time, each with its line.
 pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, Vec<Diagnostic>> {
-    let tagged: Vec<Option<String>> = program
-        .areas
-        .iter()
-        .map(|area| Some(folded(&area.name)).filter(|tag| table.row(&format!("@+{tag}")).is_some()))
-        .collect();
+    let tag = |area: &Area| {
+        Some(folded(&area.name).into_owned()).filter(|tag| table.row(&format!("@+{tag}")).is_some())
+    };
+    let extras = table.has_extras();
+    let tagged: Vec<Option<String>> = program.areas.iter().map(tag).collect();
+    // Most instructions are priced like many others.
+    let mut sums: FxHashMap<Asked<'_>, Result<Sum<'_>, NoPrice>> = FxHashMap::default();
     let rung = table.row("@rung");
     let entry = table.row("@interrupt-entry");
     let entries: BTreeSet<usize> = match entry {
@@ -126,8 +133,14 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
         let mut sum = match &instruction.timing {
             None => Err(NoPrice::Free),
             Some(key) => {
-                let cells = Cells::of(instruction, units(&key.units));
-                sum_of(table, key, &tags(&cells, &tagged))
+                let touched = if extras {
+                    tags(&Cells::of(instruction, units(&key.units)), &tagged)
+                } else {
+                    Tags::new()
+                };
+                let switches = [key.dearer, key.optional];
+                let known = sums.entry((&key.names, key.class, &key.units, switches, touched));
+                known.or_insert_with_key(|(.., touched)| sum_of(table, key, touched)).clone()
             }
         };
         // A rung costs where it begins, so that it costs nothing where it is jumped over and again in a loop.
@@ -170,7 +183,7 @@ pub fn price_of(table: &Table, key: &TimingKey, tags: &Tags) -> Result<Price, No
     sum_of(table, key, tags)?.price(table)
 }
 
-fn sum_of(table: &Table, key: &TimingKey, touched: &Tags) -> Result<Sum, NoPrice> {
+fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'a>, NoPrice> {
     let own = key.names.iter().find_map(|name| table.row(name).map(|row| (name, row)));
     let row = match own {
         Some((_, row)) => row,
@@ -201,18 +214,19 @@ fn sum_of(table: &Table, key: &TimingKey, touched: &Tags) -> Result<Sum, NoPrice
 }
 
 /// Rows being added up for one price.
-struct Sum {
+#[derive(Clone)]
+struct Sum<'a> {
     on: u128,
     off: u128,
     evidence: Evidence,
-    rows: Vec<String>,
+    rows: Vec<&'a str>,
     counts_units: bool,
     by_class: bool,
     at_most_units: Option<u64>,
 }
 
-impl Sum {
-    fn new(row: &Row, units: u64) -> Sum {
+impl<'a> Sum<'a> {
+    fn new(row: &'a Row, units: u64) -> Sum<'a> {
         let mut sum = Sum {
             on: 0,
             off: 0,
@@ -226,13 +240,13 @@ impl Sum {
         sum
     }
 
-    fn add(&mut self, row: &Row, times: u64, units: u64) {
+    fn add(&mut self, row: &'a Row, times: u64, units: u64) {
         let wide = u128::from;
         self.on += wide(row.on.0) * wide(times) + wide(row.per_unit.0) * wide(units);
         self.off += wide(row.off.0) * wide(times);
         self.evidence = self.evidence.min(row.evidence);
         self.counts_units |= row.per_unit != Picos::ZERO;
-        self.rows.push(row.name.clone());
+        self.rows.push(&row.name);
     }
 
     fn price(self, table: &Table) -> Result<Price, NoPrice> {
@@ -258,14 +272,14 @@ fn units(units: &Units) -> u64 {
 
 /// The part of a row name behind the colon.
 fn variant(name: &str) -> Option<String> {
-    name.split_once(':').map(|(_, variant)| folded(variant))
+    name.split_once(':').map(|(_, variant)| folded(variant).into_owned())
 }
 
 fn tags(cells: &Cells, tagged: &[Option<String>]) -> Tags {
     let mut tags = Tags::new();
-    for (area, &count) in &cells.counts {
-        if let Some(tag) = &tagged[usize::from(area.0)] {
-            tags.insert(tag.clone(), count);
+    for of in &cells.areas {
+        if let Some(tag) = &tagged[usize::from(of.area.0)] {
+            tags.insert(tag.clone(), of.count);
         }
     }
     if cells.word_bits > 0 {

@@ -447,7 +447,7 @@ impl Step {
 }
 
 /// How many units (words, digits, characters ...) an instruction handles, for times per unit.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Units {
     /// The instruction has no count.
     None,
@@ -463,7 +463,7 @@ pub struct TimingKey {
     /// Row names to try, the most specific first (`OUT:T`, `OUT`).
     pub names: Vec<String>,
     /// The `@class` row to fall back on, without the `@`.
-    pub class: String,
+    pub class: &'static str,
     /// The count for times per unit.
     pub units: Units,
     /// Both times are the dearer of the row's two: a contact, whose condition tables define differently.

@@ -107,12 +107,23 @@ fn decimal(text: &str, digits: usize) -> Result<Picos, TimeError> {
     if fraction.len() > digits {
         return Err(TimeError::TooFine);
     }
-    let padded = format!("{whole}{fraction:0<digits$}");
-    padded.parse().map(Picos).map_err(|_| TimeError::TooLarge)
+    let number = |digits: &str| match digits {
+        "" => Some(0),
+        digits => digits.parse::<u64>().ok(),
+    };
+    let fine = number(fraction).map(|number| number * power(digits - fraction.len()));
+    let whole = number(whole).and_then(|number| number.checked_mul(power(digits)));
+    let sum = whole.zip(fine).and_then(|(whole, fine)| whole.checked_add(fine));
+    sum.map(Picos).ok_or(TimeError::TooLarge)
+}
+
+/// A one and so many zeros: twelve at most, for seconds.
+fn power(zeros: usize) -> u64 {
+    10u64.pow(zeros as u32)
 }
 
 fn decimal_text(value: u64, digits: usize) -> String {
-    let unit = 10u64.pow(digits as u32);
+    let unit = power(digits);
     let (whole, fraction) = (value / unit, value % unit);
     if fraction == 0 {
         return whole.to_string();

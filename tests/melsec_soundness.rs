@@ -204,7 +204,7 @@ fn priced(family: Family, text: &str, rows: &str) -> u64 {
     let classes: BTreeSet<&str> = program
         .instructions
         .iter()
-        .filter_map(|instruction| Some(instruction.timing.as_ref()?.class.as_str()))
+        .filter_map(|instruction| Some(instruction.timing.as_ref()?.class))
         .collect();
     let others: String = classes
         .iter()

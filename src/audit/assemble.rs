@@ -8,7 +8,7 @@ use super::{
     GroupUse, OverheadUse, PathStep, RungUse, Share, TableUse, Tie, Value, Where,
 };
 use crate::diagnostic::Diagnostic;
-use crate::model::{Assignment, Atom, Group, Node, Origin, ScanModel, VarKind};
+use crate::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
 use crate::price::{Price, Prices};
 use crate::program::{Place, Program};
 use crate::replay::{Event, Replay};
@@ -44,8 +44,10 @@ impl Findings<'_> {
     pub fn audit(&self, warnings: Vec<Diagnostic>) -> Audit {
         let names = Names::new(self.program);
         let constant = constant_charges(self.model);
-        let all = self.charges(&names);
-        let pick = |charges: &[usize]| charges.iter().map(|&c| all[c].clone()).collect();
+        let values = self.model.circuit.evaluate(self.assignment);
+        let pick = |charges: &[usize]| {
+            charges.iter().map(|&charge| self.charge(charge, &values, &names)).collect()
+        };
         let always: Vec<ChargeUse> = pick(&constant);
         let uses = self.uses();
         let overhead: Vec<OverheadUse> = self
@@ -79,7 +81,7 @@ impl Findings<'_> {
             instructions: self.program.files.iter().map(|file| file.count).sum(),
             blocks: self.program.blocks,
             clocked: None,
-            table: self.table(&all, &bound),
+            table: self.table(&values, &bound),
             bound,
             overhead,
             always,
@@ -130,30 +132,23 @@ impl Findings<'_> {
         replayed.events.iter().filter(priced).map(step).collect()
     }
 
-    fn charges(&self, names: &Names<'_>) -> Vec<ChargeUse> {
-        let values = self.model.circuit.evaluate(self.assignment);
-        self.model
-            .charges
-            .iter()
-            .map(|charge| {
-                let instruction = &self.program.instructions[charge.instruction];
-                let (runs, reached) = (values.get(charge.fires), values.get(charge.reached));
-                let price = self.prices.instructions[charge.instruction].as_ref();
-                ChargeUse {
-                    at: place(instruction.place),
-                    block: instruction.block,
-                    instruction: instruction.text.clone(),
-                    via: names.via(&charge.frames),
-                    on: charge.on,
-                    off: charge.off,
-                    runs,
-                    reached,
-                    cost: charge.cost(&values),
-                    row: price.map_or(String::new(), |price| price.row.clone()),
-                    evidence: price.map_or(Evidence::Published, |price| price.evidence),
-                }
-            })
-            .collect()
+    fn charge(&self, index: usize, values: &Values, names: &Names<'_>) -> ChargeUse {
+        let charge = &self.model.charges[index];
+        let instruction = &self.program.instructions[charge.instruction];
+        let price = self.prices.instructions[charge.instruction].as_ref();
+        ChargeUse {
+            at: place(instruction.place),
+            block: instruction.block,
+            instruction: instruction.text.clone(),
+            via: names.via(&charge.frames),
+            on: charge.on,
+            off: charge.off,
+            runs: values.get(charge.fires),
+            reached: values.get(charge.reached),
+            cost: charge.cost(values),
+            row: price.map_or(String::new(), |price| price.row.clone()),
+            evidence: price.map_or(Evidence::Published, |price| price.evidence),
+        }
     }
 
     fn group(
@@ -319,35 +314,37 @@ impl Findings<'_> {
         found
     }
 
-    fn table(&self, charges: &[ChargeUse], bound: &Bound) -> TableUse {
+    fn table(&self, values: &Values, bound: &Bound) -> TableUse {
         let assumed = |price: &&Price| price.evidence == Evidence::Assumed;
-        let mut rows: BTreeMap<String, AssumedUse> = BTreeMap::new();
-        let mut row_of: Vec<Option<String>> = Vec::new();
+        let mut rows: Vec<AssumedUse> = Vec::new();
+        let mut known: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut row_of: Vec<Option<usize>> = Vec::new();
         for (instruction, price) in self.program.instructions.iter().zip(&self.prices.instructions)
         {
             let row = price.as_ref().filter(assumed).map(|price| {
                 let mnemonic = instruction.text.split(' ').next().unwrap_or_default();
                 let name = if price.by_class { mnemonic } else { &price.row };
-                let one = rows.entry(name.to_owned()).or_insert_with(|| AssumedUse {
-                    name: name.to_owned(),
-                    row: price.row.clone(),
-                    by_class: price.by_class,
-                    count: 0,
-                    time: Picos::ZERO,
+                let row = *known.entry(name).or_insert_with(|| {
+                    rows.push(AssumedUse {
+                        name: name.to_owned(),
+                        row: price.row.clone(),
+                        by_class: price.by_class,
+                        count: 0,
+                        time: Picos::ZERO,
+                    });
+                    rows.len() - 1
                 });
-                one.count += 1;
-                name.to_owned()
+                rows[row].count += 1;
+                row
             });
             row_of.push(row);
         }
-        for (charge, cost) in self.model.charges.iter().zip(charges.iter().map(|c| c.cost)) {
-            if let Some(row) =
-                row_of[charge.instruction].as_ref().and_then(|name| rows.get_mut(name))
-            {
-                row.time += cost;
+        for charge in &self.model.charges {
+            if let Some(row) = row_of[charge.instruction] {
+                rows[row].time += charge.cost(values);
             }
         }
-        let mut assumed: Vec<AssumedUse> = rows.into_values().collect();
+        let mut assumed = rows;
         assumed.extend(
             self.prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed).map(
                 |term| AssumedUse {

@@ -56,12 +56,16 @@ pub fn decode<'a>(bytes: &'a [u8], marks: &[&str]) -> Result<Cow<'a, str>, Undec
 }
 
 /// The text of the first `limit` bytes, faults replaced: enough to tell what a file is.
-pub fn beginning(bytes: &[u8], limit: usize, marks: &[&str]) -> String {
+pub fn beginning<'a>(bytes: &'a [u8], limit: usize, marks: &[&str]) -> Cow<'a, str> {
     let head = &bytes[..bytes.len().min(limit)];
     if let Some((encoding, skip)) = declared(head) {
-        return encoding.decode_without_bom_handling(&head[skip..]).0.into_owned();
+        return encoding.decode_without_bom_handling(&head[skip..]).0;
     }
-    let candidates: Vec<Cow<'_, str>> = std::iter::once(UTF_8)
+    // All of the code pages hold ASCII.
+    if head.is_ascii() {
+        return String::from_utf8_lossy(head);
+    }
+    let mut candidates: Vec<Cow<'_, str>> = std::iter::once(UTF_8)
         .chain(CODE_PAGES)
         .filter_map(|encoding| {
             // The limit may have cut a character: a fault in the last few bytes says nothing.
@@ -70,12 +74,11 @@ pub fn beginning(bytes: &[u8], limit: usize, marks: &[&str]) -> String {
                 .find_map(|end| strict(encoding, &head[..end]).ok())
         })
         .collect();
-    let best = candidates
-        .iter()
-        .find(|text| marks.iter().any(|mark| text.contains(mark)))
-        .or(candidates.first())
-        .map_or_else(|| String::from_utf8_lossy(head), Cow::clone);
-    best.into_owned()
+    if candidates.is_empty() {
+        return String::from_utf8_lossy(head);
+    }
+    let marked = candidates.iter().position(|text| marks.iter().any(|mark| text.contains(mark)));
+    candidates.swap_remove(marked.unwrap_or(0))
 }
 
 /// The encoding that the bytes declare, and the length of the mark that does.

@@ -265,10 +265,10 @@ fn kind(input: &Input, named: Option<&'static Dialect>) -> Result<Kind, Diagnost
 }
 
 /// The beginning of the file as text.
-fn beginning(input: &Input) -> Result<String, Diagnostic> {
+fn beginning(input: &Input) -> Result<Cow<'_, str>, Diagnostic> {
     let text = encoding::beginning(&input.bytes, BEGINNING, &marks());
     let stray = text.chars().filter(|&c| is_binary(c)).count();
-    if stray * 100 > text.chars().count() {
+    if stray > 0 && stray * 100 > text.chars().count() {
         let (message, help) = match input.bytes[..] {
             [0xD0, 0xCF, 0x11, 0xE0, ..] | [b'P', b'K', 3, 4, ..] => (
                 "this is a tool's own file, no text",

@@ -4,7 +4,7 @@ use super::touched::Cells;
 use super::{Evidence, OverheadTerm, charged};
 use crate::diagnostic::Diagnostic;
 use crate::facts::Facts;
-use crate::program::{Cell, Program};
+use crate::program::{AreaId, Cell, Program};
 use crate::table::{Row, Table};
 use crate::time::Picos;
 
@@ -125,13 +125,14 @@ fn used(program: &Program, side: &str, area: &str) -> (u32, String) {
 }
 
 /// The highest cell of an area that an instruction names.
-fn highest(program: &Program, area: &str) -> Option<Cell> {
-    let mine = |index: u16| program.areas[usize::from(index)].name.eq_ignore_ascii_case(area);
+fn highest(program: &Program, area_name: &str) -> Option<Cell> {
+    let mine =
+        |area: AreaId| program.areas[usize::from(area.0)].name.eq_ignore_ascii_case(area_name);
     program
         .instructions
         .iter()
-        .flat_map(|instruction| Cells::of(instruction, 1).highest)
-        .filter(|(id, _)| mine(id.0))
-        .map(|(area, index)| Cell { area, index })
+        .flat_map(|instruction| Cells::of(instruction, 1).areas)
+        .filter(|of| mine(of.area))
+        .filter_map(|of| Some(Cell { area: of.area, index: of.highest? }))
         .max_by_key(|cell| cell.index)
 }

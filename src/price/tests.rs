@@ -12,10 +12,10 @@ fn table(rows: &str) -> Table {
     Table::parse("t.csv", format!("{HEAD}{rows}").as_bytes()).unwrap().table
 }
 
-fn key(names: &[&str], class: &str, units: Units) -> TimingKey {
+fn key(names: &[&str], class: &'static str, units: Units) -> TimingKey {
     TimingKey {
         names: names.iter().map(|name| (*name).to_owned()).collect(),
-        class: class.to_owned(),
+        class,
         units,
         dearer: false,
         optional: false,
@@ -115,7 +115,7 @@ fn cell(area: AreaId, index: u32) -> Cell {
     Cell { area, index }
 }
 
-fn instruction(line: u32, block: u32, text: &str, class: &str) -> Instruction {
+fn instruction(line: u32, block: u32, text: &str, class: &'static str) -> Instruction {
     let name = text.split(' ').next().unwrap();
     Instruction {
         place: Place { file: 0, line, step: Some(line * 10) },
@@ -291,7 +291,7 @@ fn built_in_tables_price_what_their_cpus_run() {
         if table.family.is_none() {
             continue;
         }
-        let price = |names: &[&str], class: &str, units| {
+        let price = |names: &[&str], class: &'static str, units| {
             price_of(&table, &key(names, class, units), &Tags::new()).unwrap()
         };
         let block = |n| price(&["BMOVP", "BMOV"], "block", Units::Exactly(n)).on;

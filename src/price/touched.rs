@@ -1,7 +1,5 @@
 //! Which cells an instruction reads and writes, as far as its meaning shows them.
 
-use std::collections::BTreeMap;
-
 use crate::program::{
     AreaId, BitSource, BitTarget, Cell, Instruction, Region, Source, Touched, WordSource,
     WordTarget, Write,
@@ -16,13 +14,22 @@ const MOST_CELLS: u32 = 1 << 24;
 /// What an instruction touches.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Cells {
-    /// How many cells of an area, each mention counted.
-    pub counts: BTreeMap<AreaId, u64>,
-    /// The highest index of an area.
-    pub highest: BTreeMap<AreaId, u32>,
+    /// Of each area; few instructions touch more than two.
+    pub areas: Vec<OfArea>,
     /// How many bits of words.
     pub word_bits: u64,
     units: u64,
+}
+
+/// What an instruction touches of one area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OfArea {
+    /// The area.
+    pub area: AreaId,
+    /// How many cells, each mention counted.
+    pub count: u64,
+    /// The highest index that is named.
+    pub highest: Option<u32>,
 }
 
 impl Cells {
@@ -60,13 +67,10 @@ impl Cells {
     fn named(&mut self, touched: &Touched) {
         let mut named = Cells { units: self.units, ..Cells::default() };
         touched.regions.iter().for_each(|&region| named.region(region));
-        for (area, count) in named.counts {
-            let shown = self.counts.entry(area).or_default();
-            *shown = count.max(*shown);
-        }
-        for (area, index) in named.highest {
-            let shown = self.highest.entry(area).or_default();
-            *shown = index.max(*shown);
+        for OfArea { area, count, highest } in named.areas {
+            let shown = self.of_area(area);
+            shown.count = shown.count.max(count);
+            shown.highest = shown.highest.max(highest);
         }
         self.word_bits = self.word_bits.max(touched.word_bits);
     }
@@ -74,9 +78,17 @@ impl Cells {
     fn range(&mut self, first: Cell, length: u32, counted: u64) {
         let length = if length > MOST_CELLS { 1 } else { length };
         let last = first.index.saturating_add(length.saturating_sub(1));
-        *self.counts.entry(first.area).or_default() += counted;
-        let highest = self.highest.entry(first.area).or_default();
-        *highest = last.max(*highest);
+        let of = self.of_area(first.area);
+        of.count += counted;
+        of.highest = of.highest.max(Some(last));
+    }
+
+    fn of_area(&mut self, area: AreaId) -> &mut OfArea {
+        let at = self.areas.iter().position(|of| of.area == area).unwrap_or_else(|| {
+            self.areas.push(OfArea { area, count: 0, highest: None });
+            self.areas.len() - 1
+        });
+        &mut self.areas[at]
     }
 
     fn bits(&mut self, first: Cell, count: u8) {
@@ -94,7 +106,7 @@ impl Cells {
                 let most = LEAST_RANGE.max(self.units.saturating_mul(2));
                 self.range(first, count, u64::from(count).min(most));
             }
-            Region::Area(area) => *self.counts.entry(area).or_default() += 1,
+            Region::Area(area) => self.of_area(area).count += 1,
             Region::Everything => {}
         }
     }

@@ -375,8 +375,12 @@ fn approximations(audit: &Audit, extent: Extent) -> String {
     let mut kinds: Vec<(String, Vec<&ApproximationUse>)> = Vec::new();
     let mut known: BTreeMap<String, usize> = BTreeMap::new();
     for one in &audit.approximations {
-        let words = one.what.split(' ').map(|word| if word == mnemonic(one) { "it" } else { word });
-        let kind = words.collect::<Vec<_>>().join(" ");
+        let mnemonic = mnemonic(one);
+        let mut kind = String::with_capacity(one.what.len());
+        for (index, word) in one.what.split(' ').enumerate() {
+            kind.push_str(if index > 0 { " " } else { "" });
+            kind.push_str(if word == mnemonic { "it" } else { word });
+        }
         let at = *known.entry(kind.clone()).or_insert_with(|| {
             kinds.push((kind, Vec::new()));
             kinds.len() - 1

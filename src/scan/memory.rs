@@ -162,6 +162,9 @@ impl<'p> Memory<'p> {
     /// Whether a region that holds the cell was forgotten since its version, and what the new value stands for.
     fn holes_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
         let holes = &self.holes[usize::from(cell.area.0)][seen..];
+        if holes.is_empty() {
+            return None;
+        }
         let mut indices = Vec::new();
         for hole in holes.iter().rev().filter(|hole| hole.region.holds(cell)) {
             indices.push(hole.index);

@@ -4,7 +4,9 @@ pub mod builtin;
 mod clock;
 mod parse;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fmt;
 
 use crate::time::Picos;
@@ -188,7 +190,7 @@ impl Table {
     /// The row of this name; letter case does not count.
     #[must_use]
     pub fn row(&self, name: &str) -> Option<&Row> {
-        self.index.get(&folded(name)).map(|&at| &self.rows[at])
+        self.index.get(&*folded(name)).map(|&at| &self.rows[at])
     }
 
     /// Whether the table prices an instruction of this very name: what the dialect does not know but the
@@ -206,12 +208,17 @@ impl Table {
 
     /// Rows of one per-scan kind: `@end` and `@end:NAME` for `@end`.
     pub(crate) fn terms<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'a Row> {
-        self.rows.iter().filter(move |row| {
+        self.rows.iter().filter(|row| row.name.starts_with('@')).filter(move |row| {
             let folded_name = folded(&row.name);
             folded_name
-                .strip_prefix(&folded(kind))
+                .strip_prefix(&*folded(kind))
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with(':'))
         })
+    }
+
+    /// Whether any row adds to the times of instructions by what they touch (`@+ZR`).
+    pub(crate) fn has_extras(&self) -> bool {
+        self.rows.iter().any(|row| row.name.starts_with("@+"))
     }
 
     /// The watchdog time that the CPU has by default.
@@ -248,11 +255,10 @@ impl Table {
     }
 
     fn put(&mut self, row: Row) {
-        let key = folded(&row.name);
-        match self.index.get(&key) {
-            Some(&at) => self.rows[at] = row,
-            None => {
-                self.index.insert(key, self.rows.len());
+        match self.index.entry(folded(&row.name).into_owned()) {
+            Entry::Occupied(known) => self.rows[*known.get()] = row,
+            Entry::Vacant(new) => {
+                new.insert(self.rows.len());
                 self.rows.push(row);
             }
         }
@@ -260,8 +266,13 @@ impl Table {
 }
 
 /// A name as it is compared: without blanks around, in upper case.
-pub(crate) fn folded(name: &str) -> String {
-    name.trim().to_ascii_uppercase()
+pub(crate) fn folded(name: &str) -> Cow<'_, str> {
+    let name = name.trim();
+    if name.bytes().any(|byte| byte.is_ascii_lowercase()) {
+        Cow::Owned(name.to_ascii_uppercase())
+    } else {
+        Cow::Borrowed(name)
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! Reads a timing table from CSV text, and a price from the command line, with every fault named at once.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+
+use rustc_hash::FxHashMap;
 
 use super::{CLASSES, Evidence, Factor, MostPoints, Row, Table, folded};
 use crate::diagnostic::Diagnostic;
@@ -33,8 +35,43 @@ const MOST_FAULTS: usize = 1000;
 /// More of a line is not shown.
 const SHOWN: usize = 200;
 
-const COLUMNS: [&str; 7] =
-    ["instruction", "on_us", "off_us", "per_unit_us", "unit", "evidence", "source"];
+/// The columns that are used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Column {
+    Instruction,
+    On,
+    Off,
+    PerUnit,
+    Unit,
+    Evidence,
+    Source,
+}
+
+impl Column {
+    const ALL: [Column; 7] = [
+        Column::Instruction,
+        Column::On,
+        Column::Off,
+        Column::PerUnit,
+        Column::Unit,
+        Column::Evidence,
+        Column::Source,
+    ];
+
+    /// Its head.
+    fn name(self) -> &'static str {
+        match self {
+            Column::Instruction => "instruction",
+            Column::On => "on_us",
+            Column::Off => "off_us",
+            Column::PerUnit => "per_unit_us",
+            Column::Unit => "unit",
+            Column::Evidence => "evidence",
+            Column::Source => "source",
+        }
+    }
+}
+
 const FAMILIES: [&str; 7] = ["q", "l", "fx", "iqr", "fx5", "c", "cs"];
 /// Rows with one number.
 const SINGLE: [&str; 11] = [
@@ -127,20 +164,20 @@ fn shown(line: &str) -> String {
 struct Fields<'a> {
     line: u32,
     text: &'a str,
-    cells: BTreeMap<&'static str, String>,
+    cells: [Cow<'a, str>; Column::ALL.len()],
 }
 
 impl Fields<'_> {
-    fn get(&self, column: &str) -> &str {
-        self.cells.get(column).map_or("", String::as_str)
+    fn get(&self, column: Column) -> &str {
+        &self.cells[column as usize]
     }
 }
 
 struct Reader<'a> {
     file: &'a str,
     table: Table,
-    columns: Vec<Option<&'static str>>,
-    seen: BTreeMap<String, u32>,
+    columns: Vec<Option<Column>>,
+    seen: FxHashMap<String, u32>,
     read: Vec<Row>,
     faults: Vec<Diagnostic>,
     unlisted: usize,
@@ -153,7 +190,7 @@ impl<'a> Reader<'a> {
             file,
             table: Table { name: file.to_owned(), ..Table::default() },
             columns: Vec::new(),
-            seen: BTreeMap::new(),
+            seen: FxHashMap::default(),
             read: Vec::new(),
             faults: Vec::new(),
             unlisted: 0,
@@ -209,7 +246,7 @@ impl<'a> Reader<'a> {
         let mut names: Vec<String> = Vec::new();
         for field in &fields {
             let name = field.to_ascii_lowercase();
-            let known = COLUMNS.into_iter().find(|column| *column == name);
+            let known = Column::ALL.into_iter().find(|column| column.name() == name);
             if known.is_some() && names.contains(&name) {
                 let message = format!("the column {name} stands twice");
                 let help = "leave one of the two";
@@ -229,16 +266,17 @@ impl<'a> Reader<'a> {
                     number,
                     shown(line),
                     format!("the column '{}' is not known and not used", shown(field)),
-                    format!("columns are {}", COLUMNS.join(", ")),
+                    format!("columns are {}", Column::ALL.map(Column::name).join(", ")),
                 );
                 self.warnings.push(found.mark(field).warning());
             }
             names.push(name);
             self.columns.push(known);
         }
-        let missing: Vec<&str> = COLUMNS
+        let missing: Vec<&str> = Column::ALL
             .into_iter()
             .take(3)
+            .map(Column::name)
             .filter(|column| !names.iter().any(|name| name == column))
             .collect();
         if missing.is_empty() {
@@ -252,7 +290,7 @@ impl<'a> Reader<'a> {
     }
 
     fn line(&mut self, number: u32, text: &str) {
-        let mut fields = Fields { line: number, text, cells: BTreeMap::new() };
+        let mut fields = Fields { line: number, text, cells: Default::default() };
         let Some(cells) = split(text) else {
             let help = "close it on the same line; a quote inside quotes is written twice";
             self.fault_at(&fields, "table-row", "", "a quote is not closed", help);
@@ -272,36 +310,33 @@ impl<'a> Reader<'a> {
         }
         for (column, cell) in self.columns.iter().zip(cells) {
             if let Some(column) = column {
-                fields.cells.insert(column, cell);
+                fields.cells[*column as usize] = cell;
             }
         }
         self.row(&fields);
     }
 
     fn row(&mut self, fields: &Fields<'_>) {
-        let name = fields.get("instruction").to_owned();
+        let name = fields.get(Column::Instruction);
         if name.is_empty() {
             let help = "give the instruction, such as MOV, in the column instruction";
             self.fault_at(fields, "table-row", "", "the row names no instruction", help);
             return;
         }
-        let kind = kind(&name);
+        let kind = kind(name);
         let lower = name.to_ascii_lowercase();
-        if !matches!(lower.as_str(), "@note" | "@cpu")
-            && let Some(first) = self.seen.insert(folded(&name), fields.line)
-        {
+        let before = self.seen.insert(folded(name).into_owned(), fields.line);
+        if let Some(first) = before.filter(|_| !matches!(lower.as_str(), "@note" | "@cpu")) {
             let message = format!("{name} has a row already, in line {first}");
             let help =
                 "leave one row for each name; a variant has a name of its own, such as OUT:T";
-            self.fault_at(fields, "table-duplicate", &name, message, help);
-        } else {
-            self.seen.entry(folded(&name)).or_insert(fields.line);
+            self.fault_at(fields, "table-duplicate", name, message, help);
         }
         match kind {
             Kind::Text => self.text(fields, &lower),
             Kind::Factor => self.factor(fields),
             Kind::Points => self.points(fields, &lower),
-            Kind::Single | Kind::Times => self.times(fields, &name, matches!(kind, Kind::Single)),
+            Kind::Single | Kind::Times => self.times(fields, name, matches!(kind, Kind::Single)),
             Kind::Unknown => {
                 let message = format!("'{name}' is not a row for the scan nor a class");
                 let singles = SINGLE.join(" ");
@@ -311,23 +346,23 @@ impl<'a> Reader<'a> {
                     TEXT.join(" "),
                     CLASSES.map(|class| format!("@{class}")).join(" ")
                 );
-                self.fault_at(fields, "table-row", &name, message, help);
+                self.fault_at(fields, "table-row", name, message, help);
             }
         }
     }
 
     fn times(&mut self, fields: &Fields<'_>, name: &str, single: bool) {
-        let on = self.time(fields, "on_us", true);
-        let off = self.time(fields, "off_us", false);
-        let per_unit = self.time(fields, "per_unit_us", false);
+        let on = self.time(fields, Column::On, true);
+        let off = self.time(fields, Column::Off, false);
+        let per_unit = self.time(fields, Column::PerUnit, false);
         let evidence = self.evidence(fields);
-        let second = [("off_us", off), ("per_unit_us", per_unit)];
+        let second = [(Column::Off, off), (Column::PerUnit, per_unit)];
         if single
-            && let Some((column, _)) = second.iter().find(|(_, time)| matches!(time, Ok(Some(_))))
+            && let Some(&(column, _)) = second.iter().find(|(_, time)| matches!(time, Ok(Some(_))))
         {
-            let cell = fields.get(column).to_owned();
-            let message = format!("{name} has one time only, and {column} is given too");
-            self.fault_at(fields, "table-row", &cell, message, "leave the field empty");
+            let cell = fields.get(column);
+            let message = format!("{name} has one time only, and {} is given too", column.name());
+            self.fault_at(fields, "table-row", cell, message, "leave the field empty");
         }
         let (Ok(Some(on)), Ok(off), Ok(per_unit), Some(evidence)) = (on, off, per_unit, evidence)
         else {
@@ -338,9 +373,9 @@ impl<'a> Reader<'a> {
             on,
             off: off.unwrap_or(on),
             per_unit: per_unit.unwrap_or(Picos::ZERO),
-            unit: fields.get("unit").to_owned(),
+            unit: fields.get(Column::Unit).to_owned(),
             evidence,
-            source: fields.get("source").to_owned(),
+            source: fields.get(Column::Source).to_owned(),
             table: self.file.to_owned(),
         });
     }
@@ -349,74 +384,73 @@ impl<'a> Reader<'a> {
     fn time(
         &mut self,
         fields: &Fields<'_>,
-        column: &'static str,
+        column: Column,
         required: bool,
     ) -> Result<Option<Picos>, ()> {
-        let cell = fields.get(column).to_owned();
+        let (cell, column) = (fields.get(column), column.name());
         if cell.is_empty() && !required {
             return Ok(None);
         }
-        let message = match Picos::from_us_text(&cell) {
+        let message = match Picos::from_us_text(cell) {
             Ok(time) if time <= LONGEST => return Ok(Some(time)),
             Ok(_) | Err(TimeError::TooLarge) => {
-                format!("{column} is {}: more than 10 s for one instruction", shown(&cell))
+                format!("{column} is {}: more than 10 s for one instruction", shown(cell))
             }
             Err(TimeError::Empty) => format!("{column} is missing"),
             Err(TimeError::Negative) => {
-                format!("{column} is {}: {}", shown(&cell), TimeError::Negative)
+                format!("{column} is {}: {}", shown(cell), TimeError::Negative)
             }
-            Err(error) => format!("{column} is '{}': {error}", shown(&cell)),
+            Err(error) => format!("{column} is '{}': {error}", shown(cell)),
         };
-        self.fault_at(fields, "table-time", &cell, message, TIME_HELP);
+        self.fault_at(fields, "table-time", cell, message, TIME_HELP);
         Err(())
     }
 
     fn evidence(&mut self, fields: &Fields<'_>) -> Option<Evidence> {
-        let cell = fields.get("evidence").to_owned();
+        let cell = fields.get(Column::Evidence);
         if cell.is_empty() {
             return Some(Evidence::Stated);
         }
         let known = Evidence::ALL.into_iter().find(|known| cell.eq_ignore_ascii_case(known.word()));
         if known.is_none() {
-            let message = format!("'{}' is no kind of evidence", shown(&cell));
+            let message = format!("'{}' is no kind of evidence", shown(cell));
             let help =
                 "write published, measured, stated or assumed, or leave the field empty (stated)";
-            self.fault_at(fields, "table-evidence", &cell, message, help);
+            self.fault_at(fields, "table-evidence", cell, message, help);
         }
         known
     }
 
     fn factor(&mut self, fields: &Fields<'_>) {
-        let cell = fields.get("on_us").to_owned();
+        let cell = fields.get(Column::On);
         let evidence = self.evidence(fields);
         let allowed = 1_000_000..=10_000_000;
-        match Picos::from_us_text(&cell) {
+        match Picos::from_us_text(cell) {
             Ok(Picos(millionths)) if allowed.contains(&millionths) => {
                 if let Some(evidence) = evidence {
-                    let source = fields.get("source").to_owned();
-                    self.table.factor = Some(Factor { millionths, text: cell, evidence, source });
+                    let (text, source) = (cell.to_owned(), fields.get(Column::Source).to_owned());
+                    self.table.factor = Some(Factor { millionths, text, evidence, source });
                 }
             }
             _ => {
-                let message =
-                    format!("the factor '{}' is not a decimal from 1 to 10", shown(&cell));
+                let message = format!("the factor '{}' is not a decimal from 1 to 10", shown(cell));
                 let help = "write what the whole scan is multiplied by, such as 1.05";
-                self.fault_at(fields, "table-time", &cell, message, help);
+                self.fault_at(fields, "table-time", cell, message, help);
             }
         }
     }
 
     fn points(&mut self, fields: &Fields<'_>, name: &str) {
-        let cell = fields.get("on_us").to_owned();
+        let cell = fields.get(Column::On);
         let evidence = self.evidence(fields);
         let Some(points) = cell.parse().ok().filter(|&points| points <= MOST_POINTS) else {
-            let message = format!("{name} is '{}': not a number of points", shown(&cell));
+            let message = format!("{name} is '{}': not a number of points", shown(cell));
             let help = format!("write a whole number up to {MOST_POINTS}, such as 4096");
-            self.fault_at(fields, "table-points", &cell, message, help);
+            self.fault_at(fields, "table-points", cell, message, help);
             return;
         };
         let Some(evidence) = evidence else { return };
-        let most = MostPoints { points, evidence, source: fields.get("source").to_owned() };
+        let most = MostPoints { points, evidence, source: fields.get(Column::Source).to_owned() };
         match name {
             "@max-inputs" => self.table.most_inputs = Some(most),
             _ => self.table.most_outputs = Some(most),
@@ -424,8 +458,8 @@ impl<'a> Reader<'a> {
     }
 
     fn text(&mut self, fields: &Fields<'_>, name: &str) {
-        let text = fields.get("on_us").to_owned();
-        if text.is_empty() || !fields.get("off_us").is_empty() {
+        let text = fields.get(Column::On).to_owned();
+        if text.is_empty() || !fields.get(Column::Off).is_empty() {
             let message = format!("{name} takes one text, in the second field");
             let help = "put text that holds a comma in double quotes";
             self.fault_at(fields, "table-row", name, message, help);
@@ -489,14 +523,14 @@ impl<'a> Reader<'a> {
 }
 
 /// A line's fields, trimmed; `None` if a quote is not closed.
-fn split(line: &str) -> Option<Vec<String>> {
+fn split(line: &str) -> Option<Vec<Cow<'_, str>>> {
     let quotes = line.bytes().filter(|&byte| byte == b'"').count();
     if quotes % 2 == 1 {
         return None;
     }
     if quotes == 0 {
         // Nearly every line; a reader of its own for each would take longer than all else that is read.
-        return Some(line.split(',').map(|field| field.trim().to_owned()).collect());
+        return Some(line.split(',').map(|field| Cow::Borrowed(field.trim())).collect());
     }
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -507,7 +541,7 @@ fn split(line: &str) -> Option<Vec<String>> {
     let mut record = csv::StringRecord::new();
     // The text is UTF-8 and the rows may have any length, so reading does not fail.
     reader.read_record(&mut record).ok()?;
-    Some(record.iter().map(str::to_owned).collect())
+    Some(record.iter().map(|field| Cow::Owned(field.to_owned())).collect())
 }
 
 /// Reads a price from the command line: `MOV=12.5us` or, with a time when it does not fire, `MOV=12.5us/0.3us`.

@@ -354,7 +354,7 @@ impl Layout<'_> {
     fn put(
         &mut self,
         at: usize,
-        class: Option<(&str, bool)>,
+        class: Option<(&'static str, bool)>,
         step: Step,
         effects: Vec<Effect>,
     ) -> usize {
@@ -365,7 +365,7 @@ impl Layout<'_> {
             text: one.text.clone(),
             timing: class.map(|(class, dearer)| TimingKey {
                 names: vec![mnemonic(one.op).to_owned()],
-                class: class.to_owned(),
+                class,
                 units: Units::None,
                 dearer,
                 optional: false,

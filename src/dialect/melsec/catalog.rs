@@ -3,9 +3,11 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, OnceLock};
 
 use serde::Deserialize;
+use serde::de::IntoDeserializer;
+use serde::de::value::{self, StrDeserializer};
 
 /// What an instruction does with an operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,7 +146,7 @@ pub struct Entry {
     /// In the order in which they are written.
     pub operands: Vec<Operand>,
     /// The timing class.
-    pub class: String,
+    pub class: &'static str,
     /// The operand, from 0, that counts the units of a time per unit.
     pub units: Option<usize>,
     /// How many units each counted thing has: 2 where double words are counted.
@@ -181,11 +183,37 @@ pub enum NotFound {
     },
 }
 
+/// The file.
+const TEXT: &str = include_str!("instructions.csv");
+/// What begins a line that says nothing.
+const COMMENT: char = '#';
+
 /// The rows, by mnemonic.
-static CATALOG: LazyLock<BTreeMap<String, Vec<Entry>>> = LazyLock::new(|| {
-    read(include_str!("instructions.csv"))
-        .expect("the embedded catalog is well formed, as a test holds")
+static CATALOG: LazyLock<BTreeMap<&'static str, Rows>> = LazyLock::new(|| {
+    let mut catalog: BTreeMap<&str, Rows> = BTreeMap::new();
+    for line in TEXT.lines().skip(1).filter(|line| !line.starts_with(COMMENT)) {
+        let mnemonic = line.split(',').next().unwrap_or_default();
+        catalog.entry(mnemonic).or_default().lines.push(line);
+    }
+    catalog
 });
+
+/// The rows of one mnemonic, each for another number of operands. No program has more than a few of the mnemonics,
+/// so they are understood where they are asked for.
+#[derive(Default)]
+struct Rows {
+    lines: Vec<&'static str>,
+    entries: OnceLock<Vec<Entry>>,
+}
+
+impl Rows {
+    fn entries(&self) -> &[Entry] {
+        self.entries.get_or_init(|| {
+            let entries = self.lines.iter().map(|line| entry(line));
+            entries.collect::<Result<_, _>>().expect("every row is well formed, as a test holds")
+        })
+    }
+}
 
 /// Any area, where an entry lists what may be written besides.
 pub const EVERYWHERE: &str = "*";
@@ -218,9 +246,9 @@ const LETTERS_PER_SLIP: usize = 3;
 ///
 /// The mnemonic is unknown, or known with other numbers of operands only.
 pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
-    let named = CATALOG.get(mnemonic).map(|entries| (entries, false));
+    let named = CATALOG.get(mnemonic).map(|rows| (rows.entries(), false));
     let pulsed = || {
-        let entries = CATALOG.get(&unpulsed(mnemonic)?)?;
+        let entries = CATALOG.get(&*unpulsed(mnemonic)?)?.entries();
         entries.iter().any(|entry| entry.pulse).then_some((entries, true))
     };
     if let Some((entries, pulsed)) = named.or_else(pulsed) {
@@ -239,7 +267,7 @@ pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
 
 /// Every area, or `*` for all, that an instruction may write besides its operands.
 pub fn also() -> impl Iterator<Item = &'static str> {
-    CATALOG.values().flatten().flat_map(|entry| &entry.also).map(String::as_str)
+    CATALOG.values().flat_map(Rows::entries).flat_map(|entry| &entry.also).map(String::as_str)
 }
 
 /// The mnemonic whose pulse form this would be: `MOV` of `MOVP`, `+_U` of `+P_U`, `Z.OPEN` of `ZP.OPEN`.
@@ -272,7 +300,7 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
     let entry = Entry {
         mnemonic: unpulsed(mnemonic).filter(|_| pulsed).unwrap_or_else(|| mnemonic.to_owned()),
         operands: vec![operand; operands],
-        class: DEDICATED_CLASS.to_owned(),
+        class: DEDICATED_CLASS,
         units: None,
         unit_size: 1,
         most_units: Some(DEDICATED_WORDS),
@@ -291,73 +319,52 @@ pub fn close(mnemonic: &str) -> Option<String> {
         .map(|name| (strsim::damerau_levenshtein(mnemonic, name), name))
         .filter(|(distance, _)| *distance <= slips)
         .min()
-        .map(|(_, name)| name.clone())
+        .map(|(_, name)| (*name).to_owned())
 }
 
-/// A row of the file. Operands are tokens `role:extent` apart by blanks.
+/// Reads a row of the file: mnemonic, pulse form, operands, class, units, effect, other areas. Operands are tokens
+/// `role:extent` apart by blanks.
 ///
 /// Roles: `s` read, `d` written, `sd` both, `sd?` both where it is a device, `n` count, `x` other. Extents: `b` a bit, `w` a word, `v` a
 /// device, with a fixed number before (`7w`) or a counting operand, from 1, behind (`w*3`, `2w*3` for
 /// two words each, `b*^3` for two to its power, `w*?` for an unknown number); `e` a real (two words), `$` text.
 ///
 /// Units: the counting operand, from 1; `2*3` if what it counts has two units each; `<=8` for at most so many.
-#[derive(Debug, Deserialize)]
-struct Row {
-    mnemonic: String,
-    pulse: String,
-    operands: String,
-    class: String,
-    units: String,
-    effect: Operation,
-    also: String,
-}
-
-/// Reads the catalog's text.
-fn read(text: &str) -> Result<BTreeMap<String, Vec<Entry>>, String> {
-    let mut catalog: BTreeMap<String, Vec<Entry>> = BTreeMap::new();
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
-    for row in reader.deserialize() {
-        let row: Row = row.map_err(|error| error.to_string())?;
-        let name = row.mnemonic.clone();
-        let entry = entry(row).map_err(|fault| format!("{name}: {fault}"))?;
-        let entries = catalog.entry(name.clone()).or_default();
-        if entries.iter().any(|other| other.operands.len() == entry.operands.len()) {
-            return Err(format!("{name}: two rows for {} operands", entry.operands.len()));
-        }
-        entries.push(entry);
-    }
-    Ok(catalog)
-}
-
-fn entry(row: Row) -> Result<Entry, String> {
+fn entry(line: &'static str) -> Result<Entry, String> {
+    let cells: Vec<&str> = line.split(',').collect();
+    let [mnemonic, pulse, operands, class, units, effect, also] = cells[..] else {
+        return Err(format!("{line}: {} columns", cells.len()));
+    };
     let operands: Vec<Operand> =
-        row.operands.split_whitespace().map(operand).collect::<Result<_, _>>()?;
+        operands.split_whitespace().map(operand).collect::<Result<_, _>>()?;
     let counters = operands.iter().filter_map(|operand| match operand.extent {
         Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount.counter(),
         Extent::Text => None,
     });
-    let units = units_of(&row.units).ok_or_else(|| format!("units {}", row.units))?;
+    let units = units_of(units).ok_or_else(|| format!("{line}: units {units}"))?;
     if counters
         .chain(units.operand)
         .any(|counter| operands.get(counter).is_none_or(|by| by.role != Role::Count))
     {
-        return Err("counted by an operand that is no count".to_owned());
+        return Err(format!("{line}: counted by an operand that is no count"));
     }
-    let pulse = match row.pulse.as_str() {
+    let pulse = match pulse {
         "" => false,
         "P" => true,
-        other => return Err(format!("pulse form {other}")),
+        other => return Err(format!("{line}: pulse form {other}")),
     };
+    let effect: StrDeserializer<'_, value::Error> = effect.into_deserializer();
+    let operation = Operation::deserialize(effect).map_err(|error| format!("{line}: {error}"))?;
     Ok(Entry {
-        mnemonic: row.mnemonic,
+        mnemonic: mnemonic.to_owned(),
         operands,
-        class: row.class,
+        class,
         units: units.operand,
         unit_size: units.size,
         most_units: units.most,
-        operation: row.effect,
+        operation,
         pulse,
-        also: row.also.split_terminator(';').map(str::to_owned).collect(),
+        also: also.split_terminator(';').map(str::to_owned).collect(),
     })
 }
 

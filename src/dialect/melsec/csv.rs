@@ -66,7 +66,10 @@ const DEVICE: usize = 3;
 pub(super) fn layout(beginning: &str) -> Option<Layout> {
     // The heading is short: a quotation mark that nothing closes must not swallow everything.
     let end = beginning.char_indices().nth(8192).map_or(beginning.len(), |(at, _)| at);
-    [b'\t', b',', b';'].into_iter().find_map(|delimiter| layout_with(&beginning[..end], delimiter))
+    let text = &beginning[..end];
+    let delimiters = [b'\t', b',', b';'].into_iter();
+    let mut used = delimiters.filter(|&delimiter| text.as_bytes().contains(&delimiter));
+    used.find_map(|delimiter| layout_with(text, delimiter))
 }
 
 fn layout_with(beginning: &str, delimiter: u8) -> Option<Layout> {

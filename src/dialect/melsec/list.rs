@@ -137,6 +137,9 @@ fn read_line(line: &str, number: u32, out: &mut Vec<RawInstruction>, faults: &mu
 
 /// The line without its comment; `;` and `//` within a string are part of it.
 fn code(line: &str) -> &str {
+    if !line.contains([';', '/']) {
+        return line;
+    }
     let mut quoted = false;
     let mut before = ' ';
     for (at, c) in line.char_indices() {

@@ -128,7 +128,7 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
 }
 
 /// The text in upper case.
-fn upper(text: &str) -> Cow<'_, str> {
+pub(super) fn upper(text: &str) -> Cow<'_, str> {
     if text.bytes().any(|b| b.is_ascii_lowercase()) {
         Cow::Owned(text.to_ascii_uppercase())
     } else {

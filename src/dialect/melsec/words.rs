@@ -54,7 +54,9 @@ pub(super) fn instruction(
     mnemonic: &str,
     operands: Vec<String>,
 ) -> RawInstruction {
-    let mut text = mnemonic.to_owned();
+    let length = operands.iter().map(|operand| operand.len() + 1).sum::<usize>();
+    let mut text = String::with_capacity(mnemonic.len() + length);
+    text.push_str(mnemonic);
     for operand in &operands {
         text.push(' ');
         text.push_str(operand);
@@ -80,23 +82,21 @@ pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<
 /// Whether a line is longer than any that a tool writes; it is an error then.
 pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
     let mut at = 0;
-    let mut starts = text.split(['\n', '\r']).map(|line| {
-        let start = at;
+    for line in text.as_bytes().split(|&byte| byte == b'\n' || byte == b'\r') {
+        if line.len() > LONGEST {
+            let number = text[..at].bytes().filter(|&b| b == b'\n').count() + 1;
+            faults.at(
+                "long-line",
+                u32::try_from(number).unwrap_or(u32::MAX),
+                &text[at..at + line.len()],
+                "this line is far too long",
+                "the file is damaged or something else than a program: export it again",
+            );
+            return true;
+        }
         at += line.len() + 1;
-        (start, line)
-    });
-    let long = starts.find(|(_, line)| line.len() > LONGEST);
-    if let Some((at, line)) = long {
-        let number = text[..at].bytes().filter(|&b| b == b'\n').count() + 1;
-        faults.at(
-            "long-line",
-            u32::try_from(number).unwrap_or(u32::MAX),
-            line,
-            "this line is far too long",
-            "the file is damaged or something else than a program: export it again",
-        );
     }
-    long.is_some()
+    false
 }
 
 /// What holds for a whole file: step numbers rise, END is there, and nothing follows it.

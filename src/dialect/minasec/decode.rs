@@ -86,7 +86,7 @@ fn instruction(source: &Source, address: usize, word: Word, program: &mut Progra
         text: word.to_string(),
         timing: Some(TimingKey {
             names: vec![opcode.mnemonic().to_owned()],
-            class: if opcode.is_store() { "coil" } else { "contact" }.to_owned(),
+            class: if opcode.is_store() { "coil" } else { "contact" },
             units: Units::None,
             dearer: false,
             optional: false,

@@ -204,7 +204,7 @@ impl Assembly {
 
     /// The key of an instruction's time; `dearer` where its condition is not what tables mean by on and off.
     pub(super) fn key(&self, item: &Item<'_>, dearer: bool) -> TimingKey {
-        let class = item.row.map_or("special", |row| row.class).to_owned();
+        let class = item.row.map_or("special", |row| row.class);
         let mut names = vec![item.name.clone()];
         if let Some(row) = item.row.filter(|row| row.mnemonic != item.name) {
             names.push(row.mnemonic.to_owned());

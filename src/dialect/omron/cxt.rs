@@ -16,6 +16,9 @@ const FIRST_CYCLIC: u32 = 256;
 
 /// Whether the beginning of a file is such a text.
 pub(super) fn sniff(beginning: &str) -> bool {
+    if !beginning.contains(":=") {
+        return false;
+    }
     let keys = beginning.lines().take(200).filter(|line| {
         let key = line.trim_start().split(":=").next().unwrap_or_default();
         line.contains(":=")

@@ -39,6 +39,10 @@ const FOREIGN: [&str; 24] = [
 
 fn signs(beginning: &str) -> Signs {
     let mut signs = Signs::default();
+    // Most lists of other makers show it without the catalog.
+    if beginning.lines().take(LOOKED_AT).any(begins_foreign) {
+        return Signs { foreign: true, ..signs };
+    }
     for line in beginning.lines().take(LOOKED_AT) {
         match words::read(line, 0) {
             Line::Empty | Line::Operands(_) => {}
@@ -47,6 +51,12 @@ fn signs(beginning: &str) -> Signs {
         }
     }
     signs
+}
+
+/// Whether a line begins with a mnemonic that no OMRON program has.
+fn begins_foreign(line: &str) -> bool {
+    let first = line.split_whitespace().next().unwrap_or_default();
+    FOREIGN.iter().any(|foreign| first.eq_ignore_ascii_case(foreign))
 }
 
 /// Whether a word is a label with a number, which no OMRON list has.

@@ -83,7 +83,7 @@ impl Decoder<'_> {
         let names = vec![raw.mnemonic.clone()];
         let key = TimingKey {
             names,
-            class: "user".to_owned(),
+            class: "user",
             units: Units::None,
             dearer: false,
             optional: false,
@@ -116,7 +116,7 @@ impl Decoder<'_> {
             );
         }
         let units = self.units(raw, entry);
-        let key = timing(mnemonic, found.pulsed, None, &entry.class, units, free);
+        let key = timing(mnemonic, found.pulsed, None, entry.class, units, free);
         let Some(mut effects) = self.operation(raw, entry) else { return };
         for name in &entry.also {
             let everywhere = name == EVERYWHERE;
@@ -172,7 +172,7 @@ impl Decoder<'_> {
         if let Some(most) = entry.most_units {
             return Units::AtMost(most);
         }
-        match entry.class.as_str() {
+        match entry.class {
             "block" | "string" | "search" | "module" | "table" | "dedicated" => self
                 .constant_texts(raw, entry)
                 .map_or_else(|| self.units_of_operands(raw, entry), Units::Exactly),

@@ -59,7 +59,7 @@ impl Decoder<'_> {
         true
     }
 
-    fn alone(&mut self, mnemonic: &str, raw: &RawInstruction, class: &str, step: Step) {
+    fn alone(&mut self, mnemonic: &str, raw: &RawInstruction, class: &'static str, step: Step) {
         self.stand_alone(false);
         if self.takes(raw, 0) {
             self.add(Some(key(mnemonic, class)), Vec::new(), step);
@@ -523,7 +523,7 @@ impl Decoder<'_> {
     }
 }
 
-fn key(mnemonic: &str, class: &str) -> TimingKey {
+fn key(mnemonic: &str, class: &'static str) -> TimingKey {
     // What always fires has one time: the dearer.
     let dearer = matches!(class, "nothing" | "loop")
         || matches!(mnemonic, "RET" | "SRET" | "IRET" | "MCR" | "JMP");

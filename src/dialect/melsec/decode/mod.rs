@@ -13,7 +13,7 @@ mod rungs;
 mod tests;
 
 use super::device::{Family, areas};
-use super::operand::{Operand, parse};
+use super::operand::{Operand, parse, upper};
 use super::source::{RawInstruction, RawProject};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
@@ -195,6 +195,8 @@ impl<'a> Decoder<'a> {
         let first = self.program.instructions.len();
         (self.depth, self.saved, self.has_output, self.block_open) = (0, 0, true, false);
         let raw_file = &self.project.files[file];
+        self.program.instructions.reserve(raw_file.instructions.len());
+        self.zone_of.reserve(raw_file.instructions.len());
         if self.may_rest[file] {
             self.rest();
         }
@@ -227,6 +229,12 @@ impl<'a> Decoder<'a> {
 
     /// What is read as `DX` is then found in `X` as well.
     fn direct_inputs(&mut self, raw: &RawInstruction) {
+        // Hardly any program has one.
+        let may_be =
+            |text: &String| text.as_bytes().windows(2).any(|two| two.eq_ignore_ascii_case(b"DX"));
+        if !raw.operands.iter().any(may_be) {
+            return;
+        }
         let is_direct = |text: &String| matches!(parse(text, self.family), Ok(Operand::Device(device)) if device.name == "DX");
         if !raw.operands.iter().any(is_direct) {
             return;
@@ -239,7 +247,7 @@ impl<'a> Decoder<'a> {
 
     /// Decodes one instruction; each kind has its file.
     fn instruction(&mut self, raw: &RawInstruction) {
-        let upper = raw.mnemonic.to_ascii_uppercase();
+        let upper = upper(&raw.mnemonic);
         let known = self.rung(&upper, raw)
             || self.comparison(&upper, raw)
             || self.control(&upper, raw)
@@ -379,7 +387,7 @@ fn touches(project: &RawProject, relays: &[&str]) -> bool {
 fn may_rest(project: &RawProject) -> Vec<bool> {
     let mut rests = vec![false; project.files.len()];
     for raw in project.files.iter().flat_map(|file| &file.instructions) {
-        let mnemonic = raw.mnemonic.to_ascii_uppercase();
+        let mnemonic = upper(&raw.mnemonic);
         let names = ["ECALL", "EFCALL", "PSTOP", "POFF", "PSCAN", "PLOW"];
         let is_named =
             |name: &&str| mnemonic.strip_prefix(*name).is_some_and(|p| ["", "P"].contains(&p));
@@ -412,18 +420,18 @@ pub fn timing(
     mnemonic: &str,
     pulsed: bool,
     letters: Option<&str>,
-    class: &str,
+    class: &'static str,
     units: Units,
     dearer: bool,
 ) -> TimingKey {
-    let mut names = Vec::new();
+    let mut names = Vec::with_capacity(2);
     let base = if pulsed { super::catalog::unpulsed(mnemonic) } else { None };
     for name in [Some(mnemonic.to_owned()), base].into_iter().flatten() {
-        names.extend(letters.map(|letters| format!("{name}:{letters}")));
+        names.extend(letters.map(|letters| [&name, ":", letters].concat()));
         names.push(name);
     }
     let touched = Touched::default();
-    TimingKey { names, class: class.to_owned(), units, dearer, optional: false, touched }
+    TimingKey { names, class, units, dearer, optional: false, touched }
 }
 
 /// An effect whenever the instruction is reached.

@@ -42,7 +42,7 @@ impl Decoder<'_> {
     fn out(&mut self, mnemonic: &str, raw: &RawInstruction) {
         self.output_here(mnemonic);
         let variant = letters(raw.operands.first());
-        let is_timed = matches!(variant.as_str(), "T" | "ST" | "SS" | "C" | "LT" | "LST" | "LC");
+        let is_timed = matches!(&*variant, "T" | "ST" | "SS" | "C" | "LT" | "LST" | "LC");
         if !self.takes(raw, if is_timed { 2 } else { 1 }) {
             return;
         }
@@ -71,7 +71,7 @@ impl Decoder<'_> {
             effects
         };
         self.state_transfer(target);
-        let class = match variant.as_str() {
+        let class = match &*variant {
             "T" | "ST" | "SS" | "LT" | "LST" => "timer",
             "C" | "LC" => "counter",
             _ => "coil",

@@ -1,7 +1,10 @@
 //! Contacts and the stack: LD to ORI, edges, ANB, ORB, MPS, MRD, MPP, INV, MEP, MEF, EGP, EGF; where rungs begin.
 
+use std::borrow::Cow;
+
 use super::compare::recognise;
 use super::{Decoder, always, edge, timing};
+use crate::dialect::melsec::operand::upper;
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{BitTarget, Cell, Effect, Join, Logic, Step, TimingKey, Units, Write};
 
@@ -282,9 +285,9 @@ fn stack_key(mnemonic: &str) -> TimingKey {
 }
 
 /// A device operand's letters, for rows such as `OUT:T`.
-pub(super) fn letters(operand: Option<&String>) -> String {
+pub(super) fn letters(operand: Option<&String>) -> Cow<'_, str> {
     let text = operand.map_or("", String::as_str);
-    text.chars().take_while(char::is_ascii_alphabetic).collect::<String>().to_ascii_uppercase()
+    upper(&text[..text.bytes().take_while(u8::is_ascii_alphabetic).count()])
 }
 
 /// How a contact or comparison joins; `None` if it is none.
