@@ -10,11 +10,11 @@ use std::str::FromStr;
 pub struct Margin(u32);
 
 impl Margin {
-    /// The time with the margin added, rounded up.
+    /// The time with the margin added, rounded up; the longest time if it is longer than that.
     #[must_use]
     pub fn on(self, time: Picos) -> Picos {
         let scaled = u128::from(time.0) * (1_000_000 + u128::from(self.0));
-        Picos(u64::try_from(scaled.div_ceil(1_000_000)).expect("time overflow"))
+        Picos(u64::try_from(scaled.div_ceil(1_000_000)).unwrap_or(u64::MAX))
     }
 
     /// The longest time that is within the limit with the margin added.
@@ -172,6 +172,7 @@ mod tests {
         assert_eq!(margin.on(Picos(9)), Picos(11));
         assert_eq!(margin.to_string(), "12.5 %");
         assert_eq!("10%".parse::<Margin>().map(|m| m.to_string()), Ok("10 %".to_owned()));
+        assert_eq!(margin.on(Picos(u64::MAX - 1)), Picos(u64::MAX));
         for bad in ["", "%", "10", "-1%", "1.00001%", "2000%", "a%"] {
             assert!(bad.parse::<Margin>().is_err(), "{bad}");
         }

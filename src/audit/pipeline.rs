@@ -53,6 +53,8 @@ pub struct Request<'a> {
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
+/// A thousand hours.
+const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 /// A tenth of a second.
 const TENTH: u64 = 100_000_000_000;
 
@@ -149,6 +151,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     stage("following the scan");
     let model =
         scan_model(&program, &prices.times()).map_err(|error| cannot_follow(&program, &error))?;
+    keep_in_range(&table, &prices, &model)?;
     let groups = groups::groups(&model);
     let shortest_timer = match &project {
         Project::Flowchart(source) => source.shortest_timer(),
@@ -423,6 +426,21 @@ fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
 }
 
+/// Refuses a scan so long that sums of its times leave the range of times: no PLC has one.
+fn keep_in_range(table: &Table, prices: &Prices, model: &ScanModel) -> Result<(), Failure> {
+    let dearest = model.charges.iter().map(|charge| charge.dearer());
+    let terms = prices.overhead.iter().map(|term| term.time);
+    let points = prices.points.iter().filter_map(|points| points.most.as_ref());
+    let all = dearest.chain(terms).chain(points.map(|most| most.more));
+    let sum: u128 = all.map(|time| u128::from(time.0)).sum();
+    if sum <= u128::from(LONGEST_SCAN.0) {
+        return Ok(());
+    }
+    let message = format!("the times of one scan add up to more than {LONGEST_SCAN}");
+    let help = "look at the times in the table, and at how often loops run";
+    Err(Failure::from(Diagnostic::file("no-time", &table.name, message, help)))
+}
+
 fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
     let (ScanError::TooLong { instruction, .. } | ScanError::NoResult { instruction }) = error;
     let at = &program.instructions[*instruction];
@@ -556,4 +574,53 @@ fn first_difference(
             program.files[at.place.file as usize].name, at.place.line, at.text
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scan_that_the_interpreter_prices_differently_is_an_internal_error() {
+        let text = "LD X0\nMOV K1 D0\nLDI X0\nBMOV D0 D10 K5\nEND\n";
+        let inputs = [Input { name: "a.il".to_owned(), bytes: text.as_bytes().to_vec() }];
+        let facts = Facts::default();
+        let request = Request {
+            inputs: &inputs,
+            dialect: None,
+            cpu: Some("Q26UDV"),
+            table: None,
+            times: &[],
+            clock: None,
+            facts: &facts,
+            strict_times: false,
+            method: Method::Auto,
+            time_limit: None,
+            limit: None,
+            warnings: &[],
+            cancelled: &|| false,
+            progress: &|_| {},
+        };
+        let followed = follow(&request).expect("a program");
+        let Concluded { followed, mut maxima, .. } =
+            conclude(followed, &request).expect("an audit");
+        let Followed { program, prices, model, groups, .. } = &followed;
+        let assignment = together(&request, model, groups, &mut maxima).expect("a scan");
+        let times = prices.times();
+        let mut replayed = replay(program, &times, &groups::witness(model, &assignment));
+        let confirmed = |maxima: &[Maximum], replayed: &Replay| {
+            confirm(program, model, groups, maxima, &assignment, replayed)
+        };
+        let internal =
+            |maxima: &[Maximum], replayed: &Replay, what: &str| match confirmed(maxima, replayed) {
+                Err(Failure::Internal(told)) => assert!(told.contains(what), "{told}"),
+                other => panic!("{other:?}"),
+            };
+        assert_eq!(confirmed(&maxima, &replayed), Ok(()));
+        replayed.total += Picos(1);
+        internal(&maxima, &replayed, "the interpreter's scan takes");
+        replayed.total = replay(program, &times, &groups::witness(model, &assignment)).total;
+        maxima[0].lower += Picos(1);
+        internal(&maxima, &replayed, "its search says");
+    }
 }

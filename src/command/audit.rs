@@ -18,10 +18,10 @@ pub struct Arguments {
     #[arg(long)]
     response: bool,
     /// The longest time from an input terminal to the scan, in place of the table's
-    #[arg(long, value_name = "DURATION", requires = "response", value_parser = values::duration, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DURATION", requires = "response", value_parser = values::delay, allow_hyphen_values = true)]
     input_delay: Option<Picos>,
     /// The longest time from the scan to an output terminal, in place of the table's
-    #[arg(long, value_name = "DURATION", requires = "response", value_parser = values::duration, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DURATION", requires = "response", value_parser = values::delay, allow_hyphen_values = true)]
     output_delay: Option<Picos>,
     #[command(flatten)]
     project: ProjectOptions,

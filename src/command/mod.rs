@@ -15,6 +15,7 @@ mod values;
 
 use clap::{Parser, Subcommand};
 use scanbound::diagnostic::Diagnostic;
+use std::panic::{UnwindSafe, catch_unwind};
 
 /// How long can one scan of a PLC program take, at most?
 ///
@@ -109,16 +110,38 @@ impl Failure {
         }
     }
 
-    /// Tells the user, on stderr.
-    pub fn tell(&self) {
+    /// What the user is told.
+    fn message(&self) -> String {
         match self {
-            Failure::Input(faults) => output::tell(faults),
-            Failure::Usage(error) => output::complain(&format!("{error:#}")),
-            Failure::Internal(what) => output::complain(&format!(
+            Failure::Input(faults) => scanbound::render::diagnostics(faults),
+            Failure::Usage(error) => output::complaint(&format!("{error:#}")),
+            Failure::Internal(what) => output::complaint(&format!(
                 "internal error: {what}\nThis is a fault of scanbound and says nothing about your program. Please report it."
             )),
         }
     }
+}
+
+/// The exit code of a command, after the user was told on stderr why it failed, if it did. A panic is an internal
+/// error.
+pub fn code(command: impl FnOnce() -> Result<Outcome, Failure> + UnwindSafe) -> u8 {
+    match ended(command) {
+        Ok(outcome) => outcome.code(),
+        Err(failure) => {
+            output::say(&failure.message());
+            failure.code()
+        }
+    }
+}
+
+fn ended(
+    command: impl FnOnce() -> Result<Outcome, Failure> + UnwindSafe,
+) -> Result<Outcome, Failure> {
+    catch_unwind(command).unwrap_or_else(|panic| {
+        let what = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let what = what.or_else(|| panic.downcast_ref::<String>().cloned());
+        Err(Failure::Internal(what.unwrap_or_else(|| "a panic".to_owned())))
+    })
 }
 
 /// Runs the command that the arguments name. If it fails, nothing was written to stdout.
@@ -131,5 +154,51 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Emulate(arguments) => emulate::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
         Command::Tables(arguments) => tables::run(arguments),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::anyhow;
+
+    fn told(failure: &Failure) -> String {
+        anstream::adapter::strip_str(&failure.message()).to_string()
+    }
+
+    #[test]
+    fn a_panic_is_an_internal_error() {
+        let text = ended(|| panic!("the analysis is wrong")).expect_err("a panic");
+        let formatted = ended(|| panic!("{} is wrong", "X0")).expect_err("a panic");
+        let other = ended(|| std::panic::panic_any(7)).expect_err("a panic");
+        for (failure, what) in
+            [(text, "the analysis is wrong"), (formatted, "X0 is wrong"), (other, "a panic")]
+        {
+            assert_eq!(failure.code(), 70);
+            assert_eq!(
+                told(&failure),
+                format!(
+                    "error: internal error: {what}\nThis is a fault of scanbound and says nothing about your program. Please report it.\n"
+                )
+            );
+        }
+        assert_eq!(code(|| panic!("wrong")), 70);
+    }
+
+    #[test]
+    fn an_audit_that_contradicts_itself_is_an_internal_error() {
+        let failure = scanbound::audit::Failure::Internal("2 us is not 3 us".to_owned());
+        assert_eq!(code(|| Err(Failure::from(failure))), 70);
+    }
+
+    #[test]
+    fn every_end_has_its_code() {
+        let fault = Diagnostic::file("code", "a.il", "wrong", "mend it");
+        let input = scanbound::audit::Failure::Input(vec![fault]);
+        assert_eq!(code(|| Err(Failure::from(input))), 2);
+        assert_eq!(code(|| Err(Failure::from(anyhow!("no such file")))), 2);
+        assert_eq!(told(&Failure::from(anyhow!("one").context("two"))), "error: two: one\n");
+        let outcomes = [Outcome::Done, Outcome::Refuted, Outcome::Undecided];
+        assert_eq!(outcomes.map(|outcome| code(move || Ok(outcome))), [0, 1, 3]);
     }
 }

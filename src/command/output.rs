@@ -100,13 +100,14 @@ pub fn tell(findings: &[Diagnostic]) {
     say(&render::diagnostics(findings));
 }
 
-/// Shows one message without a place on stderr.
-pub fn complain(message: &str) {
+/// One message without a place.
+pub fn complaint(message: &str) -> String {
     let style = anstyle::AnsiColor::BrightRed.on_default().bold();
-    say(&format!("{style}error{style:#}: {message}\n"));
+    format!("{style}error{style:#}: {message}\n")
 }
 
-fn say(text: &str) {
+/// Shows a text on stderr.
+pub fn say(text: &str) {
     // Nobody is left to tell if stderr is gone.
     let _ = anstream::stderr().lock().write_all(text.as_bytes());
 }

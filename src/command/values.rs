@@ -5,6 +5,9 @@ use scanbound::dialect::{Dialect, dialects};
 use scanbound::time::Picos;
 use std::str::FromStr;
 
+/// A thousand seconds.
+const LONGEST_DELAY: u64 = 1_000_000_000_000_000;
+
 /// A whole number, of at least one.
 pub fn positive<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, String> {
     let number = text.trim().parse().ok().filter(|number| *number >= T::from(1));
@@ -25,6 +28,15 @@ pub fn two_digits(text: &str) -> Result<u8, String> {
 /// A time with its unit.
 pub fn duration(text: &str) -> Result<Picos, String> {
     text.parse().map_err(|error| format!("{error}; write it as 10ms or 1.5us"))
+}
+
+/// A delay outside the scan.
+pub fn delay(text: &str) -> Result<Picos, String> {
+    let longest = Picos(LONGEST_DELAY);
+    match duration(text)? {
+        delay if delay <= longest => Ok(delay),
+        _ => Err(format!("longer than {longest}")),
+    }
 }
 
 /// The name of a dialect.
@@ -56,6 +68,7 @@ mod tests {
         assert!(count::<usize>("-1").is_err());
         assert_eq!((two_digits("99"), two_digits("100").is_err()), (Ok(99), true));
         assert_eq!(duration("10ms"), Ok(Picos(10_000_000_000)));
+        assert_eq!(delay("1001s"), Err("longer than 1000 s".to_owned()));
         let told = duration("-1ms").expect_err("negative");
         assert_eq!(told, "a time cannot be negative; write it as 10ms or 1.5us");
     }
