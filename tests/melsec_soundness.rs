@@ -341,3 +341,29 @@ fn a_master_control_may_hold_off_what_an_edge_relay_remembers() {
     let again = "LDI X0; RST M0; FOR K2; LD M0; MC N0 M1; LD SM400; MEP; Op1; MCR N0; LD SM400; SET M0; NEXT; END";
     assert_eq!(together(Family::Q, again), 1);
 }
+
+#[test]
+fn spelling_does_not_hide_a_switch_of_the_file_register() {
+    for switch in ["RSET K1", "rset K1", "rsetp K1", "Qdrset \"A\""] {
+        let text = format!("LD SM400; {switch}; MOV K6 R0; LD= ZR0 K5; Op1; END");
+        assert_eq!(together(Family::Q, &text), 1, "{switch}");
+    }
+}
+
+#[test]
+fn an_indexed_special_register_may_be_an_index_register() {
+    let text = "LD M8000; MOV K5 Z0; MOV K3 D8020V1; LD= Z0 K3; Op1; END";
+    assert_eq!(together(Family::Fx, text), 1);
+}
+
+#[test]
+fn a_program_may_begin_with_states() {
+    let text = "STL S20; LD X0; SET S21; STL S21; LD X1; Op1; RET; LD S20; Op2; END";
+    assert_eq!(together(Family::Fx, text), 3);
+}
+
+#[test]
+fn the_end_is_reached_from_within_a_master_control() {
+    let text = "LD X0; MC N0 M0; LD X1; GOEND; Op1; MCR N0; LDI M0; Op2; LDI X1; Op4; END";
+    assert_eq!(together(Family::Q, text), 6);
+}

@@ -19,6 +19,7 @@ use crate::scan::{ScanError, scan_model};
 use crate::solve::{Limits, Maximum, Method, maximum};
 use crate::table::{Evidence, Factor, Override, StatedClock, Table};
 use crate::time::Picos;
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 /// What to audit and how.
@@ -142,7 +143,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
 
     stage("pricing");
     let prices = price::price(&program, &table, request.facts)?;
-    let unused = unused_times(request.times, &prices);
+    let unused = unused_times(request.times, &program, &prices);
     let warnings = [request.warnings, &found, &unused].concat();
     if request.strict_times {
         refuse_assumed(&program, &prices)?;
@@ -361,22 +362,37 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
     Ok(table)
 }
 
-/// Times that were stated for what the program does not have, perhaps by a slip of the pen.
-fn unused_times(times: &[Override], prices: &Prices) -> Vec<Diagnostic> {
-    let used = |name: &str| {
-        let mut rows =
-            prices.instructions.iter().flatten().flat_map(|price| price.row.split(" + "));
-        rows.any(|row| row.eq_ignore_ascii_case(name))
-    };
-    let warning = |time: &Override| {
-        let message = format!(
-            "--time {}: no instruction of the program has its time from this name",
-            time.name
-        );
-        let help = "write the name as the report's table rows do, such as MOV or OUT:T";
-        Diagnostic::file("unused-time", "", message, help).warning()
-    };
-    times.iter().filter(|time| !used(&time.name)).map(warning).collect()
+/// Times that were stated for what the program does not have, perhaps by a slip of the pen, and those that do not hold
+/// for all instructions of the name, since the table has rows for some of them.
+fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    for Override { name, .. } in times {
+        let stated = |row: &str| times.iter().any(|time| time.name.eq_ignore_ascii_case(row));
+        let (mut used, mut others) = (false, BTreeSet::new());
+        for (instruction, price) in program.instructions.iter().zip(&prices.instructions) {
+            let Some(price) = price else { continue };
+            used |= price.row.split(" + ").any(|row| row.eq_ignore_ascii_case(name));
+            let row = price.row.split(" + ").next().unwrap_or_default();
+            let names = instruction.timing.iter().flat_map(|key| &key.names);
+            if !stated(row) && names.into_iter().any(|other| other.eq_ignore_ascii_case(name)) {
+                others.insert(row);
+            }
+        }
+        let rows = others.into_iter().collect::<Vec<_>>().join(", ");
+        let (message, help) = match (used, rows.is_empty()) {
+            (true, true) => continue,
+            (_, false) => (
+                format!("--time {name} does not hold for {rows}, of which the table has times"),
+                "state these too if they are meant",
+            ),
+            (false, true) => (
+                format!("--time {name}: no instruction of the program has its time from this name"),
+                "write the name as the report's table rows do, such as MOV or OUT:T",
+            ),
+        };
+        warnings.push(Diagnostic::file("unused-time", "", message, help).warning());
+    }
+    warnings
 }
 
 fn no_clock() -> Diagnostic {

@@ -493,12 +493,9 @@ fn needs_no_result(step: &Step) -> bool {
         Step::Act { fires }
         | Step::Jump { fires, .. }
         | Step::Call { fires, .. }
-        | Step::Stop { fires } => !mentions_condition(fires),
-        Step::AndBlock
-        | Step::OrBlock
-        | Step::Save(_)
-        | Step::Fetch(_)
-        | Step::ZoneBegin { .. } => false,
+        | Step::Stop { fires }
+        | Step::ZoneBegin { fires, .. } => !mentions_condition(fires),
+        Step::AndBlock | Step::OrBlock | Step::Save(_) | Step::Fetch(_) => false,
         _ => true,
     }
 }

@@ -499,6 +499,7 @@ fn is_index_register(device: &Device, words: u32, family: Family) -> bool {
                     .any(|&(low, high)| first <= high && first.saturating_add(words) > low)
                     && (words < REST || first >= 8000)
             }
+            Place::Indexed(Kind::VolatileWord, _) => true,
             _ => false,
         }
 }

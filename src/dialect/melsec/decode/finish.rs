@@ -118,7 +118,9 @@ impl Decoder<'_> {
                     "this jumps into a loop of FOR and NEXT".to_owned(),
                     "jump to the FOR, or behind the NEXT",
                 );
-            } else if self.zone_of[at] != self.zone_of[target] {
+            } else if self.zone_of[at] != self.zone_of[target]
+                && self.program.instructions[target].step != Step::End
+            {
                 let message = "this jumps into or out of a master control (MC to MCR)".to_owned();
                 self.fault_at(
                     at,

@@ -149,8 +149,11 @@ impl<'a> Decoder<'a> {
             comments: project.comments.clone(),
             ..Program::default()
         };
-        let is_switch =
-            |raw: &RawInstruction| matches!(raw.mnemonic.trim_end_matches('P'), "RSET" | "QDRSET");
+        let is_switch = |raw: &RawInstruction| {
+            ["RSET", "RSETP", "QDRSET", "QDRSETP"]
+                .iter()
+                .any(|name| raw.mnemonic.eq_ignore_ascii_case(name))
+        };
         Decoder {
             project,
             options,
