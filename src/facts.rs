@@ -24,6 +24,13 @@ pub struct Facts {
 const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [interrupts] (I0 = 2) and [io] (inputs = 64, outputs = 32)";
 
 impl Facts {
+    /// How often an interrupt routine runs in one scan at most, if that is stated; letter case does not count.
+    #[must_use]
+    pub fn interrupt(&self, label: &str) -> Option<u32> {
+        let stated = self.interrupts.iter().filter(|(known, _)| known.eq_ignore_ascii_case(label));
+        stated.map(|(_, &times)| times).max()
+    }
+
     /// Reads a facts file in TOML. `name` is the file's name for the diagnostics, which are all faults at once.
     pub fn parse(name: &str, text: &str) -> Result<Facts, Vec<Diagnostic>> {
         let mut reader = Reader { name, text, faults: Vec::new() };
@@ -87,7 +94,7 @@ impl Reader<'_> {
     fn interrupts(&mut self, entries: &DeTable<'_>, facts: &mut Facts) {
         for (label, value) in entries {
             if let Some(times) = self.count(label.get_ref(), value) {
-                facts.interrupts.insert(label.get_ref().to_uppercase(), times);
+                facts.interrupts.insert(label.get_ref().to_string(), times);
             }
         }
     }
@@ -179,6 +186,7 @@ mod tests {
                 outputs: Some(32),
             }
         );
+        assert_eq!((facts.interrupt("i0"), facts.interrupt("I1")), (Some(2), None));
         assert_eq!(Facts::parse("facts.toml", ""), Ok(Facts::default()));
     }
 

@@ -312,7 +312,7 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Failu
         .facts
         .interrupts
         .keys()
-        .filter(|label| !known.contains(&label.as_str()))
+        .filter(|label| !known.iter().any(|name| name.eq_ignore_ascii_case(label)))
         .map(|label| {
             let message = format!("how often {label} interrupts a scan is stated, but the program has no interrupt routine of that name");
             let help = match known.as_slice() {

@@ -97,7 +97,7 @@ fn interrupt(text: &str) -> Result<(String, u32), String> {
     let form = || "give the routine's label and a count, such as I0=2".to_owned();
     let (label, count) = text.split_once('=').ok_or_else(form)?;
     let count = count.trim().parse().map_err(|_| form())?;
-    Ok((label.trim().to_uppercase(), count))
+    Ok((label.trim().to_owned(), count))
 }
 
 fn duration(text: &str) -> Result<Duration, String> {
@@ -129,7 +129,10 @@ impl ProjectOptions {
         work: impl FnOnce(&Request<'_>) -> Result<T, Failure> + Send,
     ) -> Result<T, Failure> {
         let mut facts = facts(self.facts.as_deref())?;
-        facts.interrupts.extend(self.interrupts.iter().cloned());
+        for (label, count) in &self.interrupts {
+            facts.interrupts.retain(|known, _| !known.eq_ignore_ascii_case(label));
+            facts.interrupts.insert(label.clone(), *count);
+        }
         let table = self.table.as_deref().map(|name| tables::find("--table ", name)).transpose()?;
         let gathered = gather(&self.programs)?;
         let mut warnings = gathered.warnings;

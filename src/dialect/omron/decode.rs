@@ -367,11 +367,11 @@ impl Decoder {
             let label = format!("task {number}");
             let stated = [label.as_str(), name.as_str()]
                 .into_iter()
-                .find_map(|label| options.facts.interrupts.get(label));
+                .find_map(|label| options.facts.interrupt(label));
             self.asm.program.interrupts.push(Interrupt {
                 name: label,
                 entry: range.start,
-                times: stated.copied().unwrap_or(1),
+                times: stated.unwrap_or(1),
                 stated: stated.is_some(),
             });
         }
@@ -397,7 +397,7 @@ impl Decoder {
         let called: BTreeSet<usize> = calls.into_iter().map(|(_, routine)| routine).collect();
         for body in self.bodies.iter().filter(|body| !called.contains(&body.range.start)) {
             let name = format!("SBN {:02}", body.number);
-            let stated = options.facts.interrupts.get(&name).copied();
+            let stated = options.facts.interrupt(&name);
             let entry = body.range.start;
             let times = stated.unwrap_or(1);
             self.asm.program.interrupts.push(Interrupt {

@@ -93,7 +93,7 @@ impl Decoder<'_> {
                 }
             }
             _ => {
-                let stated = self.options.facts.interrupts.get(mnemonic).copied();
+                let stated = self.options.facts.interrupt(mnemonic);
                 if let Some(times) = stated {
                     self.program
                         .facts
