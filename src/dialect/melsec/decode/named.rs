@@ -3,9 +3,10 @@
 
 use super::Decoder;
 use super::compare::{Sort, recognise};
+use super::rungs::contact;
 use crate::dialect::melsec::catalog::{Amount, Extent, Role, find};
 use crate::dialect::melsec::device::{Kind, area};
-use crate::dialect::melsec::operand::{Device, Operand, Place, parse};
+use crate::dialect::melsec::operand::{Device, Operand, Place, parse, upper};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{AreaId, Cell, Region, TimingKey, Touched};
 
@@ -20,17 +21,19 @@ impl Decoder<'_> {
         let Some(raw) = self.raw else { return key };
         let devices = self.devices(raw);
         let kinds = kinds(&devices);
-        let mut names: Vec<String> = Vec::new();
-        let mut last = String::new();
-        for name in key.names {
-            let base = name.split_once(':').map_or(name.as_str(), |(base, _)| base);
-            if base != last {
-                names.extend(kinds.iter().map(|kind| format!("{base}:{kind}")));
-                last = base.to_owned();
+        if !kinds.is_empty() {
+            let mut names: Vec<String> = Vec::new();
+            let mut last = String::new();
+            for name in key.names {
+                let base = name.split_once(':').map_or(name.as_str(), |(base, _)| base);
+                if base != last {
+                    names.extend(kinds.iter().map(|kind| format!("{base}:{kind}")));
+                    last = base.to_owned();
+                }
+                names.push(name);
             }
-            names.push(name);
+            key.names = names;
         }
-        key.names = names;
         for (device, extent, changes) in &devices {
             // What is changed is read and written.
             for _ in 0..1 + usize::from(*changes) {
@@ -42,14 +45,18 @@ impl Decoder<'_> {
 
     /// The devices among the operands, how far each reaches, and whether it is both read and written.
     fn devices(&self, raw: &RawInstruction) -> Vec<(Device, Extent, bool)> {
-        let upper = raw.mnemonic.to_ascii_uppercase();
+        if raw.operands.is_empty() {
+            return Vec::new();
+        }
+        let upper = upper(&raw.mnemonic);
         let compared = recognise(&upper).map(|(_, sort, _)| match sort {
             Sort::Integer { words, .. } | Sort::Real { words } => {
                 Extent::Words(Amount::Fixed(words as u32))
             }
             Sort::Text => Extent::Text,
         });
-        let found = find(&upper, raw.operands.len()).ok();
+        let is_contact = compared.is_some() || contact(&upper).is_some();
+        let found = if is_contact { None } else { find(&upper, raw.operands.len()).ok() };
         let operands = raw.operands.iter().enumerate();
         operands
             .filter_map(|(n, text)| {

@@ -297,7 +297,7 @@ fn joins(mnemonic: &str) -> Option<Join> {
 }
 
 /// How a contact joins, whether it looks for an edge (rising or falling), whether it is negated.
-fn contact(mnemonic: &str) -> Option<(Join, Option<bool>, bool)> {
+pub(super) fn contact(mnemonic: &str) -> Option<(Join, Option<bool>, bool)> {
     let (join, rest) = if let Some(rest) = mnemonic.strip_prefix("LD") {
         (Join::Load, rest)
     } else if mnemonic == "ANI" {
