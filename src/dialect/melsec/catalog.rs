@@ -258,7 +258,10 @@ pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
             .map(|entry| Found { entry: Cow::Borrowed(entry), pulsed })
             .ok_or_else(|| NotFound::OperandCount { expected: counts(entries) });
     }
-    if DEDICATED.iter().any(|prefix| mnemonic.len() > prefix.len() && mnemonic.starts_with(prefix))
+    if mnemonic.contains('.')
+        && DEDICATED
+            .iter()
+            .any(|prefix| mnemonic.len() > prefix.len() && mnemonic.starts_with(prefix))
     {
         return Ok(dedicated(mnemonic, operands));
     }
@@ -272,7 +275,9 @@ pub fn also() -> impl Iterator<Item = &'static str> {
 
 /// The mnemonic whose pulse form this would be: `MOV` of `MOVP`, `+_U` of `+P_U`, `Z.OPEN` of `ZP.OPEN`.
 pub fn unpulsed(mnemonic: &str) -> Option<String> {
-    if let Some((prefix, rest)) = mnemonic.split_once("P.") {
+    if mnemonic.contains('.')
+        && let Some((prefix, rest)) = mnemonic.split_once("P.")
+    {
         return Some(format!("{prefix}.{rest}"));
     }
     match mnemonic.strip_suffix("P_U") {
