@@ -10,13 +10,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A region that took any value at one moment.
+#[derive(Clone)]
 struct Forgotten {
     region: Region,
     choice: ChoiceId,
     frames: Arc<[Frame]>,
 }
 
-/// A cell's value and how much had been forgotten when it got it.
+/// A cell's value and how much of its area had been forgotten when it got it.
 struct Held {
     value: u16,
     forgotten: usize,
@@ -27,7 +28,8 @@ pub(super) struct State<'p, F> {
     program: &'p Program,
     free: F,
     cells: BTreeMap<Cell, Held>,
-    forgotten: Vec<Forgotten>,
+    /// By area, in order.
+    forgotten: Vec<Vec<Forgotten>>,
     started: BTreeMap<Cell, u16>,
     frames: Arc<[Frame]>,
 }
@@ -38,7 +40,7 @@ impl<'p, F: Free> State<'p, F> {
             program,
             free,
             cells: BTreeMap::new(),
-            forgotten: Vec::new(),
+            forgotten: vec![Vec::new(); program.areas.len()],
             started: BTreeMap::new(),
             frames: Arc::from([]),
         }
@@ -69,7 +71,8 @@ impl<'p, F: Free> State<'p, F> {
     fn read(&mut self, cell: Cell) -> u16 {
         let held = self.cells.get(&cell);
         let since = held.map_or(0, |held| held.forgotten);
-        let lost = self.forgotten[since..].iter().rev().find(|lost| lost.region.holds(cell));
+        let forgotten = &self.forgotten[usize::from(cell.area.0)];
+        let lost = forgotten[since..].iter().rev().find(|lost| lost.region.holds(cell));
         let kind = self.program.areas[usize::from(cell.area.0)].kind;
         let value = match (lost, held) {
             (Some(lost), _) => {
@@ -89,7 +92,8 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     fn hold(&mut self, cell: Cell, value: u16) {
-        self.cells.insert(cell, Held { value, forgotten: self.forgotten.len() });
+        let forgotten = self.forgotten[usize::from(cell.area.0)].len();
+        self.cells.insert(cell, Held { value, forgotten });
     }
 
     fn read_bit(&mut self, cell: Cell) -> bool {
@@ -198,7 +202,14 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     pub(super) fn forget(&mut self, region: Region, choice: ChoiceId) {
-        self.forgotten.push(Forgotten { region, choice, frames: self.frames.clone() });
+        let lost = Forgotten { region, choice, frames: self.frames.clone() };
+        match region {
+            Region::Range { first, .. } => self.forgotten[usize::from(first.area.0)].push(lost),
+            Region::Area(area) => self.forgotten[usize::from(area.0)].push(lost),
+            Region::Everything => {
+                self.forgotten.iter_mut().for_each(|area| area.push(lost.clone()));
+            }
+        }
     }
 
     /// The stated ranges that no values of the cells not read could meet.
