@@ -6,7 +6,7 @@ use super::{Decoder, edge, fired, operands, timing};
 use crate::dialect::melsec::catalog::{
     Amount, EVERYWHERE, Entry, Extent, Found, NotFound, Operation, Role, close, find,
 };
-use crate::dialect::melsec::device::{Family, Kind, area};
+use crate::dialect::melsec::device::{Kind, area};
 use crate::dialect::melsec::operand::{Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{
@@ -16,17 +16,6 @@ use crate::program::{
 
 /// Blocks of more words than this are forgotten rather than followed.
 const MOST_WORDS: u32 = 512;
-/// Instructions of the FX that count to `FX_MOST` at most.
-const FX_SHORT: [&str; 20] = [
-    "BMOV", "FMOV", "DFMOV", "MEAN", "DMEAN", "SER", "DSER", "HEX", "ASCI", "CCD", "CRC", "DIS",
-    "UNI", "WSFR", "WSFL", "SFWR", "SFRD", "ABSD", "DABSD", "INCD",
-];
-/// No operand of those reaches further.
-const FX_MOST: i64 = 512;
-/// No CPU has more devices of a kind: a count beyond is an error, and nothing is done.
-const MOST_DEVICES: i64 = 0x100_0000;
-/// No string of the PLC is longer, in characters.
-const LONGEST_TEXT: u64 = 16_383;
 
 impl Decoder<'_> {
     /// Decodes an application instruction or one of the user's.
@@ -157,118 +146,6 @@ impl Decoder<'_> {
             };
         }
         fine
-    }
-
-    /// How many units the instruction handles, for times per unit.
-    fn units(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
-        if let Some(operand) = entry.units {
-            let (low, high, _) = self.block_count(raw, entry, operand);
-            let most = u64::try_from(high).unwrap_or(0).saturating_mul(entry.unit_size);
-            return if low == high { Units::Exactly(most) } else { Units::AtMost(most) };
-        }
-        if entry.operation == Operation::ClearRange {
-            return self.units_of_range(raw, entry);
-        }
-        if let Some(most) = entry.most_units {
-            return Units::AtMost(most);
-        }
-        match entry.class {
-            "block" | "string" | "search" | "module" | "table" | "dedicated" => self
-                .constant_texts(raw, entry)
-                .map_or_else(|| self.units_of_operands(raw, entry), Units::Exactly),
-            _ => Units::None,
-        }
-    }
-
-    /// The characters of all texts that are read, if there is one and each is a constant.
-    fn constant_texts(&self, raw: &RawInstruction, entry: &Entry) -> Option<u64> {
-        if !entry
-            .operands
-            .iter()
-            .any(|operand| operand.extent == Extent::Text && operand.role != Role::Destination)
-        {
-            return None;
-        }
-        let mut characters = 0;
-        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
-            if operand.extent == Extent::Text && operand.role != Role::Destination {
-                match parse(text, self.family) {
-                    Ok(Operand::Text(text)) => characters += text.chars().count() as u64,
-                    _ => return None,
-                }
-            }
-        }
-        Some(characters)
-    }
-
-    /// The devices from the first operand to the second.
-    fn units_of_range(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
-        if let (Some(first), Some(last)) =
-            (self.device(&raw.operands[0]), self.device(&raw.operands[1]))
-            && let (Place::At(kind, from), Place::At(other, to)) = (first.place, last.place)
-            && kind.cell(0).is_some()
-            && kind.cell(0) == other.cell(0)
-        {
-            return Units::Exactly(u64::from(to.saturating_sub(from)) + 1);
-        }
-        Units::AtMost(self.most_counted(entry) as u64)
-    }
-
-    /// The units of an instruction that counts none itself: the longest of its operands.
-    fn units_of_operands(&self, raw: &RawInstruction, entry: &Entry) -> Units {
-        let mut most = 1;
-        for operand in &entry.operands {
-            let amount = match operand.extent {
-                Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount,
-                Extent::Text if operand.role == Role::Destination => continue,
-                Extent::Text => return Units::AtMost(LONGEST_TEXT),
-            };
-            most = most.max(match amount {
-                Amount::Fixed(count) => u64::from(count),
-                Amount::Counted { unit, operand } => match self.constant(&raw.operands[operand]) {
-                    Some(count) if count >= 0 => count.unsigned_abs() * u64::from(unit).max(1),
-                    _ => {
-                        return Units::AtMost(
-                            self.most_counted(entry) as u64 * u64::from(unit).max(1),
-                        );
-                    }
-                },
-                Amount::Power { .. } | Amount::Unknown if matches!(operand.role, Role::Other) => 1,
-                Amount::Power { operand } => match self.constant(&raw.operands[operand]) {
-                    Some(power) => 1 << power.clamp(0, 16),
-                    None => 1 << 8,
-                },
-                Amount::Unknown => return Units::AtMost(self.most_counted(entry) as u64),
-            });
-        }
-        Units::Exactly(most)
-    }
-
-    /// The most that a count in a word can say.
-    fn most_counted(&self, entry: &Entry) -> i64 {
-        let is_short = self.family == Family::Fx && FX_SHORT.contains(&entry.mnemonic.as_str());
-        if is_short { FX_MOST } else { 65_535 }
-    }
-
-    /// The least and largest value of a count of words or bits, and whether that is known. Counts are unsigned:
-    /// a negative one is a large one.
-    fn block_count(
-        &mut self,
-        raw: &RawInstruction,
-        entry: &Entry,
-        operand: usize,
-    ) -> (i64, i64, bool) {
-        let text = &raw.operands[operand];
-        let is_long = entry.operands[operand].extent == Extent::Words(Amount::Fixed(2));
-        if is_long && self.constant(text).is_none() {
-            // A stated range speaks of the lower word alone.
-            self.approximate(format!(
-                "the count {text} is not known: taken as up to {MOST_DEVICES}"
-            ));
-            return (0, MOST_DEVICES, false);
-        }
-        let (low, high, known) = self.count_range(text, self.most_counted(entry));
-        if low < 0 { (0, high.max(0xFFFF), known) } else { (low, high, known) }
     }
 
     /// The instruction's effects, exact where that is possible.

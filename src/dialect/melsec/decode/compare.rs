@@ -1,5 +1,6 @@
 //! Comparison contacts: 16 and 32 bits, unsigned, real and string.
 
+use super::units::LONGEST_TEXT;
 use super::{Decoder, timing};
 use crate::dialect::melsec::operand::{Operand, parse};
 use crate::dialect::melsec::source::RawInstruction;
@@ -26,7 +27,7 @@ impl Decoder<'_> {
             Sort::Text => "compare-string",
         };
         let join = self.join(join, mnemonic);
-        let units = if sort == Sort::Text { Units::AtMost(LONGEST) } else { Units::None };
+        let units = if sort == Sort::Text { Units::AtMost(LONGEST_TEXT) } else { Units::None };
         let key = timing(mnemonic, false, None, class, units, true);
         let value = if self.takes(raw, 2) { self.compared(raw, sort, relation) } else { None };
         let value = value.unwrap_or(Logic::Const(false));
@@ -106,9 +107,6 @@ impl Decoder<'_> {
         Some(if relation == Relation::Equal { equal } else { equal.not() })
     }
 }
-
-/// No string of the PLC is longer, in characters.
-const LONGEST: u64 = 16_383;
 
 /// Splits a comparison contact into how it joins, what it compares, and the relation.
 pub(super) fn recognise(mnemonic: &str) -> Option<(Join, Sort, Relation)> {

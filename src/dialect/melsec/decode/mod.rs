@@ -11,6 +11,7 @@ mod output;
 mod rungs;
 #[cfg(test)]
 mod tests;
+mod units;
 
 use super::device::{Family, areas};
 use super::operand::{Operand, parse, upper};
