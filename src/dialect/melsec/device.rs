@@ -174,9 +174,9 @@ pub fn radix(name: &str, family: Family) -> Radix {
     }
 }
 
-/// The retained edges' area: one hidden bit for each instruction that remembers an earlier result.
+/// The hidden bit in which an instruction remembers an earlier result, numbered apart from those of the others.
 #[must_use]
-pub fn edge(index: u32) -> Cell {
+pub fn edge_memory(index: u32) -> Cell {
     Cell { area: area("edge "), index }
 }
 

@@ -1,17 +1,12 @@
-//! Control: labels, jumps, calls, loops, master control, step ladder, ends, interrupts.
+//! Control: labels, jumps, calls, loops, ends, interrupts.
 
 use super::access::WordPlace;
 use super::rungs::remember;
-use super::{Decoder, Fixup, State, always, edge, fired, timing};
-use crate::dialect::melsec::device::Family;
-use crate::dialect::melsec::operand::{Operand, Place, parse};
+use super::{Decoder, Fixup, OPEN, always, edge, fired, key, timing};
+use crate::dialect::melsec::device::{Family, area};
+use crate::dialect::melsec::operand::{Operand, parse};
 use crate::dialect::melsec::source::RawInstruction;
-use crate::program::{
-    Effect, Interrupt, Join, Logic, Number, Region, Step, TimingKey, Units, Write,
-};
-
-/// Zones of step ladders lie above all nesting levels of master control.
-const STATE_LEVEL: u32 = 1000;
+use crate::program::{AreaId, Interrupt, Logic, Number, Region, Step, TimingKey, Units, Write};
 
 /// Most turns a loop can have.
 pub(super) const MOST_TURNS: u32 = 32_767;
@@ -19,8 +14,8 @@ pub(super) const MOST_TURNS: u32 = 32_767;
 /// Loops and calls in each other beyond this are refused: no CPU can follow them either.
 pub(super) const MOST_NESTED: usize = 64;
 
-/// A target still to be found.
-const OPEN: usize = usize::MAX;
+/// Where what a call hands over, and what it hands back, stands for its routine.
+const FUNCTION_AREAS: [AreaId; 3] = [area("FD"), area("FX"), area("FY")];
 
 impl Decoder<'_> {
     /// Decodes control instructions; false if it is none.
@@ -59,13 +54,21 @@ impl Decoder<'_> {
         true
     }
 
-    fn alone(&mut self, mnemonic: &str, raw: &RawInstruction, class: &'static str, step: Step) {
+    /// An instruction without operands that stands in a rung of its own.
+    pub(super) fn alone(
+        &mut self,
+        mnemonic: &str,
+        raw: &RawInstruction,
+        class: &'static str,
+        step: Step,
+    ) {
         self.stand_alone(false);
         if self.takes(raw, 0) {
             self.add(Some(key(mnemonic, class)), Vec::new(), step);
         }
     }
 
+    /// A pointer's label, or an interrupt's; false if the line is none.
     fn label(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
         if !raw.operands.is_empty() {
             return false;
@@ -126,6 +129,7 @@ impl Decoder<'_> {
         }
     }
 
+    /// Notes a jump or call whose label is to be found once all files are read; `only` in that file.
     fn fix(&mut self, instruction: usize, label: u32, file: usize, only: bool) {
         self.fixups.push(Fixup { instruction, label, file, only });
     }
@@ -191,10 +195,9 @@ impl Decoder<'_> {
         if !passed.is_empty() {
             // What is handed over stands in function devices; what comes back is copied behind the call.
             let choice = self.choice();
-            for name in ["FD", "FX", "FY"] {
-                let region = Region::Area(crate::dialect::melsec::device::area(name));
-                effects.push(fired(Write::Forget(region, choice)));
-            }
+            effects.extend(
+                FUNCTION_AREAS.map(|area| fired(Write::Forget(Region::Area(area), choice))),
+            );
         }
         let timing = timing(mnemonic, pulsed, None, "call", Units::None, false);
         let off_too = mnemonic.contains("FCALL") || mnemonic == "XCALL";
@@ -219,6 +222,7 @@ impl Decoder<'_> {
         self.forget_passed(&passed);
     }
 
+    /// What a routine may hand back behind its call takes any value.
     fn forget_passed(&mut self, passed: &[String]) {
         let mut effects = Vec::new();
         for text in passed {
@@ -229,9 +233,8 @@ impl Decoder<'_> {
         }
         if !passed.is_empty() {
             // Whether a routine's own function devices come back with it is not known.
-            for name in ["FD", "FX", "FY"] {
-                let region = Region::Area(crate::dialect::melsec::device::area(name));
-                effects.push(always(Write::Forget(region, self.choice())));
+            for area in FUNCTION_AREAS {
+                effects.push(always(Write::Forget(Region::Area(area), self.choice())));
             }
         }
         if !effects.is_empty() {
@@ -240,6 +243,7 @@ impl Decoder<'_> {
         }
     }
 
+    /// The file whose program an operand names; a fault is noted.
     fn file_of(&mut self, text: &str) -> Option<usize> {
         let Operand::Text(name) = self.operand(text)? else {
             self.fault(
@@ -371,122 +375,6 @@ impl Decoder<'_> {
         self.fix(at, label, self.file, true);
     }
 
-    fn zone_begins(&mut self, raw: &RawInstruction) {
-        self.output_here("MC");
-        if !self.takes(raw, 2) {
-            return;
-        }
-        let level = self.nesting(&raw.operands[0]);
-        let effects: Option<Vec<Effect>> =
-            self.bit_effects(&raw.operands[1], Logic::Condition, true);
-        let (Some(level), Some(effects)) = (level, effects) else { return };
-        if self.zones.last().is_some_and(|&(open, _)| open >= level && open < STATE_LEVEL) {
-            self.fault(
-                "nesting",
-                &raw.operands[0],
-                format!("N{level} is open already"),
-                "nest master controls with rising numbers",
-            );
-        }
-        let at = self.add(
-            Some(key("MC", "master")),
-            effects,
-            Step::ZoneBegin { level, fires: Logic::Condition },
-        );
-        self.zones.push((level, at));
-    }
-
-    fn zone_ends(&mut self, raw: &RawInstruction) {
-        self.stand_alone(false);
-        if !self.takes(raw, 1) {
-            return;
-        }
-        let Some(level) = self.nesting(&raw.operands[0]) else { return };
-        if !self.zones.iter().any(|&(open, _)| open == level) {
-            self.fault(
-                "no-zone",
-                &raw.operands[0],
-                format!("no MC has opened N{level}"),
-                "open the master control with MC",
-            );
-            return;
-        }
-        self.zones.retain(|&(open, _)| open < level);
-        self.add(Some(key("MCR", "master")), Vec::new(), Step::ZoneEnd { level });
-    }
-
-    fn nesting(&mut self, text: &str) -> Option<u32> {
-        match self.operand(text)? {
-            Operand::Nesting(level) => Some(level),
-            _ => {
-                self.fault(
-                    "operand",
-                    text,
-                    format!("`{text}` is no nesting level"),
-                    "write N0 to N14",
-                );
-                None
-            }
-        }
-    }
-
-    /// A state of a step ladder: a zone that runs while its relay is on, and perhaps once more behind that,
-    /// to switch its coils off.
-    fn state_begins(&mut self, raw: &RawInstruction) {
-        let here = self.program.instructions.len();
-        let mut relays = match &self.state {
-            // STL directly behind STL: both relays are needed.
-            Some(state) if state.begins == here => state.relays.clone(),
-            _ => Vec::new(),
-        };
-        if self.state.is_some() {
-            self.close_state();
-        }
-        self.stand_alone(true);
-        if !self.takes(raw, 1) {
-            return;
-        }
-        let text = &raw.operands[0];
-        let Some(device) = self.device(text) else { return };
-        let relay = match device.place {
-            Place::At(kind, index) if device.name == "S" => kind.cell(index),
-            _ => None,
-        };
-        let Some(relay) = relay else {
-            self.fault("operand", text, format!("`{text}` is no step relay"), "write S0, S1 ...");
-            return;
-        };
-        relays.push(relay);
-        let on = Logic::All(relays.iter().map(|&relay| Logic::cell(relay)).collect());
-        self.approximate(format!(
-            "{text}: a state that is off may run once more to switch its coils off"
-        ));
-        let skipped = Logic::All(vec![on.clone().not(), self.free_bit()]);
-        let timing = TimingKey { dearer: true, ..key("STL", "set") };
-        let jump = self.add(Some(timing), Vec::new(), Step::Jump { fires: skipped, target: OPEN });
-        let zone = self.add(None, Vec::new(), Step::ZoneBegin { level: STATE_LEVEL, fires: on });
-        self.zones.push((STATE_LEVEL, zone));
-        self.add(None, Vec::new(), Step::Logic { join: Join::Start, value: Logic::Const(true) });
-        self.depth = 1;
-        self.state = Some(State { relays, jump, begins: self.program.instructions.len() });
-    }
-
-    /// Ends the open state; the jump over it leads behind.
-    pub(super) fn close_state(&mut self) {
-        let Some(state) = self.state.take() else { return };
-        self.zones.retain(|&(open, _)| open < STATE_LEVEL);
-        self.add(None, Vec::new(), Step::ZoneEnd { level: STATE_LEVEL });
-        let behind = self.add(None, Vec::new(), Step::Nothing);
-        if let Step::Jump { target, .. } = &mut self.program.instructions[state.jump].step {
-            *target = behind;
-        }
-    }
-
-    fn step_ladder_ends(&mut self, raw: &RawInstruction) {
-        self.close_state();
-        self.alone("RET", raw, "set", Step::Nothing);
-    }
-
     /// What must be closed when a file ends.
     pub(super) fn end_of_file(&mut self) {
         self.check_rung();
@@ -521,11 +409,4 @@ impl Decoder<'_> {
             }
         }
     }
-}
-
-fn key(mnemonic: &str, class: &'static str) -> TimingKey {
-    // What always fires has one time: the dearer.
-    let dearer = matches!(class, "nothing" | "loop")
-        || matches!(mnemonic, "RET" | "SRET" | "IRET" | "MCR" | "JMP");
-    timing(mnemonic, false, None, class, Units::None, dearer)
 }

@@ -8,12 +8,14 @@ mod finish;
 mod held;
 mod named;
 mod output;
+mod ranges;
 mod rungs;
 #[cfg(test)]
 mod tests;
 mod units;
+mod zones;
 
-use super::device::{Family, areas};
+use super::device::{Family, area, areas, edge_memory};
 use super::operand::{Operand, parse, upper};
 use super::source::{RawInstruction, RawProject};
 use crate::diagnostic::Diagnostic;
@@ -22,9 +24,11 @@ use crate::facts::Facts;
 use crate::program::flow;
 use crate::program::{
     Approximation, Cell, Effect, Instruction, Interrupt, Logic, Place, Program, Region, SourceFile,
-    StartRange, Step, TimingKey, Touched, Units, When, Write,
+    Step, TimingKey, Touched, Units, When, Write,
 };
+use ranges::Counts;
 use std::collections::{BTreeMap, BTreeSet};
+use zones::State;
 
 /// What decoding needs to know besides the source.
 pub struct DecodeOptions<'a> {
@@ -66,8 +70,8 @@ pub fn decode(
     }
 }
 
-/// Words that count something, as written, and their cells.
-type Counts = Vec<(String, Cell)>;
+/// A target still to be found.
+const OPEN: usize = usize::MAX;
 
 /// A jump, call or loop whose target is not known yet.
 struct Fixup {
@@ -127,13 +131,6 @@ pub struct Decoder<'a> {
     interrupts: Vec<Interrupt>,
     /// The step ladder's open state: its relays, the jump over it, the instruction behind which it begins.
     state: Option<State>,
-}
-
-/// An open state of a step ladder (STL).
-struct State {
-    relays: Vec<Cell>,
-    jump: usize,
-    begins: usize,
 }
 
 impl<'a> Decoder<'a> {
@@ -227,7 +224,7 @@ impl<'a> Decoder<'a> {
             "this program is called or stopped by instructions: it may run by itself in the scan or not".to_owned(),
         );
         let fires = self.free_bit();
-        let at = self.add(None, Vec::new(), Step::Jump { fires, target: usize::MAX });
+        let at = self.add(None, Vec::new(), Step::Jump { fires, target: OPEN });
         self.ends.push(at);
     }
 
@@ -245,7 +242,7 @@ impl<'a> Decoder<'a> {
         }
         self.approximate("a direct input refreshes X: any X is taken as any value".to_owned());
         let choice = self.choice();
-        let lost = always(Write::Forget(Region::Area(super::device::area("X")), choice));
+        let lost = always(Write::Forget(Region::Area(area("X")), choice));
         self.add(None, vec![lost], Step::Nothing);
     }
 
@@ -327,7 +324,7 @@ impl<'a> Decoder<'a> {
 
     /// A hidden bit that remembers something from one execution to the next.
     pub fn memory(&mut self) -> Cell {
-        let cell = super::device::edge(self.edges);
+        let cell = edge_memory(self.edges);
         self.edges += 1;
         if let Some(raw) = self.raw {
             let files = if self.project.files.len() > 1 {
@@ -340,40 +337,6 @@ impl<'a> Decoder<'a> {
                 .insert(cell, format!("last scan of `{}` ({files}{})", raw.text, raw.line));
         }
         cell
-    }
-
-    /// A count that stands in an operand: its least and largest value, and whether it is known exactly.
-    pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {
-        if let Some(value) = self.constant(text) {
-            return (value, value, true);
-        }
-        let upper = text.to_ascii_uppercase();
-        let stated = self.options.facts.ranges.get(&upper).or(self.options.facts.ranges.get(text));
-        let cell = match super::operand::parse(text, self.family) {
-            Ok(super::operand::Operand::Device(device)) => match device.place {
-                super::operand::Place::At(super::device::Kind::Word(area), index) => {
-                    Some(Cell { area, index })
-                }
-                _ => None,
-            },
-            _ => None,
-        };
-        let word = i64::from(i16::MIN)..=i64::from(i16::MAX);
-        match (stated, cell) {
-            (Some(_), _) if self.overwritten.contains(&upper) => {
-                self.approximate(format!("the count {text} may be written within the scan: its stated range does not hold here, and it is taken as up to {largest}"));
-                (0, largest, false)
-            }
-            (Some(&(low, high)), Some(cell)) if word.contains(&low) && word.contains(&high) => {
-                self.program.facts.push(format!("{text} lies between {low} and {high}"));
-                self.counts.push((upper, cell));
-                (low, high, true)
-            }
-            _ => {
-                self.approximate(format!("the count {text} is not known: taken as up to {largest}; state its range to lower this"));
-                (0, largest, false)
-            }
-        }
     }
 }
 
@@ -438,6 +401,14 @@ pub fn timing(
     TimingKey { names, class, units, dearer, optional: false, touched }
 }
 
+/// How a control instruction is priced: by its name alone.
+pub fn key(mnemonic: &str, class: &'static str) -> TimingKey {
+    // What always fires has one time: the dearer.
+    let dearer = matches!(class, "nothing" | "loop")
+        || matches!(mnemonic, "RET" | "SRET" | "IRET" | "MCR" | "JMP");
+    timing(mnemonic, false, None, class, Units::None, dearer)
+}
+
 /// An effect whenever the instruction is reached.
 pub fn always(write: Write) -> Effect {
     Effect { when: When::Always, write }
@@ -455,48 +426,5 @@ pub fn edge(rising: bool, value: Logic, memory: Cell) -> Logic {
         Logic::All(vec![value, before.not()])
     } else {
         Logic::All(vec![value.not(), before])
-    }
-}
-
-impl Decoder<'_> {
-    /// The user's stated ranges of words, as constraints on the scan's start. What of them says nothing of a word.
-    fn start_ranges(&mut self) -> Vec<Diagnostic> {
-        let mut faults = Vec::new();
-        let mut fault = |message: String, help: &str| {
-            faults.push(Diagnostic::file("fact", "", message, help));
-        };
-        for (text, &(low, high)) in &self.options.facts.ranges {
-            let read = super::operand::parse(text, self.family);
-            let cell = match read {
-                Ok(super::operand::Operand::Device(device)) => match device.place {
-                    super::operand::Place::At(super::device::Kind::Word(area), index) => {
-                        Some((area, index))
-                    }
-                    _ => None,
-                },
-                _ => None,
-            };
-            let wide = low < -0x8000 || high > 0xFFFF;
-            match cell {
-                None => fault(
-                    format!("a range is stated for '{text}', which is no word"),
-                    "write the word as in the program, such as D100",
-                ),
-                // One unsigned word or two signed ones: that is not said.
-                Some(_) if !wide && high > 0x7FFF => fault(
-                    format!("the range of '{text}' reaches to {high}, past a signed word's 32767"),
-                    "ranges are of signed words, or of double words from 65536 on: state a smaller one",
-                ),
-                Some((area, index)) => {
-                    let count = if wide { 2 } else { 1 };
-                    let cells = (0..count).map(|n| Cell { area, index: index + n }).collect();
-                    self.program.ranges.push(StartRange { cells, low, high });
-                    self.program.facts.push(format!("{text} lies between {low} and {high}"));
-                }
-            }
-        }
-        self.program.facts.sort();
-        self.program.facts.dedup();
-        faults
     }
 }
