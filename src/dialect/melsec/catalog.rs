@@ -72,6 +72,17 @@ pub enum Extent {
     Text,
 }
 
+impl Extent {
+    /// How many units it has: words, else bits or devices.
+    #[must_use]
+    pub fn amount(self) -> Amount {
+        match self {
+            Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount,
+            Extent::Text => Amount::Unknown,
+        }
+    }
+}
+
 /// One operand of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Operand {
@@ -342,10 +353,7 @@ fn entry(line: &'static str) -> Result<Entry, String> {
     };
     let operands: Vec<Operand> =
         operands.split_whitespace().map(operand).collect::<Result<_, _>>()?;
-    let counters = operands.iter().filter_map(|operand| match operand.extent {
-        Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount.counter(),
-        Extent::Text => None,
-    });
+    let counters = operands.iter().filter_map(|operand| operand.extent.amount().counter());
     let units = units_of(units).ok_or_else(|| format!("{line}: units {units}"))?;
     if counters
         .chain(units.operand)

@@ -29,8 +29,8 @@ pub enum WordPlace {
     Nowhere,
 }
 
-/// So many cells from one on that no one counts: to the end of the area.
-const REST: u32 = u32::MAX / 2;
+/// A count of cells that reaches to the end of any area, and to which an index can be added.
+pub(super) const REST: u32 = u32::MAX / 2;
 
 impl Decoder<'_> {
     /// A new choice.
@@ -80,7 +80,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// A device operand; a fault is noted.
+    /// A device operand; a fault is noted where it is none.
     pub fn device(&mut self, text: &str) -> Option<Device> {
         match self.operand(text)? {
             Operand::Device(device) => Some(device),
@@ -91,12 +91,24 @@ impl Decoder<'_> {
         }
     }
 
+    fn no_bit<T>(&mut self, text: &str) -> Option<T> {
+        let help = "name a bit device, or a bit of a word such as D100.A";
+        self.fault("operand", text, format!("`{text}` is no bit"), help);
+        None
+    }
+
+    fn no_number<T>(&mut self, text: &str) -> Option<T> {
+        let help = "name a word device, digits such as K4M0, or a constant";
+        self.fault("operand", text, format!("`{text}` is no number"), help);
+        None
+    }
+
     /// Whether `R` may be any `ZR`: the block of the file register is switched.
     fn is_switched(&self, name: &str) -> bool {
         name == "R" && self.switches_file_register
     }
 
-    /// A bit operand read.
+    /// What a bit operand says where it is read; a fault is noted. Timers and counters give their contact.
     pub fn read_bit(&mut self, text: &str) -> Option<Logic> {
         let device = self.device(text)?;
         Some(match device.place {
@@ -130,15 +142,7 @@ impl Decoder<'_> {
             }
             Place::Indexed(Kind::Bit(_) | Kind::Timed(_) | Kind::VolatileBit, false)
             | Place::Indexed(Kind::Word(_) | Kind::VolatileWord, true) => self.unknown_bit(text),
-            _ => {
-                self.fault(
-                    "operand",
-                    text,
-                    format!("`{text}` is no bit"),
-                    "name a bit device, or a bit of a word such as D100.A",
-                );
-                return None;
-            }
+            _ => return self.no_bit(text),
         })
     }
 
@@ -149,12 +153,11 @@ impl Decoder<'_> {
         self.free_bit()
     }
 
-    /// A bit operand written. Timers and counters give their contact.
+    /// Where a bit operand is written; a fault is noted. Timers and counters give their contact.
     pub fn bit_place(&mut self, text: &str) -> Option<BitPlace> {
         let device = self.device(text)?;
-        let somewhere = |decoder: &mut Self, area, letter: &str| {
-            decoder
-                .approximate(format!("{text} is one of many: any {letter} may have been written"));
+        let somewhere = |decoder: &mut Self, area, letters: &str| {
+            decoder.one_of_many(text, letters);
             BitPlace::Somewhere(Region::Area(area))
         };
         Some(match device.place {
@@ -183,19 +186,11 @@ impl Decoder<'_> {
             | Place::Indexed(Kind::VolatileBit, false)
             | Place::Indexed(Kind::VolatileWord, true)
             | Place::Foreign(true) => BitPlace::Nowhere,
-            _ => {
-                self.fault(
-                    "operand",
-                    text,
-                    format!("`{text}` is no bit"),
-                    "name a bit device, or a bit of a word such as D100.A",
-                );
-                return None;
-            }
+            _ => return self.no_bit(text),
         })
     }
 
-    /// The number of an operand, `words` words long.
+    /// The number of an operand, `words` words long, the lowest first; a fault is noted.
     pub fn read_words(&mut self, text: &str, words: usize) -> Option<Vec<WordSource>> {
         let operand = self.operand(text)?;
         let device = match operand {
@@ -207,15 +202,7 @@ impl Decoder<'_> {
                 ]);
             }
             Operand::Device(device) => device,
-            _ => {
-                self.fault(
-                    "operand",
-                    text,
-                    format!("`{text}` is no number"),
-                    "name a word device, digits such as K4M0, or a constant",
-                );
-                return None;
-            }
+            _ => return self.no_number(text),
         };
         if self.is_long(&device)
             || self.runs_in_interrupts(&device)
@@ -258,15 +245,7 @@ impl Decoder<'_> {
             | Place::IndexedDigits(..)
             | Place::Indirect
             | Place::Foreign(_) => self.unknown_words(text, words),
-            _ => {
-                self.fault(
-                    "operand",
-                    text,
-                    format!("`{text}` is no number"),
-                    "name a word device, digits such as K4M0, or a constant",
-                );
-                return None;
-            }
+            _ => return self.no_number(text),
         })
     }
 
@@ -349,7 +328,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// Where a number of `words` words is written.
+    /// Where a number of `words` words is written, the lowest first; a fault is noted.
     pub fn word_place(&mut self, text: &str, words: usize) -> Option<WordPlace> {
         let device = self.device(text)?;
         if !self.digits_fit(text, &device, words) {
@@ -414,9 +393,14 @@ impl Decoder<'_> {
         })
     }
 
-    fn anywhere(&mut self, text: &str, letter: &str, region: Region) -> WordPlace {
-        self.approximate(format!("{text} is one of many: any {letter} may have been written"));
+    fn anywhere(&mut self, text: &str, letters: &str, region: Region) -> WordPlace {
+        self.one_of_many(text, letters);
         WordPlace::Somewhere(region)
+    }
+
+    /// Lists that a write may have hit any device of these letters.
+    fn one_of_many(&mut self, text: &str, letters: &str) {
+        self.approximate(format!("{text} is one of many: any {letters} may have been written"));
     }
 
     /// All that `count` cells from an operand on may be; `None` counts to the area's end. Words for word

@@ -396,12 +396,7 @@ impl Decoder<'_> {
         text: &str,
         extent: Extent,
     ) -> Vec<Region> {
-        let (amount, words) = match extent {
-            Extent::Words(amount) => (amount, true),
-            Extent::Bits(amount) | Extent::Devices(amount) => (amount, false),
-            Extent::Text => (Amount::Unknown, false),
-        };
-        let mut count = match amount {
+        let mut count = match extent.amount() {
             Amount::Fixed(count) => Some(count),
             Amount::Counted { unit, operand } => {
                 let (_, high, known) = self.block_count(raw, entry, operand);
@@ -415,7 +410,7 @@ impl Decoder<'_> {
         };
         if let Ok(Operand::Device(device)) = parse(text, self.family) {
             // Words of a bit device that is named without digits are sixteen bits each.
-            if words && matches!(device.place, Place::At(Kind::Bit(_), _)) {
+            if matches!((extent, device.place), (Extent::Words(_), Place::At(Kind::Bit(_), _))) {
                 count = count.and_then(|count| count.checked_mul(16));
             }
             // Each result fills the digits that are written there, one behind the other; whether several words are

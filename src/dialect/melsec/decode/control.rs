@@ -210,7 +210,7 @@ impl Decoder<'_> {
                 "{mnemonic} with its condition off is taken to leave any value in every device"
             ));
             let at = self.add(Some(timing), effects, Step::Call { fires: runs, target: OPEN });
-            self.held.push(at);
+            self.calls_with_coils_off.push(at);
             let choice = self.choice();
             let forget = always(Write::Forget(Region::Everything, choice));
             self.add(None, vec![forget], Step::Nothing);

@@ -2,14 +2,14 @@
 
 use super::Decoder;
 use crate::program::flow;
-use crate::program::{Approximation, BitSource, ChoiceId, Logic, Program, Step, Write};
+use crate::program::{Approximation, BitSource, ChoiceId, Instruction, Logic, Step, Write};
 use std::collections::BTreeSet;
 
 impl Decoder<'_> {
-    /// Frees what acts in the routines that the calls noted lead to.
+    /// Lets every instruction act or not in the routines of `calls_with_coils_off` and in those that these call.
     pub(super) fn hold_off(&mut self) {
         let mut open: Vec<usize> = self
-            .held
+            .calls_with_coils_off
             .iter()
             .filter_map(|&at| match self.program.instructions[at].step {
                 Step::Call { target, .. } => Some(target),
@@ -29,7 +29,7 @@ impl Decoder<'_> {
         }
         for at in inside {
             let choice = self.choice();
-            free(&mut self.program, at, choice);
+            let_hold_off(&mut self.program.instructions[at], choice);
         }
         for instruction in entries {
             let what = "this routine may run with its coils off: each of its instructions is taken to act or not".to_owned();
@@ -39,15 +39,14 @@ impl Decoder<'_> {
 }
 
 /// Lets the choice hold an instruction off.
-fn free(program: &mut Program, at: usize, choice: ChoiceId) {
-    let instruction = &mut program.instructions[at];
+fn let_hold_off(instruction: &mut Instruction, choice: ChoiceId) {
     let may = Logic::Bit(BitSource::Free(choice));
     match &mut instruction.step {
         Step::Act { fires }
         | Step::Call { fires, .. }
         | Step::Stop { fires }
-        | Step::ZoneBegin { fires, .. } => held(fires, &may),
-        // What is not skipped is reached as well.
+        | Step::ZoneBegin { fires, .. } => put_behind(fires, &may),
+        // Also one without a condition: where it is held off, what it would skip runs.
         Step::Jump { fires, .. } => {
             let taken = std::mem::replace(fires, Logic::Const(true));
             *fires = Logic::All(vec![taken, may.clone()]);
@@ -56,17 +55,19 @@ fn free(program: &mut Program, at: usize, choice: ChoiceId) {
     }
     for effect in &mut instruction.effects {
         if let Write::Bit(_, value) = &mut effect.write {
-            held(value, &may);
+            put_behind(value, &may);
         }
     }
 }
 
-/// Puts the condition, wherever it is asked for, behind one more contact.
-fn held(logic: &mut Logic, may: &Logic) {
+/// Puts the rung's condition, wherever it is asked for, behind one more contact.
+fn put_behind(logic: &mut Logic, may: &Logic) {
     match logic {
         Logic::Condition => *logic = Logic::All(vec![Logic::Condition, may.clone()]),
-        Logic::Not(inner) => held(inner, may),
-        Logic::All(parts) | Logic::Any(parts) => parts.iter_mut().for_each(|part| held(part, may)),
+        Logic::Not(inner) => put_behind(inner, may),
+        Logic::All(parts) | Logic::Any(parts) => {
+            parts.iter_mut().for_each(|part| put_behind(part, may))
+        }
         Logic::Const(_) | Logic::Bit(_) | Logic::Compare(_) => {}
     }
 }

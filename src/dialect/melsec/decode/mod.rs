@@ -117,7 +117,7 @@ pub struct Decoder<'a> {
     labels: Vec<BTreeMap<u32, usize>>,
     fixups: Vec<Fixup>,
     /// Calls that may run their routine with all its coils off.
-    held: Vec<usize>,
+    calls_with_coils_off: Vec<usize>,
     loops: Vec<usize>,
     /// Loops whose number of turns nothing limits.
     unbounded: Vec<usize>,
@@ -179,7 +179,7 @@ impl<'a> Decoder<'a> {
             counts: Vec::new(),
             labels: vec![BTreeMap::new(); project.files.len()],
             fixups: Vec::new(),
-            held: Vec::new(),
+            calls_with_coils_off: Vec::new(),
             loops: Vec::new(),
             unbounded: Vec::new(),
             ends: Vec::new(),

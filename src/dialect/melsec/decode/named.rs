@@ -2,6 +2,7 @@
 //! also where its meaning shows none because it is taken as any value.
 
 use super::Decoder;
+use super::access::REST;
 use super::compare::{Sort, recognise};
 use super::rungs::contact;
 use crate::dialect::melsec::catalog::{Amount, Extent, Role, find};
@@ -10,8 +11,6 @@ use crate::dialect::melsec::operand::{Device, Operand, Place, parse, upper};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{AreaId, Cell, Region, TimingKey, Touched};
 
-/// Of a count that is not known: what is counted then is left to the instruction's units.
-const MANY: u32 = u32::MAX / 2;
 /// No single instruction is priced for more bits of words.
 const MOST_WORD_BITS: u32 = 65_536;
 
@@ -74,18 +73,14 @@ impl Decoder<'_> {
             .collect()
     }
 
-    /// How many units an extent has, and whether they are words.
+    /// How many units an extent has, and whether they are words. Where it is not known it is `REST`: then the price
+    /// counts by the instruction's units.
     fn units_of(&self, raw: &RawInstruction, extent: Extent) -> (u32, bool) {
-        let (amount, is_words) = match extent {
-            Extent::Words(amount) => (amount, true),
-            Extent::Bits(amount) | Extent::Devices(amount) => (amount, false),
-            Extent::Text => (Amount::Unknown, false),
-        };
         let counted = |operand: usize| {
             let count = raw.operands.get(operand).and_then(|text| self.constant(text));
             count.and_then(|count| u32::try_from(count).ok())
         };
-        let units = match amount {
+        let units = match extent.amount() {
             Amount::Fixed(units) => Some(units),
             Amount::Counted { unit, operand } => {
                 counted(operand).and_then(|count| count.checked_mul(unit))
@@ -95,7 +90,7 @@ impl Decoder<'_> {
             }
             Amount::Unknown => None,
         };
-        (units.map_or(MANY, |units| units.min(MANY)), is_words)
+        (units.map_or(REST, |units| units.min(REST)), matches!(extent, Extent::Words(_)))
     }
 }
 
@@ -122,12 +117,12 @@ fn touch(touched: &mut Touched, device: &Device, (units, is_words): (u32, bool))
     };
     // What stands behind an index is not known: the number alone counts.
     let somewhere = 0;
-    let bits_of = |digits: u8| units.saturating_mul(4 * u32::from(digits)).min(MANY);
+    let bits_of = |digits: u8| units.saturating_mul(4 * u32::from(digits)).min(REST);
     match device.place {
         Place::At(Kind::Word(area), index) => range(area, index, units),
         Place::Indexed(Kind::Word(area), false) => range(area, somewhere, units),
         Place::At(Kind::Bit(area), index) => {
-            range(area, index, if is_words { units.saturating_mul(16).min(MANY) } else { units });
+            range(area, index, if is_words { units.saturating_mul(16).min(REST) } else { units });
         }
         Place::Indexed(Kind::Bit(area), _) => range(area, somewhere, units),
         Place::Digits(Kind::Bit(area), index, digits) => range(area, index, bits_of(digits)),

@@ -44,8 +44,8 @@ impl Decoder<'_> {
         kind.cell(index)
     }
 
-    /// Makes the user's stated ranges of words constraints on the scan's start. The faults are those that name no
-    /// word or more than it can hold.
+    /// Makes the user's stated ranges of words constraints on the scan's start. Faults are those of what is no
+    /// word, and those that leave open whether one word or two are meant.
     pub(super) fn start_ranges(&mut self) -> Vec<Diagnostic> {
         let mut faults = Vec::new();
         let mut fault = |message: String, help: &str| {

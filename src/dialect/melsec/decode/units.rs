@@ -81,12 +81,13 @@ impl Decoder<'_> {
     fn units_of_operands(&self, raw: &RawInstruction, entry: &Entry) -> Units {
         let mut most = 1;
         for operand in &entry.operands {
-            let amount = match operand.extent {
-                Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount,
-                Extent::Text if operand.role == Role::Destination => continue,
-                Extent::Text => return Units::AtMost(LONGEST_TEXT),
-            };
-            most = most.max(match amount {
+            if operand.extent == Extent::Text {
+                match operand.role {
+                    Role::Destination => continue,
+                    _ => return Units::AtMost(LONGEST_TEXT),
+                }
+            }
+            most = most.max(match operand.extent.amount() {
                 Amount::Fixed(count) => u64::from(count),
                 Amount::Counted { unit, operand } => match self.constant(&raw.operands[operand]) {
                     Some(count) if count >= 0 => count.unsigned_abs() * u64::from(unit).max(1),
