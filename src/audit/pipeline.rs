@@ -193,7 +193,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         groups: &groups,
         constant,
         deadline,
-        doubtful: shortest_timer,
+        doubtful_from: shortest_timer,
     };
     let (mut maxima, ended_early) = search.run();
     let assignment = together(request, &model, &groups, &mut maxima)?;

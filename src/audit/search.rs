@@ -12,22 +12,30 @@ use std::time::{Duration, Instant};
 
 /// What is searched, and what ends it.
 pub struct Search<'a> {
+    /// What is asked: the method, the limit to decide, what else ends it and who is told of progress.
     pub request: &'a Request<'a>,
+    /// The times, for the points that may be fitted besides those counted.
     pub prices: &'a Prices,
+    /// What the groups' charges are part of.
     pub model: &'a ScanModel,
+    /// The groups, the dearest first.
     pub groups: &'a [Group],
-    /// What no assignment changes.
+    /// The part of the scan that no assignment changes.
     pub constant: Picos,
+    /// When the whole search ends.
     pub deadline: Option<Instant>,
-    /// Bounds from here on leave a doubt.
-    pub doubtful: Option<Picos>,
+    /// An upper bound from here on may be too low, which leaves the limit undecided.
+    pub doubtful_from: Option<Picos>,
 }
 
 /// What is known about all groups together.
 struct Known {
+    /// Of each group, the upper bound and the lower.
     bounds: Vec<(Picos, Picos)>,
+    /// The sums of these.
     upper: Picos,
     lower: Picos,
+    /// How many groups' bounds have met.
     solved: usize,
 }
 
@@ -39,7 +47,7 @@ impl Known {
         Known { bounds, upper, lower, solved }
     }
 
-    /// Takes note of a group's new bounds; whether a better scan is known now.
+    /// Takes note of a group's new bounds. Whether a better scan is known now.
     fn put(&mut self, group: usize, upper: Picos, lower: Picos) -> bool {
         // The sums are kept up to date, as there may be many groups.
         let old = std::mem::replace(&mut self.bounds[group], (upper, lower));
@@ -109,7 +117,7 @@ impl Search<'_> {
     fn decided(&self, known: &Known) -> bool {
         let Some(limit) = self.request.limit else { return false };
         let (upper, lower) = (self.constant + known.upper, self.constant + known.lower);
-        let doubtful = self.doubtful.is_some_and(|least| upper >= least);
+        let doubtful = self.doubtful_from.is_some_and(|least| upper >= least);
         let kept = upper + self.prices.more_points() <= limit && !doubtful;
         kept || lower.checked_sub(self.prices.points_taken()).is_some_and(|lower| lower > limit)
     }
@@ -124,7 +132,7 @@ impl Search<'_> {
         });
     }
 
-    /// When a round must end so that it leaves the later ones their share of the time.
+    /// When a round must end so that it leaves the later ones their share of the time, by their charges.
     fn share(&self, round: &Range<usize>, end: Instant) -> Instant {
         let charges = |groups: &[Group]| -> usize {
             groups.iter().map(|group| group.charges.len() + 1).sum()

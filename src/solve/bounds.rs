@@ -51,12 +51,12 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// Takes note that every assignment costs so much less than was proved before.
+    /// Takes note that the upper bound falls by so many picoseconds.
     pub fn lost(&mut self, weight: u64) {
         self.proved(self.upper - weight);
     }
 
-    /// How far the bounds are apart.
+    /// How far the bounds are apart, in picoseconds.
     pub fn gap(&self) -> u64 {
         self.upper - self.lower()
     }

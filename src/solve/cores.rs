@@ -43,7 +43,7 @@ pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
     search_from(SMALLEST, problem, bounds);
 }
 
-/// The same with smallest parts of this size.
+/// The same with smallest parts of so many variables.
 fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
     let clauses = Clauses::new(problem);
     let mut ledger = Ledger::new(Formula::new(&clauses), clauses.variables);
@@ -85,7 +85,7 @@ struct Search<'a, 'b> {
     clauses: &'a Clauses,
     limits: &'b Limits<'b>,
     bounds: Mutex<&'a mut Bounds<'b>>,
-    /// Of the circuit's variables: the values in the last scan found for their part.
+    /// By variable of the circuit, from 1: its value in the last scan found for its part.
     values: Vec<bool>,
     /// The bits that most clauses ask for.
     modes: Vec<VarId>,
@@ -100,7 +100,7 @@ impl<'a, 'b> Search<'a, 'b> {
         self.bounds().exact() || self.limits.reached()
     }
 
-    /// Goes through all parts of a size, side by side. Parts neither see each other nor when the bounds meet, so
+    /// Goes through all parts of `size` variables of the `whole`, side by side. Parts neither see each other nor when the bounds meet, so
     /// what comes out does not depend on who is first. Whether the constraints can hold.
     fn round(&mut self, ledger: &mut Ledger, size: usize, whole: usize) -> bool {
         let count = whole.div_ceil(size);
@@ -140,7 +140,7 @@ impl<'a, 'b> Search<'a, 'b> {
     }
 
     /// Takes note of a model of the whole. A wish that is worth more than the bounds are apart holds in every
-    /// better one.
+    /// better one, so it is granted.
     fn found(&self, ledger: &mut Ledger, holds: impl Fn(i32) -> bool) {
         let mut bounds = self.bounds();
         bounds.lost(ledger.take_lost());

@@ -50,7 +50,7 @@ impl Formula {
     }
 
     /// How many variables there are.
-    pub fn count(&self) -> usize {
+    pub fn variable_count(&self) -> usize {
         self.variables
     }
 
@@ -60,7 +60,7 @@ impl Formula {
     }
 
     /// A further variable, which further clauses define.
-    pub fn variable(&mut self) -> i32 {
+    pub fn new_variable(&mut self) -> i32 {
         self.variables += 1;
         i32::try_from(self.variables).expect("variables are counted in 31 bits")
     }
@@ -102,7 +102,7 @@ impl Formula {
         }
     }
 
-    /// The clauses by their homes' parts, each of so many homes; nothing stays here.
+    /// The clauses of each part, which has `size` homes; no clause stays here.
     pub fn split(&mut self, size: usize, parts: usize) -> Vec<Formula> {
         let mut split: Vec<Formula> = (0..parts).map(|_| Formula::empty(self.variables)).collect();
         for (index, place) in self.clauses.iter().enumerate() {
@@ -119,26 +119,28 @@ impl Formula {
             let defines = renumber.of(place.defines);
             self.clauses.push(Place { home: place.home, defines, end: self.literals.len() });
         }
-        self.variables += part.variables - renumber.first;
+        self.variables += part.variables - renumber.shared;
     }
 
-    /// New numbers for what a part added since all parts together had so many variables.
-    pub fn renumber(&self, first: usize) -> Renumber {
-        Renumber { first, by: self.variables - first }
+    /// New numbers for what the next part to be joined has added: `shared` variables were there when the parts were
+    /// split.
+    pub fn renumber(&self, shared: usize) -> Renumber {
+        Renumber { shared, by: self.variables - shared }
     }
 }
 
 /// New numbers for the variables that a part of a formula added by itself.
 pub struct Renumber {
-    /// The last variable that keeps its number.
-    first: usize,
+    /// So many variables all parts have in common: these keep their numbers.
+    shared: usize,
+    /// How many variables the parts before it added.
     by: usize,
 }
 
 impl Renumber {
     /// The literal under its new number.
     pub fn of(&self, literal: i32) -> i32 {
-        if literal.unsigned_abs() as usize <= self.first {
+        if literal.unsigned_abs() as usize <= self.shared {
             return literal;
         }
         let by = i32::try_from(self.by).expect("variables are counted in 31 bits");

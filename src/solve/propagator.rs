@@ -175,10 +175,20 @@ impl Propagator {
     }
 
     /// Of a false literal: it and the assumptions that make it false.
-    pub fn against(&mut self, literal: i32) -> Vec<i32> {
+    fn against(&mut self, literal: i32) -> Vec<i32> {
         let mut core = self.ancestors(vec![literal]);
         core.push(literal);
         core
+    }
+
+    /// Assumes a literal whatever is known of it. The answer is assumptions that cannot hold together, as far as
+    /// propagation shows: then it is not assumed.
+    pub fn require(&mut self, literal: i32) -> Option<Vec<i32>> {
+        match self.value(literal) {
+            0 => self.assume(literal),
+            1 => None,
+            _ => Some(self.against(literal)),
+        }
     }
 
     fn set(&mut self, literal: i32, reason: Reason) {

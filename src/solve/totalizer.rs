@@ -63,7 +63,7 @@ impl Totalizer {
         self.extend(left, count, formula);
         self.extend(right, count, formula);
         for sum in have + 1..=count {
-            let output = formula.variable();
+            let output = formula.new_variable();
             if let Some(&smaller) = self.nodes[node].outputs.last() {
                 formula.define(self.home, output, &[-output, smaller]);
             }

@@ -1,4 +1,4 @@
-//! What is paid and what is still wished for.
+//! What is paid and what is still wished for, in picoseconds.
 
 use crate::solve::formula::Formula;
 use crate::solve::totalizer::Totalizer;
@@ -66,26 +66,22 @@ impl Ledger {
         wishes.take_while(move |&(_, weight)| weight >= least)
     }
 
-    /// The next lower weight from which wishes are to be looked at.
+    /// The next step down in weight: the least weight of the wishes that are looked at then. `None` if no wish is
+    /// lighter than `least`.
     pub fn lighter(&self, least: u64) -> Option<u64> {
         let below = (Reverse(least.checked_sub(1)?), 0, i32::MIN);
-        let mut next = None;
-        let (mut wishes, mut kinds) = (0, 0);
-        let mut first = 0;
-        for &(Reverse(weight), ..) in self.order.range(below..) {
+        let weights = || self.order.range(below..).map(|&(Reverse(weight), ..)| weight);
+        let first = weights().next()?;
+        let (mut wishes, mut different, mut last) = (0, 0, None);
+        for weight in weights() {
             wishes += 1;
-            if next != Some(weight) {
-                kinds += 1;
-            }
-            if next.is_none() {
-                first = weight;
-            }
-            next = Some(weight);
-            if wishes > DIVERSITY * kinds || weight < first / DIVERSITY as u64 {
+            different += usize::from(last != Some(weight));
+            last = Some(weight);
+            if wishes > DIVERSITY * different || weight < first / DIVERSITY as u64 {
                 break;
             }
         }
-        next
+        last
     }
 
     fn set_weight(&mut self, literal: i32, weight: u64) {
@@ -101,7 +97,7 @@ impl Ledger {
         }
     }
 
-    /// That a literal holds is worth so much more.
+    /// A literal is worth so much more if it holds.
     pub fn wish(&mut self, literal: i32, weight: u64) {
         let opposite = self.weight(-literal);
         let against = opposite.min(weight);
@@ -121,7 +117,7 @@ impl Ledger {
         self.formula.add(self.home(literal), &[literal]);
     }
 
-    /// Takes a core's least weight off its wishes, and tells it.
+    /// Takes the least weight of a core's wishes off each of them, and answers with it.
     pub fn pay(&mut self, core: &[i32]) -> u64 {
         let weight = core.iter().map(|&literal| self.weight(literal)).min().unwrap_or(0);
         for &literal in core {
@@ -131,8 +127,9 @@ impl Ledger {
         weight
     }
 
-    /// The new wishes of a core that was paid: that no further of the old ones fails. `forced` may know that a
-    /// literal cannot hold, which tells that more of them must fail. The literals whose weight grew.
+    /// Adds the new wishes of a core for which `weight` was paid: that no further of the old ones fails. `forced` may
+    /// know that a literal cannot hold, which tells that more of them must fail. The answer is the literals whose
+    /// weight grew.
     pub fn relax(
         &mut self,
         core: &[i32],
@@ -168,8 +165,8 @@ impl Ledger {
         grown
     }
 
-    /// That no more than `count` of a counter's inputs are true is worth so much. The literal that says so, if
-    /// that can be.
+    /// That no more than `count` of a counter's inputs are true is worth so much more. The answer is the literal that
+    /// says so; `None` if there are no more inputs.
     fn wish_at_most(&mut self, counter: usize, count: usize, weight: u64) -> Option<i32> {
         if count >= self.counters[counter].size() {
             return None;
@@ -189,7 +186,7 @@ impl Ledger {
         self.counters[self.counted[&literal].0].home()
     }
 
-    /// The ledgers of the parts of the program, each of so many homes; nothing stays here.
+    /// The ledgers of the parts of the program, each of `size` homes; no wish and no clause stays here.
     pub fn split(&mut self, size: usize, parts: usize) -> Vec<Ledger> {
         let formulas = self.formula.split(size, parts);
         let mut split: Vec<Ledger> =
@@ -215,10 +212,10 @@ impl Ledger {
 
     /// Takes the parts back in their order.
     pub fn join(&mut self, parts: impl IntoIterator<Item = Ledger>) {
-        let first = self.formula.count();
+        let shared = self.formula.variable_count();
         let mut order = Vec::new();
         for part in parts {
-            let renumber = self.formula.renumber(first);
+            let renumber = self.formula.renumber(shared);
             self.formula.join(&part.formula, &renumber);
             self.lost += part.lost;
             order.extend(

@@ -24,9 +24,10 @@ const FEWEST: usize = 8;
 /// What is not found in so many passes is left to the solver.
 const PASSES: usize = 3;
 
-/// Between two looks at the clock there are so many wishes.
+/// So many wishes go by between two looks at the clock.
 const LOOK: usize = 64;
 
+/// Propagation over all clauses, kept from pass to pass.
 struct Mine {
     /// The assumptions so far and all that follows.
     trail: Propagator,
@@ -88,12 +89,7 @@ impl Search<'_, '_> {
             if ledger.weight(wish) != weight {
                 continue;
             }
-            let core = match mine.trail.value(wish) {
-                0 => mine.trail.assume(wish),
-                1 => None,
-                _ => Some(mine.trail.against(wish)),
-            };
-            let Some(core) = core else { continue };
+            let Some(core) = mine.trail.require(wish) else { continue };
             let core = without_pivots(core, &mut pivots, ledger);
             if core.iter().any(|&literal| ledger.weight(literal) == 0) {
                 blocked = true;
@@ -120,6 +116,7 @@ fn place(wish: i32, weight: u64) -> (u64, Reverse<u32>, i32) {
 }
 
 impl Mine {
+    /// Takes in the clauses that came since.
     fn learn(&mut self, ledger: &Ledger) {
         for clause in ledger.formula.since(self.told) {
             self.trail.add(clause);
@@ -187,12 +184,7 @@ fn shrunk(mut core: Vec<i32>, ledger: &Ledger, probe: &mut Propagator) -> Vec<i3
         at -= 1;
         probe.back(0);
         let others = core.iter().enumerate().filter(|&(other, _)| other != at);
-        let smaller = others.map(|(_, &wish)| wish).find_map(|wish| match probe.value(wish) {
-            0 => probe.assume(wish),
-            1 => None,
-            _ => Some(probe.against(wish)),
-        });
-        if let Some(smaller) = smaller {
+        if let Some(smaller) = others.map(|(_, &wish)| wish).find_map(|wish| probe.require(wish)) {
             core.retain(|wish| smaller.contains(wish));
             at = at.min(core.len());
         }

@@ -31,15 +31,16 @@ impl Part {
         Part { homes, ledger, values: Vec::new(), contradiction: false }
     }
 
-    /// Pays for cores until all wishes can hold together. If it is the `whole` program, what is found is a scan.
+    /// Pays for cores until all wishes can hold together. If it is the `whole` program, every model is a scan.
     ///
     /// It goes down in weight step by step, in every round: asked for all wishes of a project of 64 stations at
     /// once, the solver was lost for minutes.
     pub fn solve(&mut self, search: &Search<'_, '_>, whole: bool) {
         let mut asker = Asker { oracle: Oracle::new(search.limits), told: 0 };
         let mut least = self.ledger.wishes(1).next().map_or(1, |(_, weight)| weight);
-        // Cores that have been taken off the weights, and what of each was; their new wishes are still to come.
-        let mut unpaid: Vec<(Vec<i32>, u64)> = Vec::new();
+        // Cores that are paid, and what was paid for each. Their new wishes wait until all that are wished for now
+        // can hold together.
+        let mut paid: Vec<(Vec<i32>, u64)> = Vec::new();
         loop {
             search.bounds().count();
             let wanted: Vec<i32> = self.ledger.wishes(least).map(|(wish, _)| wish).collect();
@@ -53,17 +54,17 @@ impl Part {
                     }
                     let core = self.minimised(core, &mut asker);
                     let weight = self.ledger.pay(&core);
-                    unpaid.push((core, weight));
+                    paid.push((core, weight));
                 }
                 Some(true) => {
                     if whole {
                         search.found(&mut self.ledger, |literal| asker.oracle.holds(literal));
                     }
-                    if unpaid.is_empty() {
+                    if paid.is_empty() {
                         let Some(next) = self.ledger.lighter(least) else { break };
                         least = next;
                     }
-                    for (core, weight) in unpaid.drain(..) {
+                    for (core, weight) in paid.drain(..) {
                         self.ledger.relax(&core, weight, |formula, literal| {
                             asker.ask(formula, &[literal], COUNT_EFFORT) == Some(false)
                         });
@@ -108,6 +109,7 @@ struct Asker<'a> {
 }
 
 impl Asker<'_> {
+    /// Whether the clauses and assumptions can hold together; `None` if that was not found out in so many steps.
     fn ask(&mut self, formula: &Formula, assumptions: &[i32], steps: u64) -> Option<bool> {
         formula.teach(self.told, &mut self.oracle);
         self.told = formula.len();
