@@ -5,7 +5,7 @@ use scanbound::dialect::{Dialect, dialects};
 use scanbound::time::Picos;
 use std::str::FromStr;
 
-/// A thousand seconds.
+/// No delay of a terminal is longer, in picoseconds: a thousand seconds. So sums with it stay within what is counted.
 const LONGEST_DELAY: u64 = 1_000_000_000_000_000;
 
 /// A whole number, of at least one.

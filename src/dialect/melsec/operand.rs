@@ -27,7 +27,8 @@ pub enum Operand {
 /// A device operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Device {
-    /// The device's letters (`D`, `ZR`), or empty for module and indirect access.
+    /// The device's letters (`D`, `ZR`), those of an indexed constant (`K`, `H`), or empty for module and indirect
+    /// access.
     pub name: &'static str,
     /// Where it is.
     pub place: Place,
@@ -36,15 +37,15 @@ pub struct Device {
 /// Where a device operand points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// One device.
+    /// One device, by its index.
     At(Kind, u32),
-    /// A bit of a word device.
+    /// A bit of a word device: the word's index, and the bit, 0 to 15.
     BitOf(Kind, u32, u8),
-    /// `K4M0`: so many digits of four bits from a bit device on.
+    /// `K4M0`: from the bit device of this index on, so many digits (1 to 8) of four bits.
     Digits(Kind, u32, u8),
     /// Some device of this kind: an index register is added. True for a bit of one of its words.
     Indexed(Kind, bool),
-    /// Digits from some device of this kind on.
+    /// So many digits from some device of this kind on.
     IndexedDigits(Kind, u8),
     /// `@D0`: any word device.
     Indirect,
@@ -68,10 +69,10 @@ impl Kind {
     }
 }
 
-/// Reads an operand. The error says what is wrong with it.
+/// Reads an operand.
 ///
 /// # Errors
-/// A sentence for the user, without a full stop.
+/// What is wrong with it, a sentence for the user without a full stop.
 pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
     if let Some(inner) = text.strip_prefix('"') {
         let inner = inner.strip_suffix('"').ok_or("the string is not closed")?;
@@ -92,11 +93,8 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
     let (letter, rest) = (letters.next().unwrap_or_default(), letters.as_str());
     let numeric = |rest: &str| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit());
     match letter {
-        'K' | 'H' if is_indexed_constant(rest, letter == 'H', family) => {
-            let name = if letter == 'H' { "H" } else { "K" };
-            let place = Place::Indexed(Kind::VolatileWord, false);
-            Ok(Operand::Device(Device { name, place }))
-        }
+        'K' if is_indexed_constant(rest, Radix::Decimal, family) => Ok(indexed_constant("K")),
+        'H' if is_indexed_constant(rest, Radix::Hexadecimal, family) => Ok(indexed_constant("H")),
         'K' => {
             let mut letters = rest.chars();
             if let (Some(digits @ '1'..='8'), Some('A'..='Z')) = (letters.next(), letters.next()) {
@@ -172,7 +170,7 @@ fn number(digits: &str, radix: Radix, text: &str) -> Result<u32, String> {
     }
 }
 
-/// A device's letters, its number, and what follows (`.A`, `Z3`).
+/// A device's name, its number, and what follows (`.A`, `Z3`).
 fn split(text: &str, family: Family) -> Result<(&'static Name, u32, &str), String> {
     let (name, radix) = name_of(text, family).ok_or_else(|| unknown(text))?;
     let rest = &text[name.letters.len()..];
@@ -224,11 +222,16 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     Ok(Device { name, place })
 }
 
-/// `K10Z1`: a constant and an index register, any number.
-fn is_indexed_constant(text: &str, hexadecimal: bool, family: Family) -> bool {
+/// A constant to which an index register is added: a word of any value.
+fn indexed_constant(name: &'static str) -> Operand {
+    Operand::Device(Device { name, place: Place::Indexed(Kind::VolatileWord, false) })
+}
+
+/// Whether behind `K` or `H` a constant and an index register follow, as in `K10Z1`.
+fn is_indexed_constant(text: &str, radix: Radix, family: Family) -> bool {
     let text = text.strip_prefix('-').unwrap_or(text);
-    let is_digit = |c: char| if hexadecimal { c.is_ascii_hexdigit() } else { c.is_ascii_digit() };
-    text.find(|c| !is_digit(c)).is_some_and(|end| end > 0 && is_index(&text[end..], family))
+    let end = text.bytes().position(|byte| !is_digit(byte, radix));
+    end.is_some_and(|end| end > 0 && is_index(&text[end..], family))
 }
 
 /// `Z3`, on the FX also `V3`, on iQ-R also `LZ0`.

@@ -11,8 +11,16 @@ use crate::dialect::melsec::operand::{Device, Operand, Place, parse, upper};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{AreaId, Cell, Region, TimingKey, Touched};
 
-/// No single instruction is priced for more bits of words.
+/// An operand is priced for so many bits of words at most, also where how many it has is not known.
 const MOST_WORD_BITS: u32 = 65_536;
+
+/// A device among an instruction's operands.
+struct Named {
+    device: Device,
+    extent: Extent,
+    /// It is both read and written.
+    changes: bool,
+}
 
 impl Decoder<'_> {
     /// Completes the key of the instruction under way: names with the kinds of its operands, and what it touches.
@@ -33,8 +41,8 @@ impl Decoder<'_> {
             }
             key.names = names;
         }
-        for (device, extent, changes) in &devices {
-            // What is changed is read and written.
+        for Named { device, extent, changes } in &devices {
+            // What is changed is accessed twice.
             for _ in 0..1 + usize::from(*changes) {
                 touch(&mut key.touched, device, self.units_of(raw, *extent));
             }
@@ -42,8 +50,8 @@ impl Decoder<'_> {
         key
     }
 
-    /// The devices among the operands, how far each reaches, and whether it is both read and written.
-    fn devices(&self, raw: &RawInstruction) -> Vec<(Device, Extent, bool)> {
+    /// The devices among the operands.
+    fn devices(&self, raw: &RawInstruction) -> Vec<Named> {
         if raw.operands.is_empty() {
             return Vec::new();
         }
@@ -68,7 +76,7 @@ impl Decoder<'_> {
                 let extent = compared.or(listed.map(|operand| operand.extent)).unwrap_or(one);
                 let changes =
                     upper == "FF" || listed.is_some_and(|operand| operand.role == Role::Both);
-                Some((device, extent, changes))
+                Some(Named { device, extent, changes })
             })
             .collect()
     }
@@ -94,9 +102,9 @@ impl Decoder<'_> {
     }
 }
 
-/// The kinds of operands that have rows of their own.
-fn kinds(devices: &[(Device, Extent, bool)]) -> Vec<&'static str> {
-    let has = |wanted: fn(&Place) -> bool| devices.iter().any(|(device, ..)| wanted(&device.place));
+/// The kinds of operands that have rows of their own, in the order in which these are looked for.
+fn kinds(devices: &[Named]) -> Vec<&'static str> {
+    let has = |wanted: fn(&Place) -> bool| devices.iter().any(|named| wanted(&named.device.place));
     let kinds = [
         ("module", has(|place| matches!(place, Place::Foreign(_)))),
         (
