@@ -1,8 +1,7 @@
 //! Application instructions, by the catalog: what they read and write, exactly or as any value; user instructions.
 
 use super::access::{BitPlace, WordPlace};
-use super::rungs::remember;
-use super::{Decoder, edge, fired, operands, timing};
+use super::{Decoder, fired, operands, timing};
 use crate::dialect::melsec::catalog::{
     Amount, EVERYWHERE, Entry, Extent, Found, NotFound, Operation, Role, close, find,
 };
@@ -120,15 +119,7 @@ impl Decoder<'_> {
                 if everywhere { "device" } else { name }
             ));
         }
-        let fires = if free {
-            Logic::Const(true)
-        } else if found.pulsed {
-            let memory = self.memory();
-            effects.push(remember(memory, Logic::Condition));
-            edge(true, Logic::Condition, memory)
-        } else {
-            Logic::Condition
-        };
+        let fires = if free { Logic::Const(true) } else { self.fires(found.pulsed, &mut effects) };
         self.add(Some(key), effects, Step::Act { fires });
     }
 
@@ -182,8 +173,13 @@ impl Decoder<'_> {
         })
     }
 
-    /// The cells a copy, sum or the like writes, or their loss where it is not known which.
-    fn write_number(&mut self, text: &str, words: usize, number: Number) -> Option<Vec<Effect>> {
+    /// The cells a copy, sum or the like writes where it fires, or their loss where it is not known which.
+    pub(super) fn write_number(
+        &mut self,
+        text: &str,
+        words: usize,
+        number: Number,
+    ) -> Option<Vec<Effect>> {
         Some(match self.word_place(text, words)? {
             WordPlace::All(targets) => vec![fired(Write::Words(targets, number))],
             WordPlace::Somewhere(region) => vec![fired(Write::Forget(region, self.choice()))],

@@ -2,7 +2,7 @@
 
 use super::access::WordPlace;
 use super::rungs::remember;
-use super::{Decoder, Fixup, OPEN, always, edge, fired, key, timing};
+use super::{Decoder, Fixup, OPEN, always, fired, key, timing};
 use crate::dialect::melsec::device::{Family, area};
 use crate::dialect::melsec::operand::{Operand, parse};
 use crate::dialect::melsec::source::RawInstruction;
@@ -185,12 +185,8 @@ impl Decoder<'_> {
         let file = if by_file { self.file_of(&raw.operands[0]) } else { Some(self.file) };
         let label = self.pointer(&raw.operands[first]);
         let (Some(file), Some(label)) = (file, label) else { return };
-        let memory = self.memory();
-        let (fires, mut effects) = if pulsed {
-            (edge(true, Logic::Condition, memory), vec![remember(memory, Logic::Condition)])
-        } else {
-            (Logic::Condition, Vec::new())
-        };
+        let mut effects = Vec::new();
+        let fires = self.fires(pulsed, &mut effects);
         let passed: Vec<String> = raw.operands[first + 1..].to_vec();
         if !passed.is_empty() {
             // What is handed over stands in function devices; what comes back is copied behind the call.
@@ -363,13 +359,7 @@ impl Decoder<'_> {
             WordPlace::Nowhere => Vec::new(),
         };
         let pulsed = mnemonic.ends_with('P');
-        let fires = if pulsed {
-            let memory = self.memory();
-            effects.push(remember(memory, Logic::Condition));
-            edge(true, Logic::Condition, memory)
-        } else {
-            Logic::Condition
-        };
+        let fires = self.fires(pulsed, &mut effects);
         let timing = timing(mnemonic, pulsed, None, "jump", Units::None, false);
         let at = self.add(Some(timing), effects, Step::Jump { fires, target: OPEN });
         self.fix(at, label, self.file, true);

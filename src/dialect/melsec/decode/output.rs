@@ -1,6 +1,6 @@
 //! Coils: OUT on bits, timers and counters, SET, RST, PLS, PLF, FF.
 
-use super::access::{BitPlace, WordPlace};
+use super::access::BitPlace;
 use super::rungs::{letters, remember};
 use super::{Decoder, always, edge, fired, timing};
 use crate::dialect::melsec::device::{Family, Kind, Timed};
@@ -137,7 +137,10 @@ impl Decoder<'_> {
                 vec![
                     bit(timed.contact),
                     bit(timed.coil),
-                    zero(WordTarget::Cell(Cell { area: timed.value, index })),
+                    fired(Write::Words(
+                        vec![WordTarget::Cell(Cell { area: timed.value, index })],
+                        zero(),
+                    )),
                 ]
             }
             Place::Indexed(Kind::Timed(timed), false) if mnemonic == "RST" => {
@@ -155,13 +158,9 @@ impl Decoder<'_> {
             | Place::Foreign(false)
                 if mnemonic == "RST" =>
             {
-                match self.word_place(text, 1) {
+                match self.write_number(text, 1, zero()) {
+                    Some(effects) => effects,
                     None => return,
-                    Some(WordPlace::All(targets)) => targets.into_iter().map(zero).collect(),
-                    Some(WordPlace::Somewhere(region)) => {
-                        vec![fired(Write::Forget(region, self.choice()))]
-                    }
-                    Some(WordPlace::Nowhere) => Vec::new(),
                 }
             }
             _ => match self.bit_effects(text, Logic::Const(mnemonic == "SET"), false) {
@@ -227,6 +226,7 @@ fn is_long_counter(device: &Device) -> bool {
     device.name == "C" && matches!(device.place, Place::At(_, 200..))
 }
 
-fn zero(target: WordTarget) -> Effect {
-    fired(Write::Words(vec![target], Number::Words(vec![WordSource::Const(0)])))
+/// Zero in one word.
+fn zero() -> Number {
+    Number::Words(vec![WordSource::Const(0)])
 }

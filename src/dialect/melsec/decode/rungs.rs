@@ -275,6 +275,19 @@ impl Decoder<'_> {
     }
 }
 
+impl Decoder<'_> {
+    /// Where an instruction fires: on its condition, or if it is pulsed, on the rising edge of that, which is then
+    /// remembered among the effects.
+    pub(super) fn fires(&mut self, pulsed: bool, effects: &mut Vec<Effect>) -> Logic {
+        if !pulsed {
+            return Logic::Condition;
+        }
+        let memory = self.memory();
+        effects.push(remember(memory, Logic::Condition));
+        edge(true, Logic::Condition, memory)
+    }
+}
+
 /// Remembers a value in a hidden bit, whenever the instruction is reached.
 pub(super) fn remember(memory: Cell, value: Logic) -> Effect {
     always(Write::Bit(BitTarget::Cell(memory), value))
