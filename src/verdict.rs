@@ -17,14 +17,14 @@ impl Margin {
         Picos(u64::try_from(scaled.div_ceil(1_000_000)).unwrap_or(u64::MAX))
     }
 
-    /// The longest time that is within the limit with the margin added.
+    /// The longest time, rounded down, that is within the limit with the margin added.
     #[must_use]
     pub fn room(self, limit: Picos) -> Picos {
         let most = u128::from(limit.0) * 1_000_000 / (1_000_000 + u128::from(self.0));
         Picos(u64::try_from(most).unwrap_or(limit.0))
     }
 
-    /// Whether there is none.
+    /// Whether nothing is added.
     #[must_use]
     pub fn is_none(self) -> bool {
         self.0 == 0
@@ -86,7 +86,8 @@ impl Check {
     /// not be there from being refuted.
     #[must_use]
     pub fn new(audit: &Audit, limit: Picos, margin: Margin) -> Check {
-        let (upper, lower) = (margin.on(audit.most()), margin.on(audit.surely()));
+        let (upper, lower) =
+            (margin.on(audit.upper_with_all_points()), margin.on(audit.lower_without_points()));
         let doubts = || {
             // All that the CPU can have is counted where that is known.
             let unknown = audit.points.iter().any(|points| points.most.is_none());
@@ -116,7 +117,7 @@ fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<String> {
             format!("{} {}", most.max(points.taken), points.side)
         };
         let all = listed(audit, " and ", all);
-        let most = audit.most();
+        let most = audit.upper_with_all_points();
         let room = margin.room(limit).checked_sub(upper).unwrap_or_default();
         let dearest = audit.points.iter().map(|points| points.sixteen.0).max().unwrap_or(0);
         let more = room.0.checked_div(dearest).unwrap_or(0).saturating_mul(16);

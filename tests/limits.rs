@@ -48,8 +48,8 @@ impl Case {
     fn check(&self) {
         let whole = self.audit(None, 2);
         assert!(whole.bound.exact() && !whole.ended_early);
-        let most = whole.most();
-        let surely = whole.surely();
+        let most = whole.upper_with_all_points();
+        let surely = whole.lower_without_points();
         let between = |share: u64| Picos(surely.0 + (most.0 - surely.0) / 4 * share);
         let naive = Picos(whole.bound.naive.0 + (most.0 - whole.bound.upper.0));
         let limits = [

@@ -87,13 +87,13 @@ impl Audit {
     /// No scan takes longer, even if all points are fitted that the CPU can have, where it is not stated how many
     /// are and the table says how many can be.
     #[must_use]
-    pub fn most(&self) -> Picos {
+    pub fn upper_with_all_points(&self) -> Picos {
         self.bound.upper + more_points(&self.points)
     }
 
     /// So long a scan takes even if no point is fitted where it is not stated how many are.
     #[must_use]
-    pub fn surely(&self) -> Picos {
+    pub fn lower_without_points(&self) -> Picos {
         self.possible().checked_sub(points_taken(&self.points)).unwrap_or_default()
     }
 

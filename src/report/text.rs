@@ -66,7 +66,7 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
 }
 
 fn answer(audit: &Audit, check: &Check) -> String {
-    let (most, limit) = (audit.most(), check.limit);
+    let (most, limit) = (audit.upper_with_all_points(), check.limit);
     let with_margin = |time: Picos| match check.margin.is_none() {
         true => String::new(),
         false => format!(" ({time} with the margin of {})", check.margin),
@@ -101,7 +101,7 @@ fn answer(audit: &Audit, check: &Check) -> String {
             format!(
                 "{}: a scan takes {}{}, none is known to take more than {most}{}, the limit is {limit}\n{reasons}\n",
                 paint(CARE, "UNDECIDED"),
-                audit.surely(),
+                audit.lower_without_points(),
                 with_margin(check.lower),
                 with_margin(check.upper)
             )
