@@ -60,15 +60,15 @@ impl Family {
 /// What a device name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// One area of bits.
+    /// A bit of this area.
     Bit(AreaId),
-    /// One area of words.
+    /// A word of this area.
     Word(AreaId),
     /// Timer or counter: contact, coil and present value.
     Timed(Timed),
-    /// Bits that change without the program: reads are free, writes vanish.
+    /// A bit that changes without the program: reads are free, writes vanish.
     VolatileBit,
-    /// Words that change without the program.
+    /// A word that changes without the program, likewise.
     VolatileWord,
 }
 
@@ -290,14 +290,15 @@ pub fn is_digit(byte: u8, radix: Radix) -> bool {
 
 /// Whether an FX timer runs on wherever the scan is: those for subroutines, 1 ms timers, 100 ms retentive ones.
 #[must_use]
-pub fn own_clock(timer: u32) -> bool {
+pub fn has_own_clock(timer: u32) -> bool {
     matches!(timer, 192..=199 | 246..)
 }
 
 /// Words that each function register has: FD1 lies that far behind FD0.
 pub const FUNCTION_WORDS: u32 = 4;
 
-/// What the device of these letters means in a family.
+/// What the device of these letters means in a family; `None` if there is no such device. `index` is as for
+/// [`Name::kind`].
 #[must_use]
 pub fn kind(letters: &str, index: u32, family: Family) -> Option<Kind> {
     let at = NAMES.binary_search_by_key(&letters, |name| name.letters).ok()?;
@@ -317,8 +318,8 @@ impl Name {
             "D" if index >= 8000 => Kind::VolatileWord,
             // 1 ms and 100 ms retentive timers, counted in interrupts.
             "T" if (246..=255).contains(&index) => Kind::Timed(Timed { retentive: true, ..TIMER }),
-            "TS" | "TC" if own_clock(index) => Kind::VolatileBit,
-            "TN" if own_clock(index) => Kind::VolatileWord,
+            "TS" | "TC" if has_own_clock(index) => Kind::VolatileBit,
+            "TN" if has_own_clock(index) => Kind::VolatileWord,
             // High-speed counters count in interrupts.
             "C" | "CS" | "CC" if index >= 235 => Kind::VolatileBit,
             "CN" if index >= 200 => Kind::VolatileWord,

@@ -1,7 +1,7 @@
 //! How operands are read and written: cells, bits of words, digits, and whatever is only known to be somewhere.
 
 use super::Decoder;
-use crate::dialect::melsec::device::{FUNCTION_WORDS, Family, Kind, area, kind, own_clock};
+use crate::dialect::melsec::device::{FUNCTION_WORDS, Family, Kind, area, has_own_clock, kind};
 use crate::dialect::melsec::operand::{Device, Operand, Place, parse};
 use crate::program::{
     AreaId, BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
@@ -206,7 +206,7 @@ impl Decoder<'_> {
         };
         if self.is_long(&device)
             || self.runs_in_interrupts(&device)
-            || self.is_mixed(&device, words)
+            || self.reaches_special(&device, words)
         {
             self.approximate(format!(
                 "{text} changes by itself: it is taken as any value where it is read"
@@ -249,8 +249,8 @@ impl Decoder<'_> {
         })
     }
 
-    /// The FX's 32-bit counters and the long timers and counters of iQ-R hold their value in two words of
-    /// their own.
+    /// Whether the value stands in two words of its own, as with the FX's 32-bit counters and the long timers and
+    /// counters of iQ-R: it is not followed.
     fn is_long(&self, device: &Device) -> bool {
         match device.place {
             Place::At(Kind::Timed(_), _) if device.name.starts_with('L') => true,
@@ -259,15 +259,16 @@ impl Decoder<'_> {
         }
     }
 
-    /// The FX's timers for subroutines and its 1 ms timers run on wherever the scan is.
+    /// Whether a timer runs on wherever the scan is, as the FX's for subroutines and its 1 ms timers do.
     fn runs_in_interrupts(&self, device: &Device) -> bool {
         self.family == Family::Fx
             && device.name == "T"
-            && matches!(device.place, Place::At(Kind::Timed(_), timer) if own_clock(timer))
+            && matches!(device.place, Place::At(Kind::Timed(_), timer) if has_own_clock(timer))
     }
 
-    /// Whether a number that begins with ordinary devices of the FX ends in special ones, which change by themselves.
-    fn is_mixed(&self, device: &Device, words: usize) -> bool {
+    /// Whether a number of `words` words that begins with ordinary devices of the FX reaches special ones, which change
+    /// by themselves.
+    fn reaches_special(&self, device: &Device, words: usize) -> bool {
         let (first, count) = match device.place {
             Place::At(Kind::Word(_) | Kind::Timed(_), first) => (first, words as u32),
             Place::Digits(Kind::Bit(_) | Kind::Timed(_), first, digits) => {
@@ -277,7 +278,7 @@ impl Decoder<'_> {
         };
         let is_digits = matches!(device.place, Place::Digits(..));
         let changes = |index: u32| match kind(device.name, index, self.family) {
-            Some(Kind::Timed(_)) if device.name == "T" => own_clock(index),
+            Some(Kind::Timed(_)) if device.name == "T" => has_own_clock(index),
             Some(Kind::Timed(_)) => !is_digits && index >= 200,
             Some(Kind::VolatileBit | Kind::VolatileWord) => true,
             _ => false,
