@@ -2,6 +2,7 @@
 
 use super::Limits;
 use super::clauses::Clauses;
+use super::formula::Formula;
 use super::oracle::Oracle;
 use super::problem::Problem;
 use crate::model::{Assignment, Group, ScanModel};
@@ -53,9 +54,7 @@ struct Judge<'a> {
 impl<'a> Judge<'a> {
     fn new(clauses: &'a Clauses, limits: &'a Limits<'a>) -> Judge<'a> {
         let mut oracle = Oracle::new(limits);
-        for clause in &clauses.clauses {
-            oracle.add(clause);
-        }
+        Formula::new(clauses).teach(0, &mut oracle);
         Judge { oracle, guards: &clauses.items }
     }
 
