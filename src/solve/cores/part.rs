@@ -81,8 +81,12 @@ impl Part {
         self.values = variables.map(|variable| asker.oracle.holds(variable)).collect();
     }
 
-    /// As few of a core's wishes as a small effort shows to exclude each other.
+    /// As few of a core's wishes as a small effort shows to exclude each other. Cores of two are taken as they are:
+    /// wishes that cannot hold even alone are rare.
     fn minimised(&self, mut core: Vec<i32>, asker: &mut Asker<'_>) -> Vec<i32> {
+        if core.len() <= 2 {
+            return core;
+        }
         // The lightest are tried first: without them the core costs more.
         core.sort_by_key(|&l| (Reverse(self.ledger.weight(l)), l.unsigned_abs(), l));
         let mut at = core.len();
