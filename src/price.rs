@@ -175,7 +175,8 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
 }
 
 /// The price of an instruction: the first of its names that has a row, else its class's row; then what `@+`
-/// rows add for its operands; then the larger time both ways where the key wants it; then the factor.
+/// rows add for its operands; then the larger time both ways where the key wants it; then the factor. What the user
+/// states over a table of a less specific name holds too, where it is dearer than the table's row.
 ///
 /// # Errors
 /// If there is no row, or the time is too large.
@@ -184,16 +185,45 @@ pub fn price_of(table: &Table, key: &TimingKey, tags: &Tags) -> Result<Price, No
 }
 
 fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'a>, NoPrice> {
-    let own = key.names.iter().find_map(|name| table.row(name).map(|row| (name, row)));
-    let row = match own {
-        Some((_, row)) => row,
+    let mut rows = key.names.iter().filter_map(|name| table.row(name).map(|row| (name, row)));
+    let mut sum = match rows.next() {
+        Some((name, row)) => {
+            let sum = with_extras(table, key, touched, row, variant(name));
+            let stated = if row.amends { None } else { rows.find(|(_, row)| row.amends) };
+            match stated {
+                Some((name, row)) => {
+                    sum.dearer(with_extras(table, key, touched, row, variant(name)))
+                }
+                None => sum,
+            }
+        }
         None if key.optional => return Err(NoPrice::Free),
-        None => table.row(&format!("@{}", key.class)).ok_or(NoPrice::Missing)?,
+        None => {
+            let row = table.row(&format!("@{}", key.class)).ok_or(NoPrice::Missing)?;
+            let sum = with_extras(table, key, touched, row, None);
+            Sum { by_class: true, ..sum }
+        }
     };
+    if key.dearer {
+        sum.on = sum.on.max(sum.off);
+        sum.off = sum.on;
+    }
+    if let Units::AtMost(most) = key.units {
+        sum.at_most_units = Some(most).filter(|_| sum.counts_units);
+    }
+    Ok(sum)
+}
+
+/// A row and what `@+` rows add for operands, but for those of the variant that the row is for.
+fn with_extras<'a>(
+    table: &'a Table,
+    key: &TimingKey,
+    touched: &Tags,
+    row: &'a Row,
+    told: Option<String>,
+) -> Sum<'a> {
     let units = units(&key.units);
     let mut sum = Sum::new(row, units);
-    sum.by_class = own.is_none();
-    let told = own.and_then(|(name, _)| variant(name));
     let mut tags = touched.clone();
     for tag in key.names.iter().filter_map(|name| variant(name)) {
         tags.entry(tag).or_insert(1);
@@ -203,14 +233,7 @@ fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'
             sum.add(extra, times, units);
         }
     }
-    if key.dearer {
-        sum.on = sum.on.max(sum.off);
-        sum.off = sum.on;
-    }
-    if let Units::AtMost(most) = key.units {
-        sum.at_most_units = Some(most).filter(|_| sum.counts_units);
-    }
-    Ok(sum)
+    sum
 }
 
 /// Rows being added up for one price.
@@ -247,6 +270,22 @@ impl<'a> Sum<'a> {
         self.evidence = self.evidence.min(row.evidence);
         self.counts_units |= row.per_unit != Picos::ZERO;
         self.rows.push(&row.name);
+    }
+
+    /// The dearer of two, each time by itself.
+    fn dearer(self, stated: Sum<'a>) -> Sum<'a> {
+        let (on, off) = (self.on.max(stated.on), self.off.max(stated.off));
+        if (on, off) == (stated.on, stated.off) {
+            return stated;
+        }
+        if (on, off) == (self.on, self.off) {
+            return self;
+        }
+        // Each row gives one of the times.
+        let evidence = self.evidence.min(stated.evidence);
+        let counts_units = self.counts_units | stated.counts_units;
+        let rows = [stated.rows, self.rows].concat();
+        Sum { on, off, evidence, rows, counts_units, ..self }
     }
 
     fn price(self, table: &Table) -> Result<Price, NoPrice> {

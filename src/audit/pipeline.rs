@@ -363,7 +363,7 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
 }
 
 /// Times that were stated for what the program does not have, perhaps by a slip of the pen, and those that do not hold
-/// for all instructions of the name, since the table has rows for some of them.
+/// for all instructions of the name, since the table's rows for some of them stand.
 fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     for Override { name, .. } in times {
@@ -382,7 +382,9 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
         let (message, help) = match (used, rows.is_empty()) {
             (true, true) => continue,
             (_, false) => (
-                format!("--time {name} does not hold for {rows}, of which the table has times"),
+                format!(
+                    "--time {name} does not hold for {rows}: what the table has of these is dearer, or stated"
+                ),
                 "state these too if they are meant",
             ),
             (false, true) => (

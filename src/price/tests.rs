@@ -106,6 +106,42 @@ fn a_price_from_the_command_line_replaces_the_row() {
     assert_eq!(times(&table, &key(&["SwOp0"], "user", Units::None)).0, us(100));
 }
 
+#[test]
+fn what_is_stated_of_a_name_holds_for_its_variants_unless_they_are_stated_or_dearer() {
+    let found = |rows: &str, names: &[&str]| {
+        times(&table(&format!("@base,qnudv\n@factor,1\n{rows}")), &key(names, "coil", Units::None))
+    };
+    let out = ["OUT:Y", "OUT"];
+    assert_eq!(found("OUT,5,4\n", &out), (us(5), us(4), "OUT".into()));
+    for rows in ["OUT,5\nOUT:Y,1\n", "OUT:Y,1\nOUT,5\n"] {
+        assert_eq!(found(rows, &out), (us(1), us(1), "OUT:Y".into()));
+    }
+    assert_eq!(found("RST,5\n", &["RSTP:Y", "RSTP", "RST:Y", "RST"]).0, us(5));
+    let fault = found("", &["OUT:F", "OUT"]);
+    assert!(fault.0 > us(1));
+    assert_eq!(found("OUT,1\n", &["OUT:F", "OUT"]), fault, "an annunciator stays dear");
+    let mixed = found("OUT,900,0\n", &["OUT:F", "OUT"]);
+    assert_eq!((mixed.0, mixed.1), (us(900), fault.1));
+
+    let mut table = Table::builtin("qnudv").unwrap();
+    table.amend("out", us(500), us(5));
+    assert_eq!(times(&table, &key(&out, "coil", Units::None)).0, us(556), "with the factor");
+}
+
+#[test]
+fn what_a_table_says_of_r_holds_for_zr() {
+    let found = |rows: &str| {
+        let table = table(rows);
+        let tags = [("ZR".to_owned(), 2)].into();
+        let price = price_of(&table, &key(&["MOV"], "move", Units::None), &tags).unwrap();
+        (price.on, price.off)
+    };
+    assert_eq!(found("MOV,1\n@+R,3,1\n"), (us(7), us(3)));
+    assert_eq!(found("@+R,3,1\n@+ZR,2,2\nMOV,1\n"), (us(7), us(5)));
+    assert_eq!(found("@base,qnudv\n@factor,1\nMOV,1\n@+R,3,1\n"), (us(7), us(3)));
+    assert_eq!(found("@base,qnudv\n@factor,1\nMOV,1\n@+ZR,3,1\n"), (us(7), us(3)));
+}
+
 const X: AreaId = AreaId(0);
 const Y: AreaId = AreaId(1);
 const D: AreaId = AreaId(2);

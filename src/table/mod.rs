@@ -112,6 +112,8 @@ pub struct Row {
     pub source: String,
     /// The table it comes from: a table that amends another holds rows of both.
     pub table: String,
+    /// Whether the user stated it over the rows of a table: in one that amends another, or on the command line.
+    pub amends: bool,
 }
 
 /// A factor on the whole scan, at least 1.
@@ -238,6 +240,7 @@ impl Table {
             evidence: Evidence::Stated,
             source: "stated on the command line".to_owned(),
             table: self.name.clone(),
+            amends: true,
         });
     }
 
@@ -251,6 +254,28 @@ impl Table {
     pub fn refuse_assumed_points(&mut self) {
         for most in [&mut self.most_inputs, &mut self.most_outputs] {
             most.take_if(|most| most.evidence == Evidence::Assumed);
+        }
+    }
+
+    /// `R` and `ZR` name the same registers: what a row says of either holds for both, the dearer of two.
+    fn join_file_registers(&mut self) {
+        let names = ["@+R", "@+ZR"];
+        let [first, second] = names.map(|name| self.row(name).cloned());
+        let Some(mut row) = first.clone().or_else(|| second.clone()) else { return };
+        for other in [first, second].into_iter().flatten() {
+            row.on = row.on.max(other.on);
+            row.off = row.off.max(other.off);
+            row.per_unit = row.per_unit.max(other.per_unit);
+            row.evidence = row.evidence.min(other.evidence);
+        }
+        for name in names {
+            let known = self.row(name);
+            let same = |known: &Row| {
+                (known.on, known.off, known.per_unit) == (row.on, row.off, row.per_unit)
+            };
+            if !known.is_some_and(same) {
+                self.put(Row { name: name.to_owned(), ..row.clone() });
+            }
         }
     }
 

@@ -377,6 +377,7 @@ impl<'a> Reader<'a> {
             evidence,
             source: fields.get(Column::Source).to_owned(),
             table: self.file.to_owned(),
+            amends: false,
         });
     }
 
@@ -515,9 +516,11 @@ impl<'a> Reader<'a> {
             base.notes.append(&mut table.notes);
             table = base;
         }
+        let amends = table.base.is_some();
         for row in self.read {
-            table.put(row);
+            table.put(Row { amends, ..row });
         }
+        table.join_file_registers();
         Ok(Parsed { table, warnings: self.warnings })
     }
 }

@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 
 use super::memory::Memory;
+use super::named;
 use super::resolve::Item;
 use super::source::Edge;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::shown;
 use crate::program::{
     Approximation, BitSource, Cell, ChoiceId, Effect, Instruction, Join, Logic, Place, Program,
-    Step, TimingKey, Touched, Units, When, Write,
+    Step, TimingKey, Units, When, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -237,7 +238,7 @@ impl Assembly {
             units: Units::None,
             dearer,
             optional: false,
-            touched: Touched::default(),
+            touched: named::touched(item, self.memory),
         }
     }
 }

@@ -55,6 +55,8 @@ pub(super) struct Row {
     /// Whether the number can be assigned by the user, so that no number contradicts the name.
     pub(super) assignable: bool,
     pub(super) operands: Vec<Role>,
+    /// Which of the operands are both read and written (`x`).
+    pub(super) changed: Vec<usize>,
     /// Whether the last operand may be missing.
     pub(super) optional: bool,
     pub(super) meaning: &'static str,
@@ -125,6 +127,7 @@ fn row(line: &'static str) -> Option<Row> {
         number: number.trim_end_matches('~').parse().ok(),
         assignable: number.ends_with('~'),
         operands: words.iter().filter_map(|word| role(word.trim_end_matches('?'))).collect(),
+        changed: (0..words.len()).filter(|&at| words[at].starts_with('x')).collect(),
         optional: words.last().is_some_and(|word| word.ends_with('?')),
         meaning,
         class,

@@ -2,6 +2,7 @@
 
 use super::assembly::{Assembly, fired};
 use super::catalog::{Extent, Role};
+use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
 use crate::program::{
@@ -58,7 +59,7 @@ fn written(asm: &Assembly, item: &Item<'_>) -> String {
     let parts = roles.filter(|((role, _), _)| matches!(role, Role::Target(_))).map(
         |((role, text), operand)| {
             let length = match *role {
-                Role::Target(extent) => length(asm, item, extent),
+                Role::Target(extent) => length(asm.memory, item, extent),
                 _ => None,
             };
             match (length, operand) {
@@ -102,10 +103,10 @@ pub(super) fn note_unknown(asm: &mut Assembly, item: &Item<'_>) {
 }
 
 /// How many words an operand reaches over; `None` if that is not known.
-fn length(asm: &Assembly, item: &Item<'_>, extent: Extent) -> Option<u32> {
+pub(super) fn length(memory: Memory, item: &Item<'_>, extent: Extent) -> Option<u32> {
     match extent {
         Extent::Words(count) => Some(count),
-        Extent::Counted(at) => item.operands.get(at)?.count(asm.memory.family),
+        Extent::Counted(at) => item.operands.get(at)?.count(memory.family),
         Extent::UpTo(at) => {
             let last = item.operands.get(at)?.word()?;
             let role = item
@@ -135,7 +136,7 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
     let ranged =
         extents.clone().find(|extent| matches!(extent, Extent::Counted(_) | Extent::UpTo(_)));
     match (ranged, row.class, row.mnemonic) {
-        (Some(extent), ..) => of(length(asm, item, extent)),
+        (Some(extent), ..) => of(length(asm.memory, item, extent)),
         (None, "search", "TCMP" | "MCMP") => Units::Exactly(16),
         (None, "search", "BCMP") => Units::Exactly(32),
         (None, "search", "BCMP2") => Units::Exactly(512),
@@ -146,7 +147,7 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
         (None, "string" | "compare-string", _) => Units::AtMost(4095),
         (None, "block" | "table" | "module", _) => Units::AtMost(most),
         (None, "conversion" | "shift" | "bit" | "special", _) => {
-            let words: u32 = extents.filter_map(|extent| length(asm, item, extent)).sum();
+            let words: u32 = extents.filter_map(|extent| length(asm.memory, item, extent)).sum();
             Units::Exactly(u64::from(words.max(1)))
         }
         _ => Units::None,
@@ -165,7 +166,7 @@ pub(super) fn forget(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<W
             .iter()
             .zip(&item.operands)
             .filter_map(|(role, operand)| match role {
-                Role::Target(extent) => Some(operand.regions(length(asm, item, *extent))),
+                Role::Target(extent) => Some(operand.regions(length(asm.memory, item, *extent))),
                 _ => None,
             })
             .flatten()
@@ -282,7 +283,7 @@ fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
         Role::Target(extent @ (Extent::Counted(_) | Extent::UpTo(_))) => Some(*extent),
         _ => None,
     })?;
-    let count = length(asm, item, extent).filter(|&count| count <= MOST_WORDS)?;
+    let count = length(asm.memory, item, extent).filter(|&count| count <= MOST_WORDS)?;
     if count == 0 {
         return Some(Vec::new());
     }

@@ -9,6 +9,7 @@ mod emit;
 mod layout;
 mod list;
 mod memory;
+mod named;
 mod operand;
 pub mod project;
 mod resolve;

@@ -493,3 +493,28 @@ fn interrupt_tasks_make_what_they_share_free() {
     assert_eq!(fired(&program, "OUT 100.00", &[], 1), Some(true));
     assert_eq!(fired(&program, "OUT 100.01", &[("W1", 1)], 0), Some(true));
 }
+
+#[test]
+fn what_is_taken_as_any_value_costs_its_area_all_the_same() {
+    let row = "instruction,on_us,off_us\n@+DM,0.000001\n@+D,0.000001\n@contact,0\n@coil,0\n@move,0\n@block,0\n@special,0\n@nothing,0\n@interrupt,0\n@call,0\n@arithmetic,0\n@conversion,0\n";
+    let table = crate::table::Table::parse("t.csv", row.as_bytes()).expect("a table").table;
+    let priced = |program: &Program| -> u64 {
+        let prices = crate::price::price(program, &table, &Facts::default()).expect("prices");
+        prices.times().iter().map(|(on, _)| on.0).sum()
+    };
+    let interrupts = "SBN(92) 000\nLD 00001\n@INC(38) DM0010\nRET(93)\n";
+    for (text, want) in [
+        ("LD 00000\nMOV(21) DM0000 HR00\n", 1),
+        ("LD 00000\n@BCD(24) DM0000 DM0001\n", 2),
+        ("LD 00000\nXFER(70) #0005 DM0000 DM0100\n", 10),
+    ] {
+        let alone = priced(&c(&format!("{text}END(01)\n")));
+        let between = format!("LD 25313\nINT(89) 000 000 HR10\n{text}{interrupts}END(01)\n");
+        let frame = format!("LD 25313\nINT(89) 000 000 HR10\n{interrupts}END(01)\n");
+        assert_eq!(alone, want, "{text}");
+        assert_eq!(priced(&c(&between)) - priced(&c(&frame)), want, "{text}");
+    }
+    // What is changed, and an address that is not known.
+    assert_eq!(priced(&c("LD 00000\nMOV(21) *DM0000 HR00\nEND(01)\n")), 1);
+    assert_eq!(priced(&cx("LD W0.00\n++ D0\nMOV @D0 W1\nEND\n")), 3);
+}

@@ -1,0 +1,57 @@
+//! What an instruction's operands name, for the price: the cells and bits of words behind them, also where its meaning
+//! shows none because it is taken as any value.
+
+use super::catalog::{Extent, Role};
+use super::data;
+use super::memory::Memory;
+use super::operand::Operand;
+use super::resolve::Item;
+use crate::program::{Cell, Region, Touched};
+
+/// Of a count that is not known: what is counted then is left to the instruction's units.
+const MANY: u32 = u32::MAX / 2;
+
+/// What the operands of an instruction name.
+pub(super) fn touched(item: &Item<'_>, memory: Memory) -> Touched {
+    let mut touched = Touched::default();
+    for (at, operand) in item.operands.iter().enumerate() {
+        let role = item.row.and_then(|row| row.operands.get(at));
+        let words = match role {
+            Some(Role::Source(Some(count))) => Some(*count),
+            // A block is read as long as it is written.
+            Some(Role::Source(None)) => item.row.and_then(|row| {
+                row.operands.iter().find_map(|role| match role {
+                    Role::Target(extent @ Extent::Counted(_)) => {
+                        data::length(memory, item, *extent)
+                    }
+                    _ => None,
+                })
+            }),
+            Some(Role::Target(extent)) => data::length(memory, item, *extent),
+            // Of an address that is not read itself nothing is touched.
+            Some(Role::Address | Role::Number) => continue,
+            _ => Some(1),
+        };
+        let count = words.map_or(MANY, |words| words.min(MANY));
+        // What is changed is read and written.
+        let changed = item.row.is_some_and(|row| row.changed.contains(&at));
+        for _ in 0..1 + usize::from(changed) {
+            let mut range = |first: Cell, count: u32| {
+                touched.regions.push(Region::Range { first, count });
+            };
+            match operand {
+                Operand::Word(first) => range(*first, count),
+                Operand::Flag(cell) => range(*cell, 1),
+                Operand::Bit(cell, _) => {
+                    range(*cell, 1);
+                    touched.word_bits += 1;
+                }
+                Operand::Within(areas) => {
+                    areas.iter().for_each(|&area| range(Cell { area, index: 0 }, count));
+                }
+                _ => {}
+            }
+        }
+    }
+    touched
+}
