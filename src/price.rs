@@ -14,7 +14,7 @@ use crate::table::{Factor, Row, Table, folded};
 use crate::time::Picos;
 
 pub use crate::table::Evidence;
-pub use refresh::{MorePoints, UnstatedPoints, more_points, points_taken};
+pub use refresh::{MorePoints, UnstatedPoints, more_points, points_seen, points_taken};
 use touched::Cells;
 
 /// The two times of an instruction.

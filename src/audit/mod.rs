@@ -9,6 +9,7 @@ mod pipeline;
 mod questions;
 pub mod response;
 mod search;
+mod stated;
 mod unbounded;
 
 pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, conclude, follow};

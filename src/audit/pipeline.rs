@@ -3,6 +3,7 @@
 use super::Audit;
 use super::assemble::{Findings, constant_charges};
 use super::search::Search;
+use super::stated;
 use super::unbounded::loops;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::melsec::decode::DecodeOptions;
@@ -140,11 +141,13 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let project = dialect::read(request.inputs, request.dialect)?;
     let (program, table, found) = understand(&project, request)?;
     know_interrupts(&program, request)?;
+    stated::know_words(&program, request.facts)?;
 
     stage("pricing");
     let prices = price::price(&program, &table, request.facts)?;
     let unused = unused_times(request.times, &program, &prices);
-    let warnings = [request.warnings, &found, &unused].concat();
+    let odd = stated::odd(&program, request.facts);
+    let warnings = [request.warnings, &found, &unused, &odd].concat();
     if request.strict_times {
         refuse_assumed(&program, &prices)?;
     }

@@ -74,7 +74,7 @@ pub fn refresh(
         };
         let (points, origin) = match stated {
             Some(stated) => (stated, format!("{stated} {side} points as stated")),
-            None => used(program, side, area),
+            None => points_seen(program, side, area),
         };
         if stated.is_none() {
             let most = most.as_ref().map(|most| -> Result<MorePoints, Vec<Diagnostic>> {
@@ -107,7 +107,8 @@ pub fn refresh(
 }
 
 /// How many points the program is seen to use, and how that was found.
-fn used(program: &Program, side: &str, area: &str) -> (u32, String) {
+#[must_use]
+pub fn points_seen(program: &Program, side: &str, area: &str) -> (u32, String) {
     let counted =
         program.points.map(|[inputs, outputs]| if side == "input" { inputs } else { outputs });
     match (counted, highest(program, area)) {
