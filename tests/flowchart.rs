@@ -227,6 +227,19 @@ fn a_group_that_need_not_wait_has_no_bound() {
 }
 
 #[test]
+fn a_timer_started_without_time_has_run_out_wherever_it_is_asked_for_next() {
+    let rest = "CJP LBL1\nTIM 1 #5\nCJP LBL2\nLBL1: JMP LBL0\nLBL2: OUT 1\nOUT 2\nJMP LBL0\n";
+    let table = Table::parse("t.csv", b"instruction,on_us,off_us\n@base,flowchart-pc\nOUT,1000");
+    let table = table.expect("a table").table;
+    let bound = |time: &str| {
+        let text = format!("LBL0: CNR TIM 1\nTIM 1 #{time}\n{rest}");
+        audited("a", &text, &table).expect("an audit").bound.upper
+    };
+    assert!(bound("0") > Picos(2_000_000_000));
+    assert!(bound("5") < Picos(1_000_000_000));
+}
+
+#[test]
 fn a_program_of_too_many_states_is_bounded_all_the_same() {
     let mut text = "LBL0: AND 1\nCJP LBL1\nGJ\nJMP LBL0\nLBL1:\n".to_owned();
     let groups = 8;

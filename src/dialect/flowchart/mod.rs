@@ -46,7 +46,7 @@ pub enum Op {
     Timer {
         /// Its number.
         timer: u32,
-        /// Its time in tenths of a second.
+        /// Its time in tenths of a second; 0 where any TIM of this timer has none.
         tenths: u32,
     },
     /// `OUT n`, `OUT NOT n`: turns an output on or off.

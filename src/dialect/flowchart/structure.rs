@@ -3,7 +3,7 @@
 use super::parse::{Listed, Word};
 use super::{Instruction, MOST_GROUPS, Op, Routine, Source};
 use crate::dialect::Faults;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The program of a list. What is faulty is told and replaced by something harmless.
 pub fn source(name: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source {
@@ -16,6 +16,7 @@ pub fn source(name: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source 
         let (line, step, text) = (one.line, one.step, one.text.clone());
         instructions.push(Instruction { op, line, step, text });
     }
+    without_delay(&mut instructions);
     let mut comments = BTreeMap::new();
     for one in list.iter().filter(|one| !one.comment.is_empty()) {
         if matches!(one.word, Word::And | Word::AndNot | Word::Out | Word::OutNot) {
@@ -27,6 +28,24 @@ pub fn source(name: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source 
     reader.conditions(&source);
     reader.ends(&source);
     source
+}
+
+/// A timer that some instruction starts with no time may have run out at once wherever it is asked for behind that.
+fn without_delay(instructions: &mut [Instruction]) {
+    let zero: BTreeSet<u32> = instructions
+        .iter()
+        .filter_map(|one| match one.op {
+            Op::Timer { timer, tenths: 0 } => Some(timer),
+            _ => None,
+        })
+        .collect();
+    for one in instructions {
+        if let Op::Timer { timer, tenths } = &mut one.op
+            && zero.contains(timer)
+        {
+            *tenths = 0;
+        }
+    }
 }
 
 struct Reader<'a, 'f> {
