@@ -255,6 +255,11 @@ fn understand(
     if request.clock.is_some() && !matches!(project, Project::Minasec(_)) {
         return Err(Failure::from(no_clock()));
     }
+    if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
+        let message = format!("--clock and --time {} both state how long a word takes", time.name);
+        let found = Diagnostic::file("no-clock", "", message, "leave one of the two out");
+        return Err(Failure::from(found));
+    }
     match project {
         Project::Melsec(project) => {
             let cpu = project.files.iter().find_map(|file| file.cpu.as_deref());
