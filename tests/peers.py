@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
 """Holds scanbound's bound and its time against RC2, a MaxSAT solver, on the same questions.
 
-    tests/peers.py [--scanbound PATH] [--limit SECONDS] PROGRAM:TABLE [PROGRAM:TABLE ...]
+    tests/peers.py [--scanbound PATH] [--limit SECONDS] [--runs N] PROGRAM:TABLE [PROGRAM:TABLE ...]
 
 For each program every group is exported as WCNF and solved by RC2 (stratified, Glucose 4, core exhaustion).
-A line a program: scanbound's seconds for the whole audit, RC2's seconds for the solving alone, their ratio, and
-whether all groups' maxima are equal. Exit code 1 if one differs. Needs: pip install python-sat.
+A line a program: scanbound's seconds for the whole audit, RC2's seconds for the solving alone (the medians of so many
+runs, one unless told), their ratio, and whether all groups' maxima are equal. Exit code 1 if one differs. Needs: pip install python-sat.
 """
 import argparse
 import json
 import multiprocessing
 import re
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -44,25 +45,32 @@ def limited(path, limit):
         process.join()
 
 
-def compare(scanbound, program, table, limit):
+def timed(command):
+    """What a command prints and the seconds it took."""
+    begin = time.perf_counter()
+    printed = subprocess.run(command, check=True, capture_output=True).stdout
+    return printed, time.perf_counter() - begin
+
+
+def compare(scanbound, program, table, limit, runs):
     """Prints the program's line; whether no maximum differs."""
     arguments = [program, "--table", table]
-    begin = time.perf_counter()
-    report = subprocess.run([scanbound, "audit", *arguments, "--format", "json"], check=True, capture_output=True)
-    ours = time.perf_counter() - begin
-    audit = json.loads(report.stdout)
+    audits = [timed([scanbound, "audit", *arguments, "--format", "json"]) for _ in range(runs)]
+    ours = statistics.median(seconds for _, seconds in audits)
+    audit = json.loads(audits[0][0])
     theirs, equal, open_groups = 0.0, True, 0
     with tempfile.TemporaryDirectory() as directory:
         for group in audit["groups"]:
             path = str(Path(directory) / "group.wcnf")
             number = str(group["id"])
             subprocess.run([scanbound, "export", *arguments, "--group", number, "--format", "wcnf", "-o", path], check=True)
-            found = limited(path, limit)
-            if found is None:
+            found = [limited(path, limit) for _ in range(runs)]
+            if None in found:
                 open_groups += 1
                 theirs += limit
                 continue
-            cost, seconds = found
+            cost = found[0][0]
+            seconds = statistics.median(seconds for _, seconds in found)
             naive = int(re.search(r"^c (\d+) less the weight", Path(path).read_text(), re.M).group(1))
             theirs += seconds
             if group["exact"] and group["upper_ps"] != naive - cost:
@@ -81,12 +89,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scanbound", default="target/release/scanbound")
     parser.add_argument("--limit", type=float, default=300, help="seconds that RC2 may take for a group")
+    parser.add_argument("--runs", type=int, default=1, help="how often each is run, for the medians")
     parser.add_argument("programs", nargs="+", metavar="PROGRAM:TABLE")
     options = parser.parse_args()
     fine = True
     for pair in options.programs:
         program, _, table = pair.rpartition(":")
-        fine &= compare(options.scanbound, program, table, options.limit)
+        fine &= compare(options.scanbound, program, table, options.limit, options.runs)
     sys.exit(0 if fine else 1)
 
 

@@ -25,7 +25,7 @@ struct Watch {
 const BINARY: Place = u32::MAX;
 
 /// Literals are as in DIMACS files.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Propagator {
     /// Length, then literals, of every clause of more than two.
     arena: Vec<i32>,

@@ -52,8 +52,9 @@ type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 impl Search<'_, '_> {
     /// Pays for cores that propagation shows, as far as a few passes find them.
     pub(super) fn mine(&self, ledger: &mut Ledger) {
-        let (trail, probe) = (Propagator::default(), Propagator::default());
-        let mut mine = Mine { trail, probe, told: 0 };
+        let mut trail = Propagator::default();
+        ledger.formula.since(0).for_each(|clause| trail.add(clause));
+        let mut mine = Mine { probe: trail.clone(), trail, told: ledger.formula.len() };
         for _ in 0..PASSES {
             let more = self.pass(ledger, &mut mine);
             // The trail is nearly a scan: what it leaves open is as in the parts' scans.
