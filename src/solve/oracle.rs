@@ -13,6 +13,8 @@ struct Effort<'a> {
     limits: &'a Limits<'a>,
     steps: Cell<u64>,
     most: u64,
+    /// The question has been ended. The solver asks more than once before it stops, and goes on at any no.
+    ended: Cell<bool>,
 }
 
 impl Callbacks for Effort<'_> {
@@ -20,7 +22,10 @@ impl Callbacks for Effort<'_> {
     fn stop(&self) -> bool {
         let steps = self.steps.get() + 1;
         self.steps.set(steps);
-        steps > self.most || (steps.is_multiple_of(LOOK) && self.limits.reached())
+        if steps > self.most || (steps.is_multiple_of(LOOK) && self.limits.reached()) {
+            self.ended.set(true);
+        }
+        self.ended.get()
     }
 }
 
@@ -34,7 +39,7 @@ pub struct Oracle<'a> {
 
 impl<'a> Oracle<'a> {
     pub fn new(limits: &'a Limits<'a>) -> Oracle<'a> {
-        let effort = Effort { limits, steps: Cell::new(0), most: 0 };
+        let effort = Effort { limits, steps: Cell::new(0), most: 0, ended: Cell::new(false) };
         let solver = Solver::new(SolverOpts::default(), effort);
         Oracle { solver, inner: Vec::new(), outer: Vec::new() }
     }
@@ -57,6 +62,7 @@ impl<'a> Oracle<'a> {
         let assumptions = self.translate(assumptions);
         let effort = self.solver.cb_mut();
         effort.steps.set(0);
+        effort.ended.set(false);
         effort.most = steps;
         match self.solver.solve_limited(&assumptions) {
             answer if answer == lbool::TRUE => Some(true),
@@ -100,5 +106,30 @@ impl<'a> Oracle<'a> {
             self.outer.push(literal.abs());
             self.solver.new_var(lbool::UNDEF, chosen)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_end_a_hard_question() {
+        let limits = Limits { cancelled: &|| true, ..Limits::default() };
+        let mut oracle = Oracle::new(&limits);
+        // Eleven pigeons in ten holes: the solver needs far more steps than it makes between two looks.
+        let (pigeons, holes) = (11, 10);
+        let sits = |pigeon: i32, hole: i32| 1 + pigeon * holes + hole;
+        for pigeon in 0..pigeons {
+            oracle.add(&(0..holes).map(|hole| sits(pigeon, hole)).collect::<Vec<_>>());
+        }
+        for hole in 0..holes {
+            for pigeon in 0..pigeons {
+                for other in 0..pigeon {
+                    oracle.add(&[-sits(pigeon, hole), -sits(other, hole)]);
+                }
+            }
+        }
+        assert_eq!(oracle.ask(&[], u64::MAX), None);
     }
 }
