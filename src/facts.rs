@@ -18,6 +18,8 @@ pub struct Facts {
     pub inputs: Option<u32>,
     /// Output points that the CPU refreshes.
     pub outputs: Option<u32>,
+    /// Whether a flowchart PC reads its inputs once a pass, into an image, instead of at each test.
+    pub latched: Option<bool>,
 }
 
 /// What a facts file may say, shown where it says something else.
@@ -104,12 +106,20 @@ impl Reader<'_> {
             match key.get_ref().as_ref() {
                 "inputs" => facts.inputs = self.count("inputs", value),
                 "outputs" => facts.outputs = self.count("outputs", value),
+                "latched" => match value.get_ref().as_bool() {
+                    Some(latched) => facts.latched = Some(latched),
+                    None => self.fault(
+                        Some(value.span()),
+                        "latched is true or false".to_owned(),
+                        "write latched = true if the PC reads its inputs once a pass, into an image",
+                    ),
+                },
                 other => self.fault(
                     Some(key.span()),
                     format!("'{other}' is not known in [io]"),
                     &meant(
                         other,
-                        &["inputs", "outputs"],
+                        &["inputs", "outputs", "latched"],
                         "write inputs = 64 and outputs = 32, the points that the CPU refreshes",
                     ),
                 ),
@@ -175,7 +185,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         assert_eq!(
             facts,
@@ -184,6 +194,7 @@ mod tests {
                 interrupts: [("I0".to_owned(), 2)].into(),
                 inputs: Some(64),
                 outputs: Some(32),
+                latched: Some(true),
             }
         );
         assert_eq!((facts.interrupt("i0"), facts.interrupt("I1")), (Some(2), None));
@@ -192,9 +203,8 @@ mod tests {
 
     #[test]
     fn all_faults_are_told_at_once_in_order() {
-        let text =
-            "speed = 3\n[ranges]\nD1 = [3, 1]\nD2 = 5\n[interrupts]\nI0 = -1\n[io]\nmodules = 3\n";
-        let faults = Facts::parse("facts.toml", text).expect_err("five faults");
+        let text = "speed = 3\n[ranges]\nD1 = [3, 1]\nD2 = 5\n[interrupts]\nI0 = -1\n[io]\nmodules = 3\nlatched = 1\n";
+        let faults = Facts::parse("facts.toml", text).expect_err("six faults");
         let told: Vec<(Option<u32>, &str)> =
             faults.iter().map(|fault| (fault.line, fault.message.as_str())).collect();
         assert_eq!(
@@ -205,6 +215,7 @@ mod tests {
                 (Some(4), "the range of D2 is not two whole numbers"),
                 (Some(6), "I0 is not a whole number from 0 on"),
                 (Some(8), "'modules' is not known in [io]"),
+                (Some(9), "latched is true or false"),
             ]
         );
         assert_eq!(faults[1].text, "D1 = [3, 1]");

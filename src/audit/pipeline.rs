@@ -255,6 +255,10 @@ fn understand(
     if request.clock.is_some() && !matches!(project, Project::Minasec(_)) {
         return Err(Failure::from(no_clock()));
     }
+    if request.facts.latched.is_some() && !matches!(project, Project::Flowchart(_)) {
+        let message = "[io] latched is stated, which is about flowchart PCs: of others it is known";
+        return Err(Failure::from(Diagnostic::file("facts", "", message, "leave it out")));
+    }
     if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
         let message = format!("--clock and --time {} both state how long a word takes", time.name);
         let found = Diagnostic::file("no-clock", "", message, "leave one of the two out");
@@ -284,7 +288,8 @@ fn understand(
             Ok((program, table, project.warnings.clone()))
         }
         Project::Flowchart(source) => {
-            let program = dialect::flowchart::decode::decode(source);
+            let program =
+                dialect::flowchart::decode::decode(source, request.facts.latched == Some(true));
             let table = choose_table(request, Some(dialect::flowchart::CPU))?;
             Ok((program, table, source.warnings()))
         }

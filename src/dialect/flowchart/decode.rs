@@ -5,7 +5,8 @@
 //! jump back that its turn can make, one layout behind the other, so that all its jumps go forward; a turn that
 //! makes more of them goes round for ever ([`Step::Unbounded`]).
 //!
-//! A timer is one bit: whether it was started in an earlier pass. Only then may it have run out.
+//! An input is any value wherever it is tested, unless the user states an image of the inputs: then it has one
+//! value through the pass. A timer is one bit: whether it was started in an earlier pass. Only then may it have run out.
 
 use super::reach::{Start, reach};
 use super::turn::jumps_back;
@@ -25,20 +26,13 @@ const BACK: AreaId = AreaId(4);
 /// The first of the areas of WAITs, one a routine.
 const WAITS: u16 = 5;
 
-/// The program of a source: one scan is one pass.
+/// The program of a source: one scan is one pass. `latched`: inputs are read once a pass, not at each test.
 #[must_use]
-pub fn decode(source: &Source) -> Program {
+pub fn decode(source: &Source, latched: bool) -> Program {
     let area = |name: String| Area { name, kind: AreaKind::Bit, radix: Radix::Decimal };
     let fixed = ["IN", "OUT", "TIM", "Head of GN", "Main at LBL"].map(|name| area(name.to_owned()));
     let waits = source.routines.iter().map(|routine| area(format!("{} in line ", name(routine))));
-    let outputs: BTreeSet<u32> = source
-        .instructions
-        .iter()
-        .filter_map(|one| match one.op {
-            Op::Out { bit, .. } => Some(bit),
-            _ => None,
-        })
-        .collect();
+    let outputs = source.outputs();
     let comments = source.comments.iter().map(|(&bit, comment)| {
         let side = if outputs.contains(&bit) { "OUT" } else { "IN" };
         (format!("{side}{bit}"), comment.clone())
@@ -51,8 +45,8 @@ pub fn decode(source: &Source) -> Program {
         comments: comments.collect(),
         ..Program::default()
     };
-    let mut layout =
-        Layout { source, outputs, blocks, program, calls: Vec::new(), told: BTreeSet::new() };
+    let (calls, told) = (Vec::new(), BTreeSet::new());
+    let mut layout = Layout { source, latched, outputs, blocks, program, calls, told };
     for (index, routine) in source.routines.iter().enumerate() {
         layout.routine(index, routine);
     }
@@ -95,6 +89,8 @@ type Spot = (usize, usize);
 /// The program as it is being laid out.
 struct Layout<'s> {
     source: &'s Source,
+    /// Whether inputs have one value through a pass.
+    latched: bool,
     outputs: BTreeSet<u32>,
     blocks: Vec<u32>,
     program: Program,
@@ -146,7 +142,7 @@ impl Layout<'_> {
 
     fn routine(&mut self, index: usize, routine: &Routine) {
         let is_main = routine.group.is_none();
-        let copies = if is_main { 0 } else { jumps_back(self.source, routine) };
+        let copies = if is_main { 0 } else { jumps_back(self.source, routine, self.latched) };
         let reached = self.reached(routine, copies);
         let mut open = Open {
             routine: index,
@@ -219,7 +215,7 @@ impl Layout<'_> {
         let always = Logic::Const(true);
         match self.source.instructions[at].op {
             Op::And { bit, negated } => {
-                let value = Logic::cell(self.bit(bit));
+                let value = self.test(bit);
                 let value = if negated { value.not() } else { value };
                 let step = Step::Logic { join: self.join(at), value };
                 self.put(at, Some(("contact", false)), step, vec![]);
@@ -337,16 +333,29 @@ impl Layout<'_> {
         Cell { area, index: bit }
     }
 
+    /// What a test finds.
+    fn test(&mut self, bit: u32) -> Logic {
+        if self.latched || self.outputs.contains(&bit) {
+            Logic::cell(self.bit(bit))
+        } else {
+            self.any()
+        }
+    }
+
+    /// A value that the program does not decide.
+    fn any(&mut self) -> Logic {
+        self.program.choices += 1;
+        Logic::Bit(BitSource::Free(ChoiceId(self.program.choices - 1)))
+    }
+
     /// A choice of the instruction that comes next.
     fn free(&mut self, at: usize, what: &str) -> Logic {
-        let choice = ChoiceId(self.program.choices);
-        self.program.choices += 1;
         if self.told.insert(at) {
             let instruction = self.program.instructions.len();
             let what = what.to_owned();
             self.program.approximations.push(Approximation { instruction, what });
         }
-        Logic::Bit(BitSource::Free(choice))
+        self.any()
     }
 
     /// Adds an instruction of ours for one of the source. `class` names the timing class and whether both
@@ -387,7 +396,7 @@ impl Layout<'_> {
 
     /// Holds the start of a pass to the states in which one can begin.
     fn invariant(&mut self) {
-        let Some(reach) = reach(self.source) else { return };
+        let Some(reach) = reach(self.source, self.latched) else { return };
         let mut cells = Vec::new();
         for index in 0..self.source.routines.len() {
             cells.extend(self.places(index).into_iter().map(|(_, cell)| cell));

@@ -1,9 +1,10 @@
 //! Runs a flowchart program pass by pass as it stands, apart from its translation: the translation's judge.
 
 use super::{Op, Routine, Source};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// What the program does not decide. Each question is asked once at most while its answer holds.
+/// What the program does not decide. Each question is asked once at most while its answer holds: an input anew at each
+/// test, or once a pass where there is an image of the inputs.
 pub trait Plant {
     /// An input's or an output's state when the pass starts, where nothing has set it before.
     fn bit(&mut self, bit: u32) -> bool;
@@ -65,26 +66,24 @@ pub struct State {
 #[derive(Debug, Clone)]
 pub struct Machine<'s> {
     source: &'s Source,
-    outputs: Vec<u32>,
+    /// Whether inputs are read once a pass.
+    latched: bool,
+    outputs: BTreeSet<u32>,
     state: State,
 }
 
 impl<'s> Machine<'s> {
     /// A machine of whose state nothing is known: the plant is asked.
     #[must_use]
-    pub fn anywhere(source: &'s Source) -> Machine<'s> {
-        let outputs = source.instructions.iter().filter_map(|one| match one.op {
-            Op::Out { bit, .. } => Some(bit),
-            _ => None,
-        });
-        Machine { source, outputs: outputs.collect(), state: State::default() }
+    pub fn anywhere(source: &'s Source, latched: bool) -> Machine<'s> {
+        Machine { source, latched, outputs: source.outputs(), state: State::default() }
     }
 
     /// A machine that was just switched on: timers idle, groups stopped, the main routine at its beginning;
     /// the plant is asked for the outputs.
     #[must_use]
-    pub fn switched_on(source: &'s Source) -> Machine<'s> {
-        let mut machine = Machine::anywhere(source);
+    pub fn switched_on(source: &'s Source, latched: bool) -> Machine<'s> {
+        let mut machine = Machine::anywhere(source, latched);
         machine.state.groups = source.groups().map(|(group, _)| (group, None)).collect();
         machine.state.main = Some(0);
         for one in &source.instructions {
@@ -113,7 +112,7 @@ impl<'s> Machine<'s> {
         self.state.groups.get(&group).map(Option::is_some)
     }
 
-    /// Runs one pass. Inputs are asked anew.
+    /// Runs one pass.
     pub fn pass(&mut self, plant: &mut impl Plant) -> Pass {
         let source = self.source;
         let main = &source.routines[0];
@@ -155,8 +154,7 @@ impl<'s> Machine<'s> {
             ran.push((at, true));
             match self.source.instructions[at].op {
                 Op::And { bit, negated } => {
-                    let value =
-                        *self.state.bits.entry(bit).or_insert_with(|| plant.bit(bit)) != negated;
+                    let value = self.bit(bit, plant) != negated;
                     ran[index].1 = value;
                     holds &= value;
                 }
@@ -208,6 +206,14 @@ impl<'s> Machine<'s> {
             }
             at += 1;
         }
+    }
+
+    /// What a test finds: what was set or read before holds, but for an input that has no image.
+    fn bit(&mut self, bit: u32, plant: &mut impl Plant) -> bool {
+        if !self.latched && !self.outputs.contains(&bit) {
+            return plant.bit(bit);
+        }
+        *self.state.bits.entry(bit).or_insert_with(|| plant.bit(bit))
     }
 
     fn groups_turn(&mut self, plant: &mut impl Plant, ran: &mut Vec<(usize, bool)>) -> Ended {

@@ -13,7 +13,7 @@ mod turn;
 
 use super::{Dialect, Input, decoded};
 use crate::diagnostic::Diagnostic;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// The dialect's name.
@@ -164,6 +164,27 @@ impl Source {
     /// The groups by number.
     pub fn groups(&self) -> impl Iterator<Item = (u32, &Routine)> {
         self.routines.iter().filter_map(|routine| routine.group.map(|group| (group, routine)))
+    }
+
+    /// The outputs: what an OUT sets.
+    #[must_use]
+    pub fn outputs(&self) -> BTreeSet<u32> {
+        let outputs = self.instructions.iter().filter_map(|one| match one.op {
+            Op::Out { bit, .. } => Some(bit),
+            _ => None,
+        });
+        outputs.collect()
+    }
+
+    /// The inputs: what is tested and no OUT sets.
+    #[must_use]
+    pub fn inputs(&self) -> BTreeSet<u32> {
+        let outputs = self.outputs();
+        let tested = self.instructions.iter().filter_map(|one| match one.op {
+            Op::And { bit, .. } if !outputs.contains(&bit) => Some(bit),
+            _ => None,
+        });
+        tested.collect()
     }
 
     /// The shortest time that a timer is set to, in tenths of a second; none of 0.

@@ -33,11 +33,14 @@ pub struct Reach {
     pub timers: BTreeSet<u32>,
     /// The outputs that they speak of.
     pub outputs: BTreeSet<u32>,
+    /// The inputs that are read anew at each test.
+    direct: BTreeSet<u32>,
 }
 
-/// The states in which a pass can begin; `None` if there are too many to follow.
+/// The states in which a pass can begin; `None` if there are too many to follow. `latched`: an input has one value
+/// through a pass.
 #[must_use]
-pub fn reach(source: &Source) -> Option<Reach> {
+pub fn reach(source: &Source, latched: bool) -> Option<Reach> {
     let every = |pick: &dyn Fn(Op) -> Option<u32>| -> BTreeSet<u32> {
         source.instructions.iter().filter_map(|one| pick(one.op)).collect()
     };
@@ -53,15 +56,19 @@ pub fn reach(source: &Source) -> Option<Reach> {
         Op::And { bit, .. } if set.contains(&bit) => Some(bit),
         _ => None,
     });
+    let direct = if latched { BTreeSet::new() } else { source.inputs() };
     let none = BTreeSet::new();
     [(&timers, &outputs), (&timers, &none), (&none, &none)]
         .into_iter()
         .filter(|(_, outputs)| outputs.len() <= MOST_OUTPUTS)
-        .find_map(|(timers, outputs)| follow(source, timers.clone(), outputs.clone()))
+        .find_map(|(timers, outputs)| {
+            let (starts, direct) = (BTreeSet::new(), direct.clone());
+            let (timers, outputs) = (timers.clone(), outputs.clone());
+            follow(source, Reach { starts, timers, outputs, direct })
+        })
 }
 
-fn follow(source: &Source, timers: BTreeSet<u32>, outputs: BTreeSet<u32>) -> Option<Reach> {
-    let mut reach = Reach { starts: BTreeSet::new(), timers, outputs };
+fn follow(source: &Source, mut reach: Reach) -> Option<Reach> {
     let all: Vec<u32> = reach.outputs.iter().copied().collect();
     let mut open: Vec<Start> = (0..1_u32 << all.len())
         .map(|mask| Start {
@@ -112,7 +119,7 @@ struct Walk {
     holds: bool,
     /// The group whose turn it is, and where the main routine goes on.
     turn: Option<(u32, usize)>,
-    /// Inputs, and outputs not in view, that this pass has tested or set.
+    /// Inputs that have an image, and outputs not in view, that this pass has tested or set.
     known: BTreeMap<u32, bool>,
     /// Timers that this pass has started.
     fresh: BTreeSet<u32>,
@@ -153,7 +160,7 @@ impl Walk {
         };
         let each = values.into_iter().map(|value| {
             let mut next = self.clone().step();
-            if !reach.outputs.contains(&bit) {
+            if !reach.outputs.contains(&bit) && !reach.direct.contains(&bit) {
                 next.known.insert(bit, value);
             }
             next.holds &= value != negated;

@@ -17,16 +17,16 @@ struct State {
     at: usize,
     /// The condition so far.
     holds: bool,
-    /// Inputs and outputs that were tested or set.
+    /// Outputs that were tested or set, and inputs that have an image.
     bits: BTreeMap<u32, bool>,
     /// Timers that were asked or reset: whether they were started in an earlier pass.
     timers: BTreeMap<u32, bool>,
 }
 
 /// The most jumps back that a turn makes before it ends or comes to a state that it had before. A turn that
-/// makes more goes round for ever.
+/// makes more goes round for ever. `latched`: an input has one value through a turn, else any at each test.
 #[must_use]
-pub fn jumps_back(source: &Source, routine: &Routine) -> usize {
+pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
     let is_back =
         |at: usize| matches!(source.instructions[at].op, Op::Jump(to) | Op::JumpIf(to) if to <= at);
     if !routine.body.clone().any(is_back) {
@@ -40,6 +40,7 @@ pub fn jumps_back(source: &Source, routine: &Routine) -> usize {
             _ => None,
         })
         .collect();
+    let direct = if latched { BTreeSet::new() } else { source.inputs() };
     let mut graph: DiGraph<(), usize> = DiGraph::new();
     let mut known: BTreeMap<State, NodeIndex> = BTreeMap::new();
     let mut open: Vec<State> = Vec::new();
@@ -50,7 +51,7 @@ pub fn jumps_back(source: &Source, routine: &Routine) -> usize {
     }
     while let Some(state) = open.pop() {
         let from = known[&state];
-        for next in nexts(source, &tested, &state) {
+        for next in nexts(source, &tested, &direct, &state) {
             let back = usize::from(next.at <= state.at);
             let to = match known.get(&next) {
                 Some(&node) => node,
@@ -102,7 +103,12 @@ fn longest(graph: DiGraph<(), usize>) -> usize {
 }
 
 /// The states that can follow.
-fn nexts(source: &Source, tested: &BTreeSet<u32>, state: &State) -> Vec<State> {
+fn nexts(
+    source: &Source,
+    tested: &BTreeSet<u32>,
+    direct: &BTreeSet<u32>,
+    state: &State,
+) -> Vec<State> {
     let step = |mut state: State| {
         state.at += 1;
         state
@@ -113,7 +119,9 @@ fn nexts(source: &Source, tested: &BTreeSet<u32>, state: &State) -> Vec<State> {
             let values = state.bits.get(&bit).map_or(vec![false, true], |&value| vec![value]);
             let each = values.into_iter().map(|value| {
                 let mut next = step(state.clone());
-                next.bits.insert(bit, value);
+                if !direct.contains(&bit) {
+                    next.bits.insert(bit, value);
+                }
                 next.holds &= value != negated;
                 next
             });
