@@ -3,56 +3,14 @@
 mod common;
 
 use common::bound::bound;
-use scanbound::dialect::melsec::decode::{DecodeOptions, decode};
+use common::melsec::{dearest, decoded, together};
 use scanbound::dialect::melsec::device::Family;
-use scanbound::dialect::{Input, Project, read};
 use scanbound::facts::Facts;
 use scanbound::price::price;
-use scanbound::program::Program;
 use scanbound::solve::Method;
 use scanbound::table::Table;
 use scanbound::time::Picos;
 use std::collections::BTreeSet;
-
-fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<Program, String> {
-    let inputs: Vec<Input> = files
-        .iter()
-        .map(|(name, text)| Input {
-            name: format!("{name}.il"),
-            bytes: text.replace("; ", "\n").into_bytes(),
-        })
-        .collect();
-    let told = |faults: Vec<scanbound::diagnostic::Diagnostic>| {
-        let all: Vec<String> =
-            faults.iter().map(|fault| format!("{}: {}", fault.text, fault.message)).collect();
-        all.join("\n")
-    };
-    let Project::Melsec(project) = read(&inputs, Some("melsec-list")).map_err(told)? else {
-        return Err("not read as MELSEC".to_owned());
-    };
-    let is_user_instruction = |name: &str| name.starts_with("Op");
-    let options = DecodeOptions { family, is_user_instruction: &is_user_instruction, facts };
-    decode(&project, &options).map_err(told)
-}
-
-/// What the operations `Op1`, `Op2`, `Op4` ... of the dearest scan cost together: each its number, nothing when off.
-fn dearest(program: &Program) -> u64 {
-    let times = program
-        .instructions
-        .iter()
-        .map(|instruction| {
-            let cost = instruction.text.strip_prefix("Op").and_then(|cost| cost.parse().ok());
-            (Picos(cost.unwrap_or(0)), Picos::ZERO)
-        })
-        .collect();
-    bound(program, &times, Method::Cores).expect("the program can be followed").upper.0
-}
-
-/// Instructions apart by `; `.
-fn together(family: Family, text: &str) -> u64 {
-    let program = decoded(family, &[("MAIN", text)], &Facts::default());
-    dearest(&program.unwrap_or_else(|faults| panic!("{text}\n{faults}")))
-}
 
 #[test]
 fn zrst_of_many_devices_clears_those_between() {

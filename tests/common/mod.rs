@@ -6,6 +6,7 @@ pub mod bound;
 pub mod flowcharts;
 pub mod ir;
 pub mod list;
+pub mod melsec;
 pub mod plc;
 pub mod search;
 pub mod tape;

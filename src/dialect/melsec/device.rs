@@ -197,7 +197,7 @@ const LONG_RETENTIVE: Timed = timed(["LST", "LST coil ", "LST value "], true);
 const LONG_COUNTER: Timed = timed(["LC", "LC coil ", "LC value "], true);
 
 /// All device names, in the order of their letters.
-static NAMES: [Name; 46] = [
+static NAMES: [Name; 55] = [
     name("B", bit("B")),
     name("C", Kind::Timed(COUNTER)),
     name("CC", Kind::Bit(COUNTER.coil)),
@@ -213,9 +213,18 @@ static NAMES: [Name; 46] = [
     name("FY", bit("FY")),
     name("L", bit("L")),
     name("LC", Kind::Timed(LONG_COUNTER)),
-    name("LST", Kind::Timed(LONG_RETENTIVE)),
-    name("LT", Kind::Timed(LONG_TIMER)),
+    name("LCC", Kind::Bit(LONG_COUNTER.coil)),
     // Each holds two words of its own: they are not followed.
+    name("LCN", Kind::VolatileWord),
+    name("LCS", Kind::Bit(LONG_COUNTER.contact)),
+    name("LST", Kind::Timed(LONG_RETENTIVE)),
+    name("LSTC", Kind::Bit(LONG_RETENTIVE.coil)),
+    name("LSTN", Kind::VolatileWord),
+    name("LSTS", Kind::Bit(LONG_RETENTIVE.contact)),
+    name("LT", Kind::Timed(LONG_TIMER)),
+    name("LTC", Kind::Bit(LONG_TIMER.coil)),
+    name("LTN", Kind::VolatileWord),
+    name("LTS", Kind::Bit(LONG_TIMER.contact)),
     name("LZ", Kind::VolatileWord),
     name("M", bit("M")),
     name("R", word("ZR")),
@@ -277,7 +286,7 @@ pub fn name_of(text: &str, family: Family) -> Option<(&'static Name, Radix)> {
 }
 
 /// No device name has more letters.
-const LONGEST_NAME: usize = 3;
+const LONGEST_NAME: usize = 4;
 
 /// Whether a number of this radix may have such a digit: an 8 in an octal one is told of later.
 #[must_use]
@@ -310,6 +319,15 @@ impl Name {
     /// registers of the FX from plain ones.
     #[must_use]
     pub fn kind(&self, index: u32, family: Family) -> Option<Kind> {
+        // Fast counters of the FX5, as C235 of the FX, and long timers of iQ-R: no page tells when their contacts change.
+        let by_itself = match (self.letters, family) {
+            ("LC" | "LCS" | "LCC", Family::Fx5) => (35..=55).contains(&index),
+            ("LT" | "LTS" | "LST" | "LSTS", Family::Iqr) => true,
+            _ => false,
+        };
+        if by_itself {
+            return Some(Kind::VolatileBit);
+        }
         if family != Family::Fx {
             return Some(self.kind);
         }
@@ -343,12 +361,17 @@ mod tests {
     #[test]
     fn a_name_ends_where_its_number_begins() {
         let q = |text| name_of(text, Family::Q).map(|(name, _)| name.letters);
-        for (text, name) in
-            [("STN5", "STN"), ("ST5", "ST"), ("S5", "S"), ("SBF", "SB"), ("BF0", "B")]
-        {
+        for (text, name) in [
+            ("STN5", "STN"),
+            ("LSTS5", "LSTS"),
+            ("ST5", "ST"),
+            ("S5", "S"),
+            ("SBF", "SB"),
+            ("BF0", "B"),
+        ] {
             assert_eq!(q(text), Some(name), "{text}");
         }
-        for text in ["", "5", "STN", "FA", "LCN5", "d5", "あ5", "Dあ"] {
+        for text in ["", "5", "STN", "FA", "LCX5", "d5", "あ5", "Dあ"] {
             assert_eq!(q(text), None, "{text}");
         }
     }

@@ -253,7 +253,7 @@ impl Decoder<'_> {
     /// counters of iQ-R: it is not followed.
     fn is_long(&self, device: &Device) -> bool {
         match device.place {
-            Place::At(Kind::Timed(_), _) if device.name.starts_with('L') => true,
+            Place::At(_, _) if matches!(device.name, "LT" | "LST" | "LC") => true,
             Place::At(_, 200..) => self.family == Family::Fx && matches!(device.name, "C" | "CN"),
             _ => false,
         }

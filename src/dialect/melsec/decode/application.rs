@@ -121,6 +121,7 @@ impl Decoder<'_> {
         }
         let fires = if free { Logic::Const(true) } else { self.fires(found.pulsed, &mut effects) };
         self.add(Some(key), effects, Step::Act { fires });
+        self.lose();
     }
 
     /// Checks that every operand can be read, and that what is written is a device.
@@ -212,6 +213,12 @@ impl Decoder<'_> {
             }
             _ => (self.number(&raw.operands[0], words)?, self.number(&raw.operands[1], words)?),
         };
+        if self.overflows_oddly(entry) {
+            if words == 2 && self.sums_reals {
+                return Some(None);
+            }
+            return Some(Some(self.overflowing(&raw.operands[last], entry, (a, b), words)?));
+        }
         let (a, b) = (Box::new(a), Box::new(b));
         let number = match entry.operation {
             Operation::Add | Operation::Inc => Number::Add(a, b),

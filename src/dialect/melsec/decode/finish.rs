@@ -22,6 +22,7 @@ impl Decoder<'_> {
         }
         if !self.has_faults() {
             self.hold_off();
+            self.loosen_edges();
             self.take_in_bulk();
         }
         let mut found = self.project.warnings.clone();

@@ -4,10 +4,12 @@ mod access;
 mod application;
 mod compare;
 mod control;
+mod edges;
 mod finish;
 mod held;
 mod named;
 mod output;
+mod overflow;
 mod ranges;
 mod rungs;
 #[cfg(test)]
@@ -15,8 +17,8 @@ mod tests;
 mod units;
 mod zones;
 
-use super::device::{Family, area, areas, edge_memory};
-use super::operand::{Operand, parse, upper};
+use super::device::{Family, Kind, area, areas, edge_memory};
+use super::operand::{self, Operand, parse, upper};
 use super::source::{RawInstruction, RawProject};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
@@ -93,6 +95,8 @@ pub struct Decoder<'a> {
     switches_file_register: bool,
     /// FX, FX5: special relays that change what moves do: M8024 turns BMOV round, M8160 lets XCH swap bytes.
     turns_moves: bool,
+    /// FX: with M8023 on, sums and differences of double words are of real numbers.
+    sums_reals: bool,
     /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
     counts_elsewhere: bool,
     /// Files whose programs are called or stopped by their names.
@@ -109,6 +113,10 @@ pub struct Decoder<'a> {
     /// A rung was begun by a label or the like, which the next contact joins.
     block_open: bool,
     edges: u32,
+    /// Instructions of the FX and FX5 that act at edges.
+    edges_at: Vec<edges::Edge>,
+    /// What the instruction under way loses if it overflows.
+    lost: Option<overflow::Lost>,
 
     /// Words whose stated range does not hold where they count: the program may write them.
     overwritten: &'a BTreeSet<String>,
@@ -164,8 +172,10 @@ impl<'a> Decoder<'a> {
                 .flat_map(|file| &file.instructions)
                 .any(is_switch),
             turns_moves: matches!(options.family, Family::Fx | Family::Fx5)
-                && touches(project, &["M8024", "M8160"]),
-            counts_elsewhere: options.family == Family::Fx && touches(project, &["M8164"]),
+                && touches(project, options.family, &[8024, 8160]),
+            sums_reals: options.family == Family::Fx && touches(project, options.family, &[8023]),
+            counts_elsewhere: options.family == Family::Fx
+                && touches(project, options.family, &[8164]),
             may_rest: may_rest(project),
             file: 0,
             position: 0,
@@ -175,6 +185,8 @@ impl<'a> Decoder<'a> {
             has_output: true,
             block_open: false,
             edges: 0,
+            edges_at: Vec::new(),
+            lost: None,
             overwritten,
             counts: Vec::new(),
             labels: vec![BTreeMap::new(); project.files.len()],
@@ -340,14 +352,43 @@ impl<'a> Decoder<'a> {
     }
 }
 
-/// Whether the program names one of these special relays.
-fn touches(project: &RawProject, relays: &[&str]) -> bool {
+/// Whether the program names one of these special relays of the FX (`M8023`) or FX5 (`SM8023`), alone, among digits or
+/// the devices that ZRST clears, or may by an index.
+fn touches(project: &RawProject, family: Family, relays: &[u32]) -> bool {
     let instructions = project.files.iter().flat_map(|file| &file.instructions);
-    instructions.flat_map(|raw| &raw.operands).any(|text| {
-        let text = text.to_ascii_uppercase();
-        relays.iter().any(|relay| text.contains(relay))
+    let touched = |first: u32, last: u32| relays.iter().any(|relay| (first..=last).contains(relay));
+    let in_name = |text: &String| match parse(text, family) {
+        Ok(Operand::Device(device)) if matches!(device.name, "M" | "SM") => match device.place {
+            operand::Place::At(_, relay) => touched(relay, relay),
+            operand::Place::Digits(_, first, digits) => {
+                // Blocks begin with them.
+                touched(first, first + 4 * u32::from(digits) - 1)
+                    || (first >= FIRST_SPECIAL && touched(first, u32::MAX))
+            }
+            operand::Place::Indexed(Kind::VolatileBit, _)
+            | operand::Place::IndexedDigits(Kind::VolatileBit, _) => true,
+            _ => false,
+        },
+        _ => false,
+    };
+    let number = |text: &String| match parse(text, family) {
+        Ok(Operand::Device(operand::Device { place: operand::Place::At(_, at), .. })) => Some(at),
+        _ => None,
+    };
+    let mut instructions = instructions;
+    instructions.any(|raw| {
+        let between = match &raw.operands[..] {
+            [first, last] if upper(&raw.mnemonic).starts_with("ZRST") => {
+                number(first).zip(number(last)).is_some_and(|(from, to)| touched(from, to))
+            }
+            _ => false,
+        };
+        between || raw.operands.iter().any(in_name)
     })
 }
+
+/// From here on the FX's relays are special ones.
+const FIRST_SPECIAL: u32 = 8000;
 
 /// Which files' programs need not run in every scan: those that are called by name are commonly on standby, and
 /// those that are stopped rest. An operand that is no name may be any of them.

@@ -188,7 +188,7 @@ impl Decoder<'_> {
             return;
         }
         let text = &raw.operands[0];
-        let memory = self.memory();
+        let memory = self.edge_memory(false);
         let fires = edge(mnemonic != "PLF", Logic::Condition, memory);
         let effects = if mnemonic == "FF" {
             let Some(now) = self.read_bit(text) else { return };

@@ -44,7 +44,7 @@ impl Decoder<'_> {
             value = match rising {
                 None => bit,
                 Some(rising) => {
-                    let memory = self.memory();
+                    let memory = self.edge_memory(true);
                     effects.push(remember(memory, bit.clone()));
                     edge(rising, bit, memory)
                 }
@@ -245,7 +245,7 @@ impl Decoder<'_> {
         let (effects, value) = match (mnemonic, takes_relay) {
             ("INV", _) => (Vec::new(), Logic::Condition.not()),
             (_, false) => {
-                let memory = self.memory();
+                let memory = self.edge_memory(false);
                 (vec![remember(memory, result)], edge(rising, Logic::Condition, memory))
             }
             (_, true) => {
@@ -282,7 +282,7 @@ impl Decoder<'_> {
         if !pulsed {
             return Logic::Condition;
         }
-        let memory = self.memory();
+        let memory = self.edge_memory(false);
         effects.push(remember(memory, Logic::Condition));
         edge(true, Logic::Condition, memory)
     }
