@@ -1,6 +1,6 @@
 //! Whether a program keeps to a limit: proved, refuted by a scan, or undecided with the reasons.
 
-use crate::audit::{Audit, UnstatedPoints};
+use crate::audit::{Audit, Evidence, Share, UnstatedPoints};
 use crate::time::Picos;
 use std::fmt;
 use std::str::FromStr;
@@ -55,6 +55,65 @@ impl fmt::Display for Margin {
     }
 }
 
+/// How much of a bound may rest on assumed times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MostAssumed(Margin);
+
+impl FromStr for MostAssumed {
+    type Err = String;
+    fn from_str(text: &str) -> Result<MostAssumed, String> {
+        let most = text.parse().ok().filter(|&Margin(millionths)| millionths <= 1_000_000);
+        let help = || format!("'{text}' is not a share: give percent from 0% to 100%");
+        most.map(MostAssumed).ok_or_else(help)
+    }
+}
+
+impl fmt::Display for MostAssumed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// How much of a time that decides a check is assumed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Assumed {
+    /// The assumed part; of what lies between the scan that was found and the bound, all.
+    pub time: Picos,
+    /// The whole.
+    pub of: Picos,
+    /// Whether less of it may be.
+    pub at_most: bool,
+}
+
+impl Assumed {
+    /// What is assumed of the bound, of all points that can be fitted where they are not stated.
+    fn of_upper(audit: &Audit) -> Assumed {
+        let gap = audit.bound.upper.checked_sub(audit.bound.lower).unwrap_or_default();
+        let points = audit.points.iter().filter_map(|points| points.most.as_ref());
+        let assumed = points.filter(|most| most.founded == Evidence::Assumed);
+        let more: Picos = assumed.map(|most| most.more).sum();
+        let time = audit.table.assumed_time + gap + more;
+        Assumed { time, of: audit.upper_with_all_points(), at_most: gap > Picos::ZERO }
+    }
+
+    /// What is assumed of the scan that was found.
+    fn of_lower(audit: &Audit) -> Assumed {
+        Assumed { time: audit.table.assumed_time, of: audit.bound.lower, at_most: false }
+    }
+
+    /// The same as a share.
+    #[must_use]
+    pub fn share(&self) -> Share {
+        Share::of(self.time, self.of)
+    }
+
+    /// Whether it is more than allowed.
+    #[must_use]
+    pub fn is_above(&self, most: MostAssumed) -> bool {
+        u128::from(self.time.0) * 1_000_000 > u128::from(self.of.0) * u128::from((most.0).0)
+    }
+}
+
 /// The answer to a check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
@@ -77,6 +136,10 @@ pub struct Check {
     pub upper: Picos,
     /// The replayed scan with the margin; where points are not stated, without any.
     pub lower: Picos,
+    /// What is assumed of the time that decides: of the scan that was found where it refutes, else of the bound.
+    pub assumed: Assumed,
+    /// How much may be, if that is a condition.
+    pub most_assumed: Option<MostAssumed>,
     /// The answer.
     pub verdict: Verdict,
 }
@@ -102,9 +165,37 @@ impl Check {
         } else {
             Verdict::Undecided(doubts())
         };
-        Check { limit, margin, upper, lower, verdict }
+        let refuted = verdict == Verdict::Refuted;
+        let assumed = if refuted { Assumed::of_lower(audit) } else { Assumed::of_upper(audit) };
+        Check { limit, margin, upper, lower, assumed, most_assumed: None, verdict }
+    }
+
+    /// The same on the condition that no more than a share of the time that decides is assumed. A loop without end
+    /// needs no times.
+    #[must_use]
+    pub fn if_assumed_at_most(mut self, audit: &Audit, most: MostAssumed) -> Check {
+        self.most_assumed = Some(most);
+        if !audit.unbounded.is_empty() || !self.assumed.is_above(most) {
+            return self;
+        }
+        let first: Vec<&str> =
+            audit.table.assumed.iter().take(MOST_NAMED).map(|one| one.name.as_str()).collect();
+        let reason = format!(
+            "{} of {} rests on assumed times, more than the {most} of --max-assumed: state times (--time, or a table of your own), first of {}",
+            self.assumed.share(),
+            if self.verdict == Verdict::Refuted { "the scan that was found" } else { "the bound" },
+            first.join(", ")
+        );
+        self.verdict = match self.verdict {
+            Verdict::Undecided(reasons) => Verdict::Undecided([reasons, vec![reason]].concat()),
+            Verdict::Proved | Verdict::Refuted => Verdict::Undecided(vec![reason]),
+        };
+        self
     }
 }
+
+/// So many assumed times are named where they are too many.
+const MOST_NAMED: usize = 6;
 
 /// Why a limit between the bounds is neither kept nor broken, and what to do.
 fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<String> {
@@ -163,8 +254,8 @@ fn listed(audit: &Audit, between: &str, text: impl Fn(&UnstatedPoints) -> String
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::audit::MorePoints;
     use crate::audit::fixture::fixture;
-    use crate::audit::{Evidence, MorePoints};
 
     #[test]
     fn margins_are_exact_and_rounded_up() {
@@ -201,6 +292,38 @@ mod tests {
         assert_eq!(check(1), Verdict::Refuted);
     }
 
+    #[test]
+    fn what_rests_on_assumed_times_can_be_made_a_condition() {
+        let mut audit = fixture();
+        audit.doubts.clear();
+        // 120 us of 442 us are assumed, and of the bound's 452.5 us what lies above that scan.
+        let (upper, lower) = (audit.bound.upper, audit.bound.lower);
+        let check = |limit, most: &str| {
+            let check = Check::new(&audit, limit, Margin::default());
+            check.if_assumed_at_most(&audit, most.parse().expect("a share")).verdict
+        };
+        assert_eq!(check(upper, "28.8398%"), Verdict::Proved);
+        let told = |verdict| match verdict {
+            Verdict::Undecided(reasons) => reasons.join("\n"),
+            other => panic!("{other:?}"),
+        };
+        assert!(told(check(upper, "28.8397%")).contains("28.8 % of the bound rests"));
+        let below = Picos(lower.0 - 1);
+        assert_eq!(check(below, "27.15%"), Verdict::Refuted);
+        assert!(told(check(below, "27.14%")).contains("of the scan that was found"));
+        let mut endless = audit.clone();
+        let at = crate::audit::Where { file: 0, line: 1, step: None };
+        let one = String::new;
+        let found = crate::audit::LoopUse { from: at, to: at, begins: one(), ends: one() };
+        endless.unbounded = vec![found];
+        let check = Check::new(&endless, upper, Margin::default());
+        let none = "0%".parse().expect("a share");
+        assert_eq!(check.if_assumed_at_most(&endless, none).verdict, Verdict::Refuted);
+        for bad in ["30", "101%", "-1%", "", "100.0001%"] {
+            assert!(bad.parse::<MostAssumed>().is_err(), "{bad}");
+        }
+    }
+
     /// The fixture without other doubts, with 16 input points taken for 4.3 us and perhaps 4096 in all.
     fn with_points(most: Option<u64>) -> Audit {
         let mut audit = fixture();
@@ -216,6 +339,7 @@ mod tests {
                 points: 4096,
                 more: Picos(more),
                 evidence: Evidence::Assumed,
+                founded: Evidence::Assumed,
                 source: String::new(),
             }),
         }];

@@ -80,7 +80,7 @@ fn every_key_of_an_audit_is_documented() {
     let endless = endless.to_str().expect("a plain path");
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 14] = [
+    let runs: [&[&str]; 15] = [
         &["audit", "samples/paper/program.il", "--table", "samples/paper/table.csv"],
         &["audit", line[0], line[1], line[2], "--time", "NONE=1us"],
         &["audit", "samples/filler"],
@@ -95,6 +95,7 @@ fn every_key_of_an_audit_is_documented() {
         &["check", line[0], line[1], line[2], "--limit", "1s"],
         &["check", line[0], line[1], line[2], "--limit", "1us"],
         &["check", line[0], line[1], line[2], "--limit", "1ms", "--margin", "10%"],
+        &["check", line[0], line[1], line[2], "--limit", "1s", "--max-assumed", "30%"],
     ];
     for run in runs {
         let report = json(run);

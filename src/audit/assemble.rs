@@ -81,7 +81,7 @@ impl Findings<'_> {
             instructions: self.program.files.iter().map(|file| file.count).sum(),
             blocks: self.program.blocks,
             clocked: None,
-            table: self.table(&values, &bound),
+            table: self.table(&values, &bound, &overhead),
             bound,
             overhead,
             always,
@@ -314,7 +314,7 @@ impl Findings<'_> {
         found
     }
 
-    fn table(&self, values: &Values, bound: &Bound) -> TableUse {
+    fn table(&self, values: &Values, bound: &Bound, overhead: &[OverheadUse]) -> TableUse {
         let assumed = |price: &&Price| price.evidence == Evidence::Assumed;
         let mut rows: Vec<AssumedUse> = Vec::new();
         let mut known: BTreeMap<&str, usize> = BTreeMap::new();
@@ -356,6 +356,18 @@ impl Findings<'_> {
                 },
             ),
         );
+        let factor = self.prices.factor.as_ref();
+        assumed.extend(factor.filter(|one| one.evidence == Evidence::Assumed).map(|factor| {
+            let own: Picos = assumed.iter().map(|one| one.time).sum();
+            let others = bound.lower.checked_sub(own).unwrap_or_default();
+            AssumedUse {
+                name: format!("factor {}", factor.text),
+                row: "@factor".to_owned(),
+                by_class: false,
+                count: 0,
+                time: others.checked_sub(factor.taken_off(others)).unwrap_or_default(),
+            }
+        }));
         assumed.sort_by(|a, b| (Reverse(a.time), &a.name).cmp(&(Reverse(b.time), &b.name)));
         let assumed_time: Picos = assumed.iter().map(|one| one.time).sum();
         TableUse {
@@ -363,11 +375,19 @@ impl Findings<'_> {
             title: self.table.title.clone(),
             notes: self.table.notes.clone(),
             watchdog: self.table.watchdog(),
-            factor: self.prices.factor.as_ref().map(|factor| FactorUse {
-                text: factor.text.clone(),
-                evidence: factor.evidence,
-                source: factor.source.clone(),
-                without: factor.taken_off(bound.upper),
+            factor: factor.map(|factor| {
+                let groups = self.maxima.iter().map(|maximum| maximum.upper);
+                let parts = overhead.iter().map(|term| term.time).chain(groups);
+                let bare: Picos =
+                    parts.chain([bound.always]).map(|time| factor.taken_off(time)).sum();
+                FactorUse {
+                    text: factor.text.clone(),
+                    evidence: factor.evidence,
+                    source: factor.source.clone(),
+                    without: factor.taken_off(bound.upper),
+                    millionths: factor.millionths,
+                    part: bound.upper.checked_sub(bare).unwrap_or_default(),
+                }
             }),
             input_delay: self.table.row("@input-delay").map(Delay::of_row),
             output_delay: self.table.row("@output-delay").map(Delay::of_row),

@@ -115,14 +115,19 @@ impl Audit {
         points.chain(self.doubts.iter().cloned()).collect()
     }
 
-    /// The groups that are worth a look: of at least a two-hundredth of the bound, at most so many; and what
-    /// the others cost together at most.
+    /// A time of the report without the table's factor, which all of them hold.
     #[must_use]
-    pub fn main_groups(&self, most: usize) -> (&[GroupUse], Picos) {
+    pub fn bare(&self, time: Picos) -> Picos {
+        let factor = self.table.factor.as_ref();
+        factor.map_or(time, |factor| crate::table::taken_off(factor.millionths, time))
+    }
+
+    /// The groups that are worth a look, of at least a two-hundredth of the bound and at most so many; and the others.
+    #[must_use]
+    pub fn main_groups(&self, most: usize) -> (&[GroupUse], &[GroupUse]) {
         let main = |group: &&GroupUse| Audit::is_main(group.upper, &self.bound);
         let shown = self.groups.iter().take(most).take_while(main).count();
-        let (shown, rest) = self.groups.split_at(shown);
-        (shown, rest.iter().map(|group| group.upper).sum())
+        self.groups.split_at(shown)
     }
 
     fn is_main(group: Picos, bound: &Bound) -> bool {
@@ -230,6 +235,10 @@ pub struct FactorUse {
     pub source: String,
     /// The bound without it, rounded up.
     pub without: Picos,
+    /// In millionths.
+    pub millionths: u64,
+    /// What it adds to the parts of the bound: with their times without it, [`Audit::bare`], this makes the bound.
+    pub part: Picos,
 }
 
 /// An assumed time and what it weighs.
@@ -241,9 +250,9 @@ pub struct AssumedUse {
     pub row: String,
     /// Whether the row is that of a whole class of instructions.
     pub by_class: bool,
-    /// How many instructions of the program it prices; 0 for a term of the scan.
+    /// How many instructions of the program it prices; 0 for a term of the scan, and for the factor on it.
     pub count: usize,
-    /// Its part in the worst scan found.
+    /// Its part in the worst scan found; of the factor, what it adds to times that are not assumed themselves.
     pub time: Picos,
 }
 

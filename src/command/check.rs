@@ -4,7 +4,7 @@ use super::options::{ProjectOptions, ReportOptions};
 use super::{Failure, Outcome, values};
 use clap::Args;
 use scanbound::time::Picos;
-use scanbound::verdict::{Check, Margin, Verdict};
+use scanbound::verdict::{Check, Margin, MostAssumed, Verdict};
 
 /// The arguments of `check`.
 #[derive(Debug, Args)]
@@ -15,6 +15,9 @@ pub struct Arguments {
     /// What is added to the scan before it is held against the limit, such as 10%
     #[arg(long, value_name = "PERCENT", default_value = "0%", allow_hyphen_values = true)]
     margin: Margin,
+    /// How much of the time that decides may rest on assumed times, such as 30%; with more the limit is undecided
+    #[arg(long, value_name = "PERCENT", allow_hyphen_values = true)]
+    max_assumed: Option<MostAssumed>,
     #[command(flatten)]
     project: ProjectOptions,
     #[command(flatten)]
@@ -24,8 +27,15 @@ pub struct Arguments {
 /// Audits the project, judges and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let target = arguments.report.target()?;
-    let audit = arguments.project.audit_until(arguments.margin.room(arguments.limit))?;
-    let check = Check::new(&audit, arguments.limit, arguments.margin);
+    let audit = match arguments.max_assumed {
+        None => arguments.project.audit_until(arguments.margin.room(arguments.limit))?,
+        // What a search that ends early leaves open would count as assumed.
+        Some(_) => arguments.project.audit()?,
+    };
+    let mut check = Check::new(&audit, arguments.limit, arguments.margin);
+    if let Some(most) = arguments.max_assumed {
+        check = check.if_assumed_at_most(&audit, most);
+    }
     arguments.report.write(&audit, Some(&check), target)?;
     Ok(match check.verdict {
         Verdict::Proved => Outcome::Done,

@@ -10,7 +10,7 @@ pub use capture::{Edge, Selection};
 pub use fit::{Clock, Fit, Ratio, Scale};
 pub use histogram::{Bin, Histogram};
 
-use crate::audit::{Audit, Evidence, Share};
+use crate::audit::{Audit, Share};
 use crate::diagnostic::Diagnostic;
 use crate::time::Picos;
 
@@ -55,16 +55,12 @@ impl Bounds {
     /// The bounds of an audit.
     #[must_use]
     pub fn of(audit: &Audit) -> Bounds {
-        let factor = audit.table.factor.as_ref().filter(|one| one.evidence == Evidence::Assumed);
-        let supposed = factor.map_or(Picos::ZERO, |factor| {
-            audit.bound.upper.checked_sub(factor.without).unwrap_or(Picos::ZERO)
-        });
         Bounds {
             upper: audit.bound.upper,
             lower: audit.possible(),
             least: audit.least(),
             table: audit.table.name.clone(),
-            assumed: audit.table.assumed_time.max(supposed),
+            assumed: audit.table.assumed_time,
             doubts: audit.all_doubts(),
             clocked: audit.clocked,
         }

@@ -34,6 +34,8 @@ pub struct MorePoints {
     pub more: Picos,
     /// How well founded the number is.
     pub evidence: Evidence,
+    /// How well founded the time is: the number and the rows that price it, the weakest of these.
+    pub founded: Evidence,
     /// Where it comes from.
     pub source: String,
 }
@@ -82,6 +84,10 @@ pub fn refresh(
                     points: most.points,
                     more: of(most.points)?.checked_sub(of(points)?).unwrap_or_default(),
                     evidence: most.evidence,
+                    founded: rows
+                        .iter()
+                        .map(|(_, row)| row.evidence)
+                        .fold(most.evidence, Evidence::min),
                     source: most.source.clone(),
                 })
             });

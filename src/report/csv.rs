@@ -1,9 +1,10 @@
 //! An audit as CSV: a row a charge, for spreadsheets.
 
 use crate::audit::{Audit, ChargeUse};
+use crate::time::Picos;
 use csv::Writer;
 
-const HEADS: [&str; 15] = [
+const HEADS: [&str; 16] = [
     "group",
     "file",
     "line",
@@ -19,9 +20,11 @@ const HEADS: [&str; 15] = [
     "evidence",
     "row",
     "part",
+    "factor_us",
 ];
 
-/// All charges of the audit: those of the groups, then those that no assignment changes, then the overhead.
+/// All charges of the audit: those of the groups, then those that no assignment changes, then the overhead, then the
+/// factor on all of these, which their times hold: it has no cost of its own, each row says how much of its cost it is.
 #[must_use]
 pub fn render(audit: &Audit) -> String {
     let mut writer = Writer::from_writer(Vec::new());
@@ -46,12 +49,23 @@ pub fn render(audit: &Audit) -> String {
             ("evidence", term.evidence.word()),
             ("row", &term.name),
             ("part", "overhead"),
+            ("factor_us", &factor(audit, term.time)),
         ] {
             if let Some(at) = HEADS.iter().position(|&other| other == head) {
                 fields[at] = value.to_owned();
             }
         }
         put(&fields);
+    }
+    if let Some(one) = &audit.table.factor {
+        let row = HEADS.map(|head| match head {
+            "instruction" => format!("factor {}", one.text),
+            "evidence" => one.evidence.word().to_owned(),
+            "row" => "@factor".to_owned(),
+            "part" => "factor".to_owned(),
+            _ => String::new(),
+        });
+        put(&row);
     }
     let bytes = writer.into_inner().expect("memory takes every record");
     String::from_utf8(bytes).expect("written from strings")
@@ -74,7 +88,13 @@ fn row(audit: &Audit, charge: &ChargeUse, group: &str, part: &str) -> [String; H
         charge.evidence.word().to_owned(),
         charge.row.clone(),
         part.to_owned(),
+        factor(audit, charge.cost),
     ]
+}
+
+/// How much of a time the table's factor is.
+fn factor(audit: &Audit, time: Picos) -> String {
+    time.checked_sub(audit.bare(time)).unwrap_or_default().us_text()
 }
 
 #[cfg(test)]

@@ -60,6 +60,7 @@ struct Factor<'a> {
     evidence: &'static str,
     why: &'a str,
     upper_without_ps: u64,
+    ps: u64,
 }
 
 #[derive(Serialize)]
@@ -202,6 +203,10 @@ struct CheckResult<'a> {
     margin: String,
     upper_with_margin_ps: u64,
     lower_with_margin_ps: u64,
+    assumed_ps: u64,
+    assumed_of_ps: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_assumed: Option<String>,
     reasons: &'a [String],
     ended_early: bool,
 }
@@ -329,6 +334,7 @@ fn table(table: &audit::TableUse) -> Table<'_> {
             evidence: factor.evidence.word(),
             why: &factor.source,
             upper_without_ps: factor.without.0,
+            ps: factor.part.0,
         }),
         unverified: table.assumed.iter().map(|one| one.name.as_str()).collect(),
         unverified_ps: table.assumed_time.0,
@@ -423,6 +429,9 @@ fn result<'a>(audit: &Audit, check: &'a Check) -> CheckResult<'a> {
         margin: check.margin.to_string(),
         upper_with_margin_ps: check.upper.0,
         lower_with_margin_ps: check.lower.0,
+        assumed_ps: check.assumed.time.0,
+        assumed_of_ps: check.assumed.of.0,
+        max_assumed: check.most_assumed.map(|most| most.to_string()),
         reasons,
         ended_early: audit.ended_early,
     }

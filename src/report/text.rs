@@ -73,24 +73,29 @@ fn answer(audit: &Audit, check: &Check) -> String {
     };
     match &check.verdict {
         Verdict::Proved => format!(
-            "{}: no scan takes longer than {most}{}{}, the limit is {limit}\n\n",
+            "{}: no scan takes longer than {most}{}{}{}, the limit is {limit}\n\n",
             paint(GOOD, "PROVED"),
             with_margin(check.upper),
-            all_points(audit)
+            all_points(audit),
+            rests(check)
         ),
         Verdict::Refuted if !audit.unbounded.is_empty() => {
             format!("{}: a scan can go round a loop without end\n\n", paint(BAD, "REFUTED"))
         }
         Verdict::Refuted => format!(
-            "{}: a scan takes {}{}, the limit is {limit}; it is shown below\n\n",
+            "{}: a scan takes {}{}{}, the limit is {limit}; it is shown below\n\n",
             paint(BAD, "REFUTED"),
             audit.possible(),
-            with_margin(check.lower)
+            with_margin(check.lower),
+            rests(check)
         ),
         Verdict::Undecided(reasons) if check.upper <= limit => {
             let reasons: String = reasons.iter().map(|reason| format!("  {reason}\n")).collect();
+            let above = |most| check.assumed.is_above(most);
+            let doubts = reasons.len() > usize::from(check.most_assumed.is_some_and(above));
+            let low = if doubts { "; but the bound may be too low" } else { "; but" };
             format!(
-                "{}: no scan takes longer than {most}{}{}, the limit is {limit}; but the bound may be too low:\n{reasons}\n",
+                "{}: no scan takes longer than {most}{}{}, the limit is {limit}{low}:\n{reasons}\n",
                 paint(CARE, "UNDECIDED"),
                 with_margin(check.upper),
                 all_points(audit)
@@ -106,6 +111,16 @@ fn answer(audit: &Audit, check: &Check) -> String {
                 with_margin(check.upper)
             )
         }
+    }
+}
+
+/// On what the time that decides a check rests.
+fn rests(check: &Check) -> String {
+    let assumed = &check.assumed;
+    match (assumed.time, assumed.at_most) {
+        (Picos::ZERO, _) => String::new(),
+        (_, false) => format!(" ({} of it on assumed times)", assumed.share()),
+        (_, true) => format!(" (at most {} of it on assumed times)", assumed.share()),
     }
 }
 
@@ -196,10 +211,7 @@ fn head(audit: &Audit) -> String {
 fn trust(audit: &Audit) -> String {
     let table = &audit.table;
     if table.assumed.is_empty() {
-        let founded = "every time used is published, measured or stated";
-        let factor = table.factor.as_ref().filter(|one| one.evidence == Evidence::Assumed);
-        let but = factor.map_or("", |_| "; the factor on the whole scan is assumed");
-        return format!("{}: {founded}{but}", table.name);
+        return format!("{}: every time used is published, measured or stated", table.name);
     }
     let shown: Vec<&str> = table.assumed.iter().take(6).map(|one| one.name.as_str()).collect();
     let more = if table.assumed.len() > shown.len() { ", ..." } else { "" };
@@ -213,27 +225,34 @@ fn trust(audit: &Audit) -> String {
 
 fn parts(audit: &Audit, extent: Extent) -> String {
     let bound = &audit.bound;
+    // The factor is a row of its own here, so the others are without it.
     let row = |name: String, time: Picos, what: String| {
         let share = Share::of(time, bound.upper).to_string();
         vec![left(name), right(us(time)), right(share), left(what).styled(FAINT)]
     };
     let always = "what no state of the plant changes".to_owned();
-    let mut rows = vec![row("always".to_owned(), bound.always, always)];
+    let mut rows = vec![row("always".to_owned(), audit.bare(bound.always), always)];
     for term in &audit.overhead {
         let why = term.why.split(';').next().unwrap_or_default();
         let assumed = if term.evidence == Evidence::Assumed { " (assumed)" } else { "" };
-        rows.push(row(term.name.clone(), term.time, format!("{why}{assumed}")));
+        rows.push(row(term.name.clone(), audit.bare(term.time), format!("{why}{assumed}")));
     }
     let (shown, rest) = audit.main_groups(extent.top);
     for group in shown {
         let exact = if group.exact() { "exact" } else { "at most" };
-        let what = format!("{exact}; naive {}", us(group.naive));
-        rows.push(row(format!("group {}", group.id), group.upper, what));
+        let what = format!("{exact}; naive {}", us(audit.bare(group.naive)));
+        rows.push(row(format!("group {}", group.id), audit.bare(group.upper), what));
     }
-    match audit.groups.len() - shown.len() {
+    let small: Picos = rest.iter().map(|group| audit.bare(group.upper)).sum();
+    match rest.len() {
         0 => {}
-        1 => rows.push(row("1 small group".to_owned(), rest, String::new())),
-        n => rows.push(row(format!("{n} small groups"), rest, String::new())),
+        1 => rows.push(row("1 small group".to_owned(), small, String::new())),
+        n => rows.push(row(format!("{n} small groups"), small, String::new())),
+    }
+    if let Some(factor) = &audit.table.factor {
+        let assumed = if factor.evidence == Evidence::Assumed { " (assumed)" } else { "" };
+        let what = format!("on the rows above; all other times shown hold it{assumed}");
+        rows.push(row(format!("factor {}", factor.text), factor.part, what));
     }
     heading("Parts of the bound") + &columns(2, &rows)
 }
@@ -350,6 +369,9 @@ fn assumed(audit: &Audit, extent: Extent) -> String {
         .take(extent.values)
         .map(|one| {
             let used = match one.count {
+                0 if one.row == "@factor" => {
+                    "on the whole scan: what it adds to other times".to_owned()
+                }
                 0 => "a term of the scan".to_owned(),
                 1 => "once in the program".to_owned(),
                 n => format!("{n} times in the program"),

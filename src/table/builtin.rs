@@ -141,7 +141,8 @@ impl Table {
     }
 }
 
-/// The CPUs that a written name can mean: `FX3U/FX3UC`, `FX3U(C)`, `Q26UDVCPU`.
+/// The CPUs that a written name can mean: `FX3U/FX3UC`, `FX3U(C)`, `Q26UDVCPU`; of a unit's order name (`CJ2M-CPU31`,
+/// `CP1L-M40DR-A`, `FX3U-32MR/ES`) the series, unless the whole is a name of its own (`L26-BT`).
 fn meant(cpu: &str) -> Vec<String> {
     let mut names = Vec::new();
     for part in cpu.to_ascii_uppercase().replace("CPU", "").split(['/', ',', ' ']) {
@@ -155,6 +156,11 @@ fn meant(cpu: &str) -> Vec<String> {
         }
     }
     names.retain(|name| !name.is_empty());
+    if !FILES.iter().any(|(_, text)| cpus(text).any(|cpu| names.iter().any(|name| name == cpu))) {
+        let stem = |name: &String| Some(name.split_once(['-', '_'])?.0.to_owned());
+        let stems: Vec<String> = names.iter().filter_map(stem).collect();
+        names.extend(stems.into_iter().filter(|stem| !stem.is_empty()));
+    }
     names
 }
 

@@ -140,10 +140,15 @@ impl Factor {
     /// What a time that holds the factor is without it, rounded up.
     #[must_use]
     pub fn taken_off(&self, time: Picos) -> Picos {
-        let whole = u128::from(time.0) * 1_000_000;
-        // The factor is at least 1.
-        Picos(u64::try_from(whole.div_ceil(u128::from(self.millionths))).unwrap_or(time.0))
+        taken_off(self.millionths, time)
     }
+}
+
+/// What a time that holds a factor, given in millionths and at least 1, is without it, rounded up.
+#[must_use]
+pub fn taken_off(millionths: u64, time: Picos) -> Picos {
+    let whole = u128::from(time.0) * 1_000_000;
+    Picos(u64::try_from(whole.div_ceil(u128::from(millionths.max(1)))).unwrap_or(time.0))
 }
 
 /// The most points of inputs or of outputs that a CPU refreshes.

@@ -282,10 +282,41 @@ fn a_cpus_name_finds_its_table() {
         ("L02", "l02"),
         ("R08", "iqr"),
         ("MINASEC-U", "minasec-u"),
+        ("CJ2M-CPU31", "cj2m"),
+        ("cj2m-cpu11", "cj2m"),
+        ("CJ2M_CPU35", "cj2m"),
+        ("OMRON CJ2M-CPU31", "cj2m"),
+        ("CJ2M CPU31", "cj2m"),
+        ("CP1L-M40", "cp1l"),
+        ("CP1L-M40DR-A", "cp1l"),
+        ("CP1L M", "cp1l"),
+        ("C200H-CPU01-E", "c200h"),
+        ("FX3U-32MR/ES", "fx3u"),
+        ("FX3UC-16MT/D", "fx3u"),
+        ("FX2N-48MR", "fx2n"),
+        ("FX5U-32MT/ESS", "fx5u"),
+        ("MELSEC-Q Q26UDVCPU", "qnudv"),
+        ("MELSEC iQ-R R08CPU", "iqr"),
+        ("L26CPU-PBT", "l26"),
     ] {
         assert_eq!(Table::for_cpu(cpu), Some(table), "{cpu}");
     }
-    for cpu in ["FX3G", "Q00J", "S7-1200", "", "CPU", "Q", "UDV"] {
+    for cpu in [
+        "FX3G",
+        "FX3G-40MR",
+        "Q00J",
+        "S7-1200",
+        "",
+        "CPU",
+        "-",
+        "-CPU",
+        "Q",
+        "UDV",
+        "C200HE-CPU42",
+        "C200HX",
+        "CJ1M-CPU11",
+        "CP1H-X40",
+    ] {
         assert_eq!(Table::for_cpu(cpu), None, "{cpu}");
     }
     assert!(

@@ -91,7 +91,7 @@ pub(super) fn resolve<'a>(
         } else {
             (
                 format!("the instruction '{}' is not known", shown(&name)),
-                "if it is a function block or an instruction of a special unit, give it a time in the table or with --price: it is then taken to write its operands",
+                "if it is a function block or an instruction of a special unit, give it a time in the table or with --time: it is then taken to write its operands",
             )
         };
         at("unknown-instruction", message, help, faults);
