@@ -7,6 +7,7 @@
 //! against measurements, and [`report`] shows it.
 
 pub mod audit;
+pub mod budget;
 pub mod column;
 pub mod compare;
 pub mod diagnostic;

@@ -96,6 +96,7 @@ impl Findings<'_> {
             warnings,
             response: None,
             ended_early: false,
+            cuts: Vec::new(),
             elapsed: Duration::ZERO,
         }
     }

@@ -167,6 +167,7 @@ pub fn fixture() -> Audit {
         ],
         response: None,
         ended_early: false,
+        cuts: Vec::new(),
         elapsed: Duration::from_millis(1_250),
     }
 }

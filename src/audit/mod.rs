@@ -15,6 +15,7 @@ mod unbounded;
 pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, conclude, follow};
 pub use questions::{File, Form, certificates, question};
 
+use crate::budget::Cut;
 use crate::diagnostic::Diagnostic;
 pub use crate::price::{MorePoints, UnstatedPoints};
 use crate::price::{more_points, points_taken};
@@ -70,6 +71,8 @@ pub struct Audit {
     /// Whether the search ended before the longest scan was known, since it was decided whether any takes longer
     /// than the request's limit.
     pub ended_early: bool,
+    /// The stages that the time limit or the user cut short, and what they left open.
+    pub cuts: Vec<Cut>,
     /// How long the audit took.
     pub elapsed: Duration,
 }

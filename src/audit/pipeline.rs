@@ -5,6 +5,7 @@ use super::assemble::{Findings, constant_charges};
 use super::search::Search;
 use super::stated;
 use super::unbounded::loops;
+use crate::budget::{Budget, Cut};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::melsec::decode::DecodeOptions;
 use crate::dialect::melsec::device::Family;
@@ -116,6 +117,8 @@ pub struct Followed {
     /// Its slices.
     pub groups: Vec<Group>,
     warnings: Vec<Diagnostic>,
+    /// The stages that the time limit or the user cut short.
+    cuts: Vec<Cut>,
     /// The shortest timer, where a timer that a scan starts is taken not to run out in it.
     shortest_timer: Option<Picos>,
 }
@@ -135,6 +138,7 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
 /// All faults of the input at once.
 pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let start = Instant::now();
+    let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
     let stage = |name| (request.progress)(Progress::Stage(name));
 
     stage("reading");
@@ -162,7 +166,8 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
         _ => None,
     };
     let shortest_timer = shortest_timer.map(|tenths| Picos(TENTH).times(u64::from(tenths)));
-    Ok(Followed { start, program, table, prices, model, groups, warnings, shortest_timer })
+    let cuts = budget.cuts();
+    Ok(Followed { start, program, table, prices, model, groups, warnings, cuts, shortest_timer })
 }
 
 /// An audit and what it was found in.
@@ -180,9 +185,10 @@ pub struct Concluded {
 /// # Errors
 /// That the analysis and the interpreter disagree.
 pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, Failure> {
-    let Followed { start, program, table, prices, model, groups, warnings, shortest_timer } =
+    let Followed { start, program, table, prices, model, groups, warnings, cuts, shortest_timer } =
         followed;
-    let deadline = request.time_limit.map(|limit| start + limit);
+    let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
+    let deadline = budget.deadline();
     let stage = |name| (request.progress)(Progress::Stage(name));
     let times = prices.times();
 
@@ -199,6 +205,18 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         doubtful_from: shortest_timer,
     };
     let (mut maxima, ended_early) = search.run();
+    let open: Vec<&Maximum> = maxima.iter().filter(|found| found.lower < found.upper).collect();
+    if let (false, false) = (open.is_empty(), ended_early) {
+        let apart: Picos = open.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
+        budget.cut(
+            "searching",
+            format!(
+                "the longest scan may be up to {apart} shorter: {} of {} groups are open",
+                open.len(),
+                groups.len()
+            ),
+        );
+    }
     let assignment = together(request, &model, &groups, &mut maxima)?;
 
     stage("replaying");
@@ -241,9 +259,14 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         audit.clocked = Some(dialect::minasec::WORDS as u64);
     }
     audit.facts.extend(request.clock.map(StatedClock::to_string));
+    if !loops.open.is_empty() {
+        budget.cut("asking for loops without end", "some of them were not asked to the end");
+    }
+    audit.cuts = budget.cuts();
     audit.elapsed = start.elapsed();
+    let cuts = audit.cuts.clone();
     let followed =
-        Followed { start, program, table, prices, model, groups, warnings, shortest_timer };
+        Followed { start, program, table, prices, model, groups, warnings, cuts, shortest_timer };
     Ok(Concluded { audit, followed, maxima })
 }
 

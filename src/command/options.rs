@@ -1,6 +1,6 @@
 //! The options that `audit` and `check` have in common, and the audit that they ask for.
 
-use super::output::Target;
+use super::output::{Target, say};
 use super::{Failure, progress, tables, values};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
@@ -48,7 +48,7 @@ pub struct ProjectOptions {
     /// Refuse times that the table only assumes
     #[arg(long)]
     strict_times: bool,
-    /// When the search ends with what is proved by then
+    /// When the audit ends with what is proved by then, in whatever stage it is
     #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = duration, allow_hyphen_values = true)]
     time_limit: Duration,
     /// How many threads to use [default: one a processor]
@@ -128,6 +128,7 @@ impl ProjectOptions {
         &self,
         work: impl FnOnce(&Request<'_>) -> Result<T, Failure> + Send,
     ) -> Result<T, Failure> {
+        let stop = stop_on_interrupt()?;
         let mut facts = facts(self.facts.as_deref())?;
         for (label, count) in &self.interrupts {
             facts.interrupts.retain(|known, _| !known.eq_ignore_ascii_case(label));
@@ -140,7 +141,6 @@ impl ProjectOptions {
             warnings.extend(parsed.warnings);
             parsed.table
         });
-        let stop = stop_on_interrupt()?;
         let line = progress::Line::new();
         let request = Request {
             inputs: &gathered.inputs,
@@ -218,7 +218,7 @@ fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
     Ok(Facts::parse(&name, &text)?)
 }
 
-/// Becomes true at the first Ctrl-C, which ends the search with what is proved; the second ends the program.
+/// Becomes true at the first Ctrl-C, which ends the audit with what is proved; the second ends the program.
 fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -226,6 +226,7 @@ fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
         if flag.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
+        say("stopping; once more to abort\n");
     })
     .context("Ctrl-C cannot be watched for")?;
     Ok(stop)

@@ -1,6 +1,7 @@
 //! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
 
 use crate::audit::{self, Audit};
+use crate::budget::{Cut, End};
 use crate::verdict::{Check, Verdict};
 use serde::Serialize;
 use serde::ser::SerializeMap;
@@ -25,11 +26,21 @@ struct Report<'a> {
     approximations: Vec<Approximation<'a>>,
     warnings: Vec<Warning<'a>>,
     overhead: Vec<Overhead<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    ended: Vec<Ended<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     check: Option<CheckResult<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     response: Option<Response<'a>>,
     seconds: f64,
+}
+
+/// A stage that was cut short.
+#[derive(Serialize)]
+struct Ended<'a> {
+    by: &'static str,
+    stage: &'a str,
+    open: &'a str,
 }
 
 #[derive(Serialize)]
@@ -286,6 +297,7 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
                 why: &term.why,
             })
             .collect(),
+        ended: audit.cuts.iter().map(ended).collect(),
         check: check.map(|check| result(audit, check)),
         response: audit.response.as_ref().map(response),
         seconds: audit.elapsed.as_secs_f64(),
@@ -405,6 +417,14 @@ fn step(step: &audit::PathStep) -> PathStep<'_> {
         held: step.held,
         cost_ps: step.cost.0,
     }
+}
+
+fn ended(cut: &Cut) -> Ended<'_> {
+    let by = match cut.by {
+        End::TimeLimit(_) => "time-limit",
+        End::CalledOff => "ctrl-c",
+    };
+    Ended { by, stage: cut.stage, open: &cut.open }
 }
 
 fn endless(one: &audit::LoopUse) -> Loop<'_> {

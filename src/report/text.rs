@@ -6,6 +6,7 @@ use crate::audit::{
     ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, UnstatedPoints, Value,
     Where,
 };
+use crate::budget::Cut;
 use crate::table::Evidence;
 use crate::time::Picos;
 use crate::verdict::{Check, Verdict};
@@ -192,19 +193,19 @@ fn head(audit: &Audit) -> String {
     text.push('\n');
     let cpu = audit.cpu.as_ref().map_or(String::new(), |cpu| format!(", {cpu}"));
     let files = capped(&audit.files, 3).join(", ");
-    text += &columns(
-        0,
-        &[
-            vec![
-                left("program"),
-                left(format!(
-                    "{files} ({}{cpu}): {} instructions in {} rungs",
-                    audit.dialect, audit.instructions, audit.blocks
-                )),
-            ],
-            vec![left("table"), left(trust(audit))],
+    let mut rows = vec![
+        vec![
+            left("program"),
+            left(format!(
+                "{files} ({}{cpu}): {} instructions in {} rungs",
+                audit.dialect, audit.instructions, audit.blocks
+            )),
         ],
-    );
+        vec![left("table"), left(trust(audit))],
+    ];
+    let cut = |cut: &Cut| format!("by {} while {}: {}", cut.by, cut.stage, cut.open);
+    rows.extend(audit.cuts.iter().map(|one| vec![left("ended").styled(CARE), left(cut(one))]));
+    text += &columns(0, &rows);
     text
 }
 
