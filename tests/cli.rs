@@ -5,10 +5,10 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The cases under `tests/cli`, and the examples of the README.
+/// The cases under `tests/cli`, and the examples of the README and the method's page.
 #[test]
 fn cases() {
-    trycmd::TestCases::new().case("tests/cli/*.trycmd").case("README.md");
+    trycmd::TestCases::new().case("tests/cli/*.trycmd").case("README.md").case("docs/method.md");
 }
 
 fn scanbound(arguments: &[&str], directory: &Path) -> Output {

@@ -31,6 +31,8 @@ fn audited(name: &str, text: &str, table: &Table, latched: bool) -> Result<Audit
         facts: &facts,
         strict_times: false,
         method: Method::Auto,
+        trace: false,
+        confirm: false,
         time_limit: None,
         limit: None,
         cancelled: &|| false,

@@ -84,7 +84,7 @@ fn every_key_of_an_audit_is_documented() {
         &["audit", line[0], line[1], line[2], "--time-limit", "1us"],
         &["audit", "samples/paper/program.il", "--table", "samples/paper/table.csv"],
         &["audit", line[0], line[1], line[2], "--time", "NONE=1us"],
-        &["audit", "samples/filler"],
+        &["audit", "samples/filler", "--confirm"],
         &["audit", "samples/drives/drives.il", "--cpu", "FX3U"],
         &["audit", "samples/snet/self-holding.il", "--cpu", "C200H"],
         &["audit", "samples/sorter/sorter.il", "--cpu", "CJ2M"],

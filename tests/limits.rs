@@ -33,6 +33,8 @@ impl Case {
             facts: &self.facts,
             strict_times: false,
             method: Method::Auto,
+            trace: false,
+            confirm: false,
             time_limit: None,
             limit,
             cancelled: &|| false,

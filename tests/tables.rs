@@ -28,6 +28,8 @@ fn audited(text: &str, table: &Table, facts: &str) -> Audit {
         facts: &facts,
         strict_times: false,
         method: Method::Auto,
+        trace: false,
+        confirm: false,
         time_limit: None,
         limit: None,
         warnings: &[],

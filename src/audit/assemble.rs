@@ -1,6 +1,7 @@
 //! Puts together what a report shows from what the stages found.
 
 use super::deciding::{deciding, depends_on};
+use super::method::SearchUse;
 use super::names::Names;
 use super::response::Delay;
 use super::{
@@ -190,6 +191,7 @@ impl Findings<'_> {
             solver_calls: maximum.calls,
             rungs: self.rungs(group, &charges, names, explain),
             charges,
+            search: SearchUse::by(maximum.engine),
         }
     }
 

@@ -1,5 +1,6 @@
 //! A small audit made by hand, which every renderer is tested on.
 
+use super::method::SearchUse;
 use super::*;
 
 fn us(time: u64) -> Picos {
@@ -121,6 +122,7 @@ pub fn fixture() -> Audit {
                 solver_calls: 5,
                 rungs: vec![rung(&first[0], Fate::Runs, &["D200 レシピ", "D300 設定値"]), excluded],
                 charges: first.into(),
+                search: SearchUse::by(Engine::Subsets),
             },
             GroupUse {
                 id: 2,
@@ -133,6 +135,7 @@ pub fn fixture() -> Audit {
                 solver_calls: 9,
                 rungs: vec![more, rung(&second[0], Fate::Partly, &[])],
                 charges: second.into(),
+                search: SearchUse::by(Engine::Cores),
             },
         ],
         witness: vec![

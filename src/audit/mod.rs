@@ -1,9 +1,11 @@
 //! The result of an audit, with everything that a report shows already worked out.
 
 mod assemble;
+mod condition;
 mod deciding;
 #[cfg(test)]
 pub mod fixture;
+pub mod method;
 mod names;
 mod pipeline;
 mod questions;
@@ -19,6 +21,7 @@ use crate::budget::Cut;
 use crate::diagnostic::Diagnostic;
 pub use crate::price::{MorePoints, UnstatedPoints};
 use crate::price::{more_points, points_taken};
+pub use crate::solve::{Engine, Opinion};
 pub use crate::table::Evidence;
 use crate::time::Picos;
 use std::fmt;
@@ -361,6 +364,8 @@ pub struct GroupUse {
     pub charges: Vec<ChargeUse>,
     /// Its rungs, the dearest first.
     pub rungs: Vec<RungUse>,
+    /// How its maximum was found.
+    pub search: method::SearchUse,
 }
 
 impl GroupUse {

@@ -2,6 +2,7 @@
 
 use super::Audit;
 use super::assemble::{Findings, constant_charges};
+use super::method;
 use super::search::Search;
 use super::stated;
 use super::unbounded::loops;
@@ -44,6 +45,10 @@ pub struct Request<'a> {
     pub strict_times: bool,
     /// Which search to use.
     pub method: Method,
+    /// Whether each search's steps are kept.
+    pub trace: bool,
+    /// Whether Z3 is asked for a second opinion on each group's maximum.
+    pub confirm: bool,
     /// How long the search may take; the bound is valid whenever it stops.
     pub time_limit: Option<Duration>,
     /// What was noticed before, told in front of what the audit notices.
@@ -235,6 +240,13 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     };
     let mut audit = findings.audit(warnings.clone());
     audit.ended_early = ended_early;
+    if request.trace {
+        method::trace(&mut audit, &program, &model, &groups, &maxima);
+    }
+    if request.confirm {
+        stage("confirming");
+        method::confirm(&mut audit, request, &model, &groups, &maxima, deadline)?;
+    }
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
     let loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
     audit.doubts.extend(loops.found.iter().map(|one| {
@@ -649,6 +661,8 @@ mod tests {
             facts: &facts,
             strict_times: false,
             method: Method::Auto,
+            trace: false,
+            confirm: false,
             time_limit: None,
             limit: None,
             warnings: &[],

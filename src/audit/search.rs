@@ -3,7 +3,7 @@
 use super::{Progress, Request};
 use crate::model::{Group, ScanModel};
 use crate::price::Prices;
-use crate::solve::{Limits, Maximum, maxima};
+use crate::solve::{Limits, Maximum, maxima, methods};
 use crate::time::Picos;
 use std::ops::Range;
 use std::sync::Mutex;
@@ -75,6 +75,7 @@ impl Search<'_> {
         let known = Mutex::new(Known::new(self.groups.iter().map(dearest).collect()));
         let stop = AtomicBool::new(false);
         let cancelled = || stop.load(Ordering::Relaxed) || (self.request.cancelled)();
+        let methods = methods(self.groups, self.request.method);
         let mut found = Vec::with_capacity(self.groups.len());
         for round in self.rounds() {
             if known.lock().is_ok_and(|known| self.decided(&known)) {
@@ -90,9 +91,10 @@ impl Search<'_> {
                 self.tell(round.start + group, &known);
             };
             let deadline = self.deadline.map(|end| self.share(&round, end));
-            let limits = Limits { deadline, cancelled: &cancelled, ..Limits::default() };
-            let groups = &self.groups[round.clone()];
-            found.extend(maxima(self.model, groups, self.request.method, &limits, &each));
+            let trace = self.request.trace;
+            let limits = Limits { deadline, cancelled: &cancelled, trace, ..Limits::default() };
+            let (groups, methods) = (&self.groups[round.clone()], &methods[round.clone()]);
+            found.extend(maxima(self.model, groups, methods, &limits, &each));
         }
         let open = found.iter().any(|maximum: &Maximum| maximum.lower < maximum.upper);
         (found, open && stop.into_inner())

@@ -47,7 +47,7 @@ pub fn loops(
         let mut possible = one.reached == Lit::TRUE;
         let mut proved = possible;
         for group in groups(&bare) {
-            let found = maximum(&bare, &group, Method::Auto, limits);
+            let found = maximum(&bare, &group, Method::Cores, limits);
             possible |= found.upper > Picos::ZERO;
             proved |= found.lower > Picos::ZERO;
             for variable in &group.variables {

@@ -1,6 +1,6 @@
 //! `scanbound audit`: the bound and its reasons.
 
-use super::options::{ProjectOptions, ReportOptions};
+use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::output::Target;
 use super::{Failure, Outcome, values};
 use anyhow::{Context, anyhow};
@@ -26,6 +26,8 @@ pub struct Arguments {
     #[command(flatten)]
     project: ProjectOptions,
     #[command(flatten)]
+    search: SearchOptions,
+    #[command(flatten)]
     report: ReportOptions,
     /// Write, for each group, SMT-LIB 2 files that prove its bound (unsatisfiable) and its scan (satisfiable)
     #[arg(long, value_name = "DIRECTORY")]
@@ -34,11 +36,13 @@ pub struct Arguments {
 
 /// Audits the project and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let target = arguments.report.target()?;
+    let (target, trace) = (arguments.report.target()?, arguments.search.target()?);
     let mut concluded = arguments.project.with_request(|request| {
-        let followed = audit::follow(request)?;
-        Ok(audit::conclude(followed, request)?)
+        let request = arguments.search.of(request);
+        let followed = audit::follow(&request)?;
+        Ok(audit::conclude(followed, &request)?)
     })?;
+    trace.write(&concluded.audit)?;
     if let Some(directory) = &arguments.certificate {
         certify(&concluded, directory)?;
     }

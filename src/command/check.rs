@@ -1,6 +1,6 @@
 //! `scanbound check`: whether the project keeps to a limit.
 
-use super::options::{ProjectOptions, ReportOptions};
+use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::{Failure, Outcome, values};
 use clap::Args;
 use scanbound::time::Picos;
@@ -21,17 +21,21 @@ pub struct Arguments {
     #[command(flatten)]
     project: ProjectOptions,
     #[command(flatten)]
+    search: SearchOptions,
+    #[command(flatten)]
     report: ReportOptions,
 }
 
 /// Audits the project, judges and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let target = arguments.report.target()?;
+    let (target, trace) = (arguments.report.target()?, arguments.search.target()?);
+    let room = arguments.margin.room(arguments.limit);
     let audit = match arguments.max_assumed {
-        None => arguments.project.audit_until(arguments.margin.room(arguments.limit))?,
+        None => arguments.project.audit_until(room, &arguments.search)?,
         // What a search that ends early leaves open would count as assumed.
-        Some(_) => arguments.project.audit()?,
+        Some(_) => arguments.project.audit(&arguments.search)?,
     };
+    trace.write(&audit)?;
     let mut check = Check::new(&audit, arguments.limit, arguments.margin);
     if let Some(most) = arguments.max_assumed {
         check = check.if_assumed_at_most(&audit, most);

@@ -1,6 +1,6 @@
 //! `scanbound compare`: measured scan times against the bound.
 
-use super::options::{ProjectOptions, ReportOptions};
+use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::{Failure, Outcome};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
@@ -32,6 +32,8 @@ pub struct Arguments {
     #[command(flatten)]
     project: ProjectOptions,
     #[command(flatten)]
+    search: SearchOptions,
+    #[command(flatten)]
     report: ReportOptions,
 }
 
@@ -57,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             anyhow!("give the program's files, and behind them the file of measurements").into()
         );
     };
-    let target = arguments.report.target()?;
+    let (target, trace) = (arguments.report.target()?, arguments.search.target()?);
     let name = measured.display().to_string();
     let bytes = std::fs::read(&measured)
         .with_context(|| format!("{name}, the file of measurements, cannot be read"))?;
@@ -74,7 +76,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let measurements = capture::read(&name, &bytes, &selection)?;
     drop(bytes);
-    let audit = project.audit()?;
+    let audit = project.audit(&arguments.search)?;
+    trace.write(&audit)?;
     if let Some(first) = audit.unbounded.first() {
         let file = &audit.files[first.to.file];
         let line = first.to.line;

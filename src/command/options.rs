@@ -8,7 +8,7 @@ use scanbound::audit::{Audit, Request, audit};
 use scanbound::diagnostic::Diagnostic;
 use scanbound::facts::Facts;
 use scanbound::input::gather;
-use scanbound::report::{csv, json, text};
+use scanbound::report::{csv, json, method, text};
 use scanbound::solve::Method;
 use scanbound::table::{Override, StatedClock, parse_override};
 use scanbound::time::Picos;
@@ -59,6 +59,57 @@ pub struct ProjectOptions {
     method: MethodName,
 }
 
+/// How the search is followed and checked.
+#[derive(Debug, Args)]
+pub struct SearchOptions {
+    /// Show every condition, question and answer of the search, on stderr or in a file
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    trace_search: Option<Option<PathBuf>>,
+    /// Ask Z3 anew whether any group can cost a picosecond more; the report says which it confirms
+    #[arg(long)]
+    confirm: bool,
+}
+
+/// Where a trace goes, if one is asked for.
+pub enum TraceTarget {
+    /// Nowhere.
+    None,
+    /// To stderr, in short.
+    Stderr,
+    /// To a file, in full.
+    File(Target),
+}
+
+impl SearchOptions {
+    /// The request with what these options ask for.
+    pub fn of<'a>(&self, request: &Request<'a>) -> Request<'a> {
+        Request { trace: self.trace_search.is_some(), confirm: self.confirm, ..*request }
+    }
+
+    /// Where the trace goes.
+    pub fn target(&self) -> Result<TraceTarget, Failure> {
+        Ok(match &self.trace_search {
+            None => TraceTarget::None,
+            Some(None) => TraceTarget::Stderr,
+            Some(Some(file)) => TraceTarget::File(Target::new(Some(file))?),
+        })
+    }
+}
+
+impl TraceTarget {
+    /// Writes the trace.
+    pub fn write(self, audit: &Audit) -> Result<(), Failure> {
+        match self {
+            TraceTarget::None => Ok(()),
+            TraceTarget::Stderr => {
+                say(&method::trace(audit, method::TERMINAL));
+                Ok(())
+            }
+            TraceTarget::File(target) => target.write(&method::trace(audit, method::FILE)),
+        }
+    }
+}
+
 /// How the report is written.
 #[derive(Debug, Args)]
 pub struct ReportOptions {
@@ -75,11 +126,11 @@ pub struct ReportOptions {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum MethodName {
-    /// What suits the group
+    /// By subsets where the group is small, else by cores
     Auto,
-    /// Take away what conflicts, one at a time
+    /// The paper's: ask Z3 which rungs can run together, and take away what conflicts
     Subsets,
-    /// Guided by unsatisfiable cores
+    /// Guided by unsatisfiable cores, on BatSat
     Cores,
 }
 
@@ -114,13 +165,15 @@ impl ProjectOptions {
     }
 
     /// Reads the files and audits them.
-    pub fn audit(&self) -> Result<Audit, Failure> {
-        self.with_request(|request| Ok(audit(request)?))
+    pub fn audit(&self, search: &SearchOptions) -> Result<Audit, Failure> {
+        self.with_request(|request| Ok(audit(&search.of(request))?))
     }
 
     /// The same, as far as it takes to know whether a scan takes longer than this.
-    pub fn audit_until(&self, limit: Picos) -> Result<Audit, Failure> {
-        self.with_request(|request| Ok(audit(&Request { limit: Some(limit), ..*request })?))
+    pub fn audit_until(&self, limit: Picos, search: &SearchOptions) -> Result<Audit, Failure> {
+        self.with_request(|request| {
+            Ok(audit(&Request { limit: Some(limit), ..search.of(request) })?)
+        })
     }
 
     /// Reads the files and does something with what is asked, on the threads asked for.
@@ -156,6 +209,8 @@ impl ProjectOptions {
                 MethodName::Subsets => Method::Subsets,
                 MethodName::Cores => Method::Cores,
             },
+            trace: false,
+            confirm: false,
             time_limit: Some(self.time_limit),
             limit: None,
             cancelled: &|| stop.load(Ordering::Relaxed),

@@ -1,6 +1,6 @@
 //! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
 
-use crate::audit::{self, Audit};
+use crate::audit::{self, Audit, Engine, Opinion};
 use crate::budget::{Cut, End};
 use crate::verdict::{Check, Verdict};
 use serde::Serialize;
@@ -116,6 +116,9 @@ struct Group<'a> {
     exact: bool,
     naive_ps: u64,
     solver_calls: u64,
+    method: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    confirmed: Option<&'static str>,
     charges: Vec<Charge<'a>>,
     excluded: Vec<Excluded<'a>>,
 }
@@ -374,6 +377,15 @@ fn group(group: &audit::GroupUse) -> Group<'_> {
         exact: group.exact(),
         naive_ps: group.naive.0,
         solver_calls: group.solver_calls,
+        method: match group.search.engine {
+            Engine::Subsets => "subsets",
+            Engine::Cores => "cores",
+        },
+        confirmed: group.search.opinion.map(|opinion| match opinion {
+            Opinion::Confirmed => "yes",
+            Opinion::TooLarge => "too_large",
+            Opinion::RanOut => "ran_out",
+        }),
         charges: group.charges.iter().map(charge).collect(),
         excluded: group
             .rungs

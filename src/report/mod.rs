@@ -4,6 +4,7 @@ mod columns;
 pub mod compare;
 pub mod csv;
 pub mod json;
+pub mod method;
 mod response;
 pub mod tables;
 pub mod text;

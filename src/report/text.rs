@@ -1,7 +1,7 @@
 //! An audit as text for people: the bound, its parts, the groups, the scan that attains it, what it rests on.
 
 use super::columns::{Cell, columns, left, paint, right};
-use super::response;
+use super::{method, response};
 use crate::audit::{
     ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, UnstatedPoints, Value,
     Where,
@@ -193,6 +193,7 @@ fn head(audit: &Audit) -> String {
     text.push('\n');
     let cpu = audit.cpu.as_ref().map_or(String::new(), |cpu| format!(", {cpu}"));
     let files = capped(&audit.files, 3).join(", ");
+    let told = |name: &str, what: Option<String>| what.map(|what| vec![left(name), left(what)]);
     let mut rows = vec![
         vec![
             left("program"),
@@ -203,10 +204,11 @@ fn head(audit: &Audit) -> String {
         ],
         vec![left("table"), left(trust(audit))],
     ];
+    rows.extend(told("search", method::searched(audit)));
+    rows.extend(told("confirmed", method::confirmed(audit)));
     let cut = |cut: &Cut| format!("by {} while {}: {}", cut.by, cut.stage, cut.open);
     rows.extend(audit.cuts.iter().map(|one| vec![left("ended").styled(CARE), left(cut(one))]));
-    text += &columns(0, &rows);
-    text
+    text + &columns(0, &rows)
 }
 
 fn trust(audit: &Audit) -> String {

@@ -1,8 +1,10 @@
 //! What is proved about a problem so far, and when to stop.
 
-use super::{Limits, Maximum, Problem};
+use super::trace::{Step, Trace};
+use super::{Engine, Limits, Maximum, Problem};
 use crate::model::Assignment;
 use crate::time::Picos;
+use std::time::Duration;
 
 /// The two bounds of a running search. Both only ever get better.
 pub struct Bounds<'a> {
@@ -11,12 +13,28 @@ pub struct Bounds<'a> {
     upper: u64,
     best: Option<(u64, Assignment)>,
     calls: u64,
+    /// What is left of all items together when all that was lost is taken off. The upper bound may be lower: what
+    /// another search proved is not taken off anything.
+    left: u64,
+    engine: Engine,
+    /// Kept if the limits ask for it.
+    trace: Option<Trace>,
 }
 
 impl<'a> Bounds<'a> {
     /// Before any search: all items together above; below, all variables 0 if that is allowed.
     pub fn new(problem: &'a Problem, limits: &'a Limits<'a>) -> Bounds<'a> {
-        let mut bounds = Bounds { problem, limits, upper: problem.naive(), best: None, calls: 0 };
+        let naive = problem.naive();
+        let mut bounds = Bounds {
+            problem,
+            limits,
+            upper: naive,
+            best: None,
+            calls: 0,
+            left: naive,
+            engine: Engine::Cores,
+            trace: limits.trace.then(Trace::default),
+        };
         bounds.found(problem.zeros());
         bounds
     }
@@ -51,14 +69,40 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// Takes note that the upper bound falls by so many picoseconds.
+    /// Takes note that so many picoseconds of what is left are lost.
     pub fn lost(&mut self, weight: u64) {
-        self.proved(self.upper - weight);
+        self.left -= weight;
+        self.proved(self.left);
     }
 
-    /// How far the bounds are apart, in picoseconds.
+    /// How far the best scan is below what is left.
     pub fn gap(&self) -> u64 {
-        self.upper - self.lower()
+        self.left - self.lower()
+    }
+
+    /// Takes note of who is searching.
+    pub fn by(&mut self, engine: Engine) {
+        self.engine = engine;
+    }
+
+    /// Takes note of a step, which is put together only if anyone wants to know.
+    pub fn step(&mut self, step: impl FnOnce() -> Step) {
+        if let Some(trace) = &mut self.trace {
+            trace.push(step());
+        }
+    }
+
+    /// Takes note of steps that were made elsewhere.
+    pub fn steps(&mut self, steps: Trace) {
+        if let Some(trace) = &mut self.trace {
+            trace.append(steps);
+        }
+    }
+
+    /// Takes note of what is known at the end of a round.
+    pub fn round(&mut self) {
+        let (upper, lower) = (Picos(self.upper), Picos(self.lower()));
+        self.step(|| Step::Bounds { upper, lower });
     }
 
     /// Counts one more question to a solver.
@@ -67,13 +111,9 @@ impl<'a> Bounds<'a> {
     }
 
     /// Tells of a question and its answer.
-    pub fn asked(&self, items: &[usize], answer: bool) {
-        let charges =
-            items.iter().flat_map(|&item| self.problem.items[item].charges.iter().copied());
-        let mut charges: Vec<usize> = charges.collect();
-        charges.sort_unstable();
-        charges.dedup();
-        (self.limits.asked)(&charges, answer);
+    pub fn asked(&mut self, items: &[usize], total: u64, together: bool, time: Duration) {
+        let (total, most) = (Picos(total), Picos(self.lower()));
+        self.step(|| Step::Asked { items: items.to_vec(), total, together, time, most });
     }
 
     /// What ends the search.
@@ -84,7 +124,14 @@ impl<'a> Bounds<'a> {
     /// The result.
     pub fn finish(self) -> Maximum {
         let (lower, best) = self.best.unwrap_or_else(|| (0, self.problem.zeros()));
-        Maximum { upper: Picos(self.upper), lower: Picos(lower), best, calls: self.calls }
+        Maximum {
+            upper: Picos(self.upper),
+            lower: Picos(lower),
+            best,
+            calls: self.calls,
+            engine: self.engine,
+            trace: self.trace.unwrap_or_default(),
+        }
     }
 
     fn tell(&self) {

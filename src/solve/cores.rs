@@ -20,7 +20,9 @@ use super::bounds::Bounds;
 use super::clauses::Clauses;
 use super::formula::Formula;
 use super::problem::Problem;
+use super::trace::Step;
 use crate::model::VarId;
+use crate::time::Picos;
 use ledger::Ledger;
 use part::Part;
 use rayon::prelude::*;
@@ -66,15 +68,20 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
             return;
         }
         if round == MINE_AFTER {
+            search.bounds().step(|| Step::Mined);
             search.mine(&mut ledger);
+            search.bounds().round();
         }
         // A round just below the whole would cost as much.
         size = if size < whole / 2 { size } else { whole };
         let possible = search.round(&mut ledger, size, whole);
+        if possible && size < whole {
+            search.combine();
+        }
+        search.bounds().round();
         if !possible || size == whole {
             return;
         }
-        search.combine();
         size *= GROWTH;
     }
 }
@@ -108,7 +115,11 @@ impl<'a, 'b> Search<'a, 'b> {
         let mut parts: Vec<Part> = ledgers
             .map(|(part, ledger)| Part::new(part * size..((part + 1) * size).min(whole), ledger))
             .collect();
+        self.bounds().step(|| Step::Parts { count, size });
         parts.par_iter_mut().for_each(|part| part.solve(self, count == 1));
+        for part in &mut parts {
+            self.bounds().steps(std::mem::take(&mut part.trace));
+        }
         let possible = parts.iter().all(|part| !part.contradiction);
         for part in &mut parts {
             if !part.values.is_empty() {
@@ -117,6 +128,15 @@ impl<'a, 'b> Search<'a, 'b> {
         }
         ledger.join(parts.into_iter().map(|part| part.ledger));
         possible
+    }
+
+    /// The step at which a core was paid.
+    fn core(&self, core: &[i32], paid: u64) -> Step {
+        let wished = |guard: &i32| core.contains(guard);
+        let items = self.clauses.items.iter().enumerate();
+        let items: Vec<usize> =
+            items.filter(|(_, guard)| wished(guard)).map(|(item, _)| item).collect();
+        Step::Core { counts: core.len().saturating_sub(items.len()), items, paid: Picos(paid) }
     }
 
     /// Takes the parts' best values together: seldom the best of the whole, but a scan. Modes that the parts

@@ -11,6 +11,28 @@ use std::time::{Duration, Instant};
 /// Of the time left, the part that one round of groups may take; what they leave over is the next ones'.
 const SHARE: f64 = 0.9;
 
+/// So many small groups are searched by subsets where the method is not stated. Some projects have thousands of a
+/// single charge, and Z3 takes a millisecond to begin with one.
+const FEW: usize = 24;
+
+/// A group of more charges is not small: it is not looked at how many different guards they have.
+const CHARGES: usize = 100;
+
+/// How each of a scan's groups is searched: of those that look small the first few as `Method::Auto` says, the
+/// others by cores, unless the method is stated.
+#[must_use]
+pub fn methods(groups: &[Group], method: Method) -> Vec<Method> {
+    let mut left = FEW;
+    let each = groups.iter().map(|group| {
+        if method == Method::Auto && (left == 0 || group.charges.len() > CHARGES) {
+            return Method::Cores;
+        }
+        left = left.saturating_sub(1);
+        method
+    });
+    each.collect()
+}
+
 /// The maximum of every group, in the groups' order, on the threads of the rayon pool this is called in.
 ///
 /// The groups share the one deadline: each may take of the time that is left what its charges are of all the
@@ -20,38 +42,44 @@ const SHARE: f64 = 0.9;
 pub fn maxima(
     model: &ScanModel,
     groups: &[Group],
-    method: Method,
+    methods: &[Method],
     limits: &Limits<'_>,
     each: &(dyn Fn(usize, Picos, Picos) + Sync),
 ) -> Vec<Maximum> {
     // The largest first: it takes longest, and the others fit beside it.
     let mut order: Vec<usize> = (0..groups.len()).collect();
     order.sort_by_key(|&group| Reverse(groups[group].charges.len()));
-    let left = Mutex::new(order.iter().map(|&group| weight(&groups[group])).sum::<usize>());
+    // By subsets side by side, groups would take Z3's memory once a thread, which takes longer than to search them.
+    let (small, others): (Vec<usize>, Vec<usize>) =
+        order.into_iter().partition(|&group| methods[group] == Method::Auto);
+    let mut tasks: Vec<Vec<usize>> = others.into_iter().map(|group| vec![group]).collect();
+    tasks.insert(tasks.len().min(1), small);
+    let left = Mutex::new(groups.iter().map(weight).sum::<usize>());
     let results: Vec<Mutex<Option<Maximum>>> = groups.iter().map(|_| Mutex::new(None)).collect();
+    let search = |group: usize| {
+        let deadline = limits.deadline.map(|end| {
+            let mut left = left.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let own = weight(&groups[group]);
+            let share = own as f64 / *left as f64 * rayon::current_num_threads() as f64;
+            *left -= own;
+            let rest = end.saturating_duration_since(Instant::now());
+            let last = *left == 0;
+            Instant::now() + if last { rest } else { part(rest, share) }
+        });
+        let progress = |upper: Picos, lower: Picos| {
+            (limits.progress)(upper, lower);
+            each(group, upper, lower);
+        };
+        let limits = Limits { deadline, progress: &progress, ..*limits };
+        let found = maximum(model, &groups[group], methods[group], &limits);
+        if let Ok(mut place) = results[group].lock() {
+            *place = Some(found);
+        }
+    };
     rayon::scope_fifo(|scope| {
-        for &group in &order {
-            let (left, results) = (&left, &results);
-            scope.spawn_fifo(move |_| {
-                let deadline = limits.deadline.map(|end| {
-                    let mut left = left.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                    let own = weight(&groups[group]);
-                    let share = own as f64 / *left as f64 * rayon::current_num_threads() as f64;
-                    *left -= own;
-                    let rest = end.saturating_duration_since(Instant::now());
-                    let last = *left == 0;
-                    Instant::now() + if last { rest } else { part(rest, share) }
-                });
-                let progress = |upper: Picos, lower: Picos| {
-                    (limits.progress)(upper, lower);
-                    each(group, upper, lower);
-                };
-                let limits = Limits { deadline, progress: &progress, ..*limits };
-                let found = maximum(model, &groups[group], method, &limits);
-                if let Ok(mut place) = results[group].lock() {
-                    *place = Some(found);
-                }
-            });
+        for task in &tasks {
+            let search = &search;
+            scope.spawn_fifo(move |_| task.iter().for_each(|&group| search(group)));
         }
     });
     let found = results.into_iter().map(|place| place.into_inner().ok().flatten());

@@ -11,27 +11,40 @@ mod maxima;
 mod oracle;
 mod problem;
 mod propagator;
+mod second;
 mod subsets;
 mod totalizer;
+pub mod trace;
 
 pub use explain::exclusions;
-pub use maxima::maxima;
+pub use maxima::{maxima, methods};
 pub use problem::{Item, Problem};
+pub use second::{Opinion, second_opinion};
 
 use crate::model::{Assignment, Group, ScanModel};
 use crate::time::Picos;
 use bounds::Bounds;
 use std::time::Instant;
+use trace::{Step, Trace};
 
 /// Which search to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// The one that suits the group.
+    /// Subsets where the group is small, as far as a budget goes; else cores.
     #[default]
     Auto,
     /// The paper's: take away what conflicts, one at a time, bounded by T_MAX.
     Subsets,
     /// Core-guided search.
+    Cores,
+}
+
+/// What found the maximum out, or went furthest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Engine {
+    /// The search by subsets, on Z3.
+    Subsets,
+    /// The core-guided search, on BatSat.
     Cores,
 }
 
@@ -48,6 +61,10 @@ pub struct Maximum {
     pub best: Assignment,
     /// Questions put to a solver.
     pub calls: u64,
+    /// What found it out.
+    pub engine: Engine,
+    /// How, if the limits ask for it.
+    pub trace: Trace,
 }
 
 /// What a search may use and whom it tells.
@@ -59,15 +76,14 @@ pub struct Limits<'a> {
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
     /// Told of every better bound: upper and lower.
     pub progress: &'a (dyn Fn(Picos, Picos) + Sync),
-    /// Told of every question of `Method::Subsets`: whether these charges (indices into
-    /// `ScanModel::charges`, ascending) can all cost their most in one scan, and the answer.
-    pub asked: &'a (dyn Fn(&[usize], bool) + Sync),
+    /// Whether the steps of the search are kept.
+    pub trace: bool,
 }
 
 impl Default for Limits<'_> {
     /// No limit, and nobody is told.
     fn default() -> Self {
-        Limits { deadline: None, cancelled: &|| false, progress: &|_, _| {}, asked: &|_, _| {} }
+        Limits { deadline: None, cancelled: &|| false, progress: &|_, _| {}, trace: false }
     }
 }
 
@@ -83,10 +99,21 @@ impl Limits<'_> {
 pub fn maximum(model: &ScanModel, group: &Group, method: Method, limits: &Limits<'_>) -> Maximum {
     let problem = Problem::new(model, group);
     let mut bounds = Bounds::new(&problem, limits);
-    match method {
-        Method::Subsets => subsets::search(&problem, &mut bounds),
-        Method::Auto | Method::Cores => cores::search(&problem, &mut bounds),
+    let subsets = match method {
+        Method::Subsets => Some(None),
+        Method::Auto => subsets::is_small(&problem).then_some(Some(subsets::BUDGET)),
+        Method::Cores => None,
+    };
+    if let Some(budget) = subsets {
+        bounds.by(Engine::Subsets);
+        if subsets::search(&problem, &mut bounds, budget) == subsets::End::OutOfBudget {
+            bounds.step(|| Step::TakenOver);
+        } else {
+            return bounds.finish();
+        }
     }
+    bounds.by(Engine::Cores);
+    cores::search(&problem, &mut bounds);
     bounds.finish()
 }
 
@@ -95,9 +122,8 @@ mod testing;
 
 #[cfg(test)]
 mod tests {
-    use super::testing::{Builder, equals_brute, plant, sound};
+    use super::testing::{Builder, brute, equals_brute, plant, random, sound};
     use super::*;
-    use std::sync::Mutex;
 
     #[test]
     fn all_groups_keep_their_order() {
@@ -115,7 +141,8 @@ mod tests {
             .collect();
         let deadline = Some(std::time::Instant::now() + std::time::Duration::from_secs(3600));
         let limits = Limits { deadline, ..Limits::default() };
-        let found = maxima(&b.model, &groups, Method::Auto, &limits, &|_, _, _| {});
+        let by = methods(&groups, Method::Auto);
+        let found = maxima(&b.model, &groups, &by, &limits, &|_, _, _| {});
         for (n, found) in (0..).zip(found) {
             assert_eq!((found.lower, found.upper), (Picos(100 + n), Picos(100 + n)));
         }
@@ -125,6 +152,13 @@ mod tests {
     fn subsets_equal_trying_everything() {
         for seed in 0..120 {
             equals_brute(Method::Subsets, seed, 3 + seed % 20);
+        }
+    }
+
+    #[test]
+    fn what_suits_the_group_equals_trying_everything() {
+        for seed in 200..280 {
+            equals_brute(Method::Auto, seed, 3 + seed % 40);
         }
     }
 
@@ -153,6 +187,73 @@ mod tests {
         }
     }
 
+    #[test]
+    fn cores_take_over_where_the_budget_for_subsets_ends() {
+        let mut taken_over = 0;
+        for seed in 0..150 {
+            let model = random(7000 + seed, 3 + seed % 30);
+            let group = Builder { model: model.clone() }.group();
+            let truth = brute(&model, &group).unwrap();
+            let problem = Problem::new(&model, &group);
+            for questions in [0, 1, 2, 3, 5, 8, 13] {
+                let limits = Limits::default();
+                let mut bounds = Bounds::new(&problem, &limits);
+                let budget = subsets::Budget { questions, ..subsets::BUDGET };
+                let end = subsets::search(&problem, &mut bounds, Some(budget));
+                taken_over += usize::from(end == subsets::End::OutOfBudget);
+                cores::search(&problem, &mut bounds);
+                let found = bounds.finish();
+                sound(&model, &group, &found);
+                assert_eq!((found.lower, found.upper), (truth, truth), "seed {seed}");
+            }
+        }
+        assert!(taken_over > 300, "{taken_over}");
+    }
+
+    #[test]
+    fn small_groups_are_searched_by_subsets_as_far_as_there_are_few() {
+        let mut b = Builder::default();
+        let groups: Vec<Group> = (0..40)
+            .map(|_| {
+                let x = b.bit();
+                b.charge(crate::model::Lit::TRUE, x, 7, 0);
+                Group { charges: vec![b.model.charges.len() - 1], ..Group::default() }
+            })
+            .collect();
+        let by = methods(&groups, Method::Auto);
+        let found = maxima(&b.model, &groups, &by, &Limits::default(), &|_, _, _| {});
+        let subsets = found.iter().filter(|found| found.engine == Engine::Subsets).count();
+        assert!((10..40).contains(&subsets), "{subsets}");
+        assert!(found[..subsets].iter().all(|found| found.engine == Engine::Subsets));
+        assert!(methods(&groups, Method::Cores).iter().all(|&by| by == Method::Cores));
+        // A large group is left to the cores.
+        let (model, _) = plant(3, 20);
+        let group = Builder { model: model.clone() }.group();
+        let found = maximum(&model, &group, Method::Auto, &Limits::default());
+        assert_eq!(found.engine, Engine::Cores);
+    }
+
+    #[test]
+    fn a_trace_does_not_depend_on_threads() {
+        let (model, _) = plant(5, 12);
+        let group = Builder { model: model.clone() }.group();
+        let by = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let limits = Limits { trace: true, ..Limits::default() };
+            pool.install(|| maximum(&model, &group, Method::Auto, &limits))
+        };
+        let alone = by(1);
+        let cores = |step: &&Step| matches!(step, Step::Core { .. });
+        assert!(alone.trace.steps.iter().filter(cores).count() > 10);
+        assert!(matches!(
+            alone.trace.steps.last(),
+            Some(Step::Bounds { upper, lower }) if upper == lower
+        ));
+        for _ in 0..3 {
+            assert_eq!(by(3), alone);
+        }
+    }
+
     /// Blocks 1, 4 and 6 of the paper's example: X0 and X1; not X0 or not X2; not X1.
     fn example(times: [u64; 3]) -> (Maximum, Vec<(Vec<usize>, bool)>) {
         let mut b = Builder::default();
@@ -162,13 +263,14 @@ mod tests {
         for (guard, time) in guards.into_iter().zip(times) {
             b.charge(crate::model::Lit::TRUE, guard, time, 0);
         }
-        let asked = Mutex::new(Vec::new());
-        let note = |charges: &[usize], answer: bool| {
-            asked.lock().unwrap().push((charges.to_vec(), answer));
-        };
-        let limits = Limits { asked: &note, ..Limits::default() };
-        let found = maximum(&b.model, &b.group(), Method::Subsets, &limits);
-        (found, asked.into_inner().unwrap())
+        let limits = Limits { trace: true, ..Limits::default() };
+        let found = maximum(&b.model, &b.group(), Method::Auto, &limits);
+        let asked = found.trace.steps.iter().filter_map(|step| match step {
+            Step::Asked { items, together, .. } => Some((items.clone(), *together)),
+            _ => None,
+        });
+        let asked = asked.collect();
+        (found, asked)
     }
 
     #[test]

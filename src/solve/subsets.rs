@@ -4,7 +4,9 @@ use super::bounds::Bounds;
 use super::clauses::Clauses;
 use super::hitting::least_hitting_set;
 use super::problem::Problem;
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Instant;
 use z3::ast::Bool;
 use z3::{Config, Params, SatResult, Solver, with_z3_config};
 
@@ -12,25 +14,62 @@ use z3::{Config, Params, SatResult, Solver, with_z3_config};
 /// what unsatisfiable cores show to conflict.
 const PLAIN: usize = 8;
 
+/// A group of at most so many items, over so many nodes, is small. With 24 items a search takes some twenty
+/// milliseconds, with 60 a tenth of a second; the cores take one or two.
+const SMALL: usize = 24;
+const NODES: usize = 2_000;
+
+/// What a search may spend before it gives way to another. It counts questions and the solver's own effort, not
+/// time, so that every run gives way at the same place.
+#[derive(Debug, Clone, Copy)]
+pub struct Budget {
+    /// Questions put to Z3.
+    pub questions: u64,
+    /// Z3's own measure of effort for each.
+    pub effort: u32,
+    /// Looks at the clock while a least set to take away is sought.
+    pub looks: u32,
+}
+
+/// What is spent on a small group.
+pub const BUDGET: Budget = Budget { questions: 300, effort: 200_000, looks: 4 };
+
+/// How a search came to its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The bounds have met, or the limits ended it.
+    Done,
+    /// It has used up its budget.
+    OutOfBudget,
+}
+
+/// Whether the search by subsets is tried first.
+pub fn is_small(problem: &Problem) -> bool {
+    (1..=SMALL).contains(&problem.items.len()) && problem.circuit.nodes().len() <= NODES
+}
+
 /// Z3's own measure of effort for one question between two looks at the clock. A question that needs more
 /// is asked again with twice as much.
 const EFFORT: u32 = 2_000_000;
 
-/// Searches until the bounds meet or the limits end it.
-pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
+/// Searches until the bounds meet, the limits end it, or the budget is used up if there is one.
+pub fn search(problem: &Problem, bounds: &mut Bounds<'_>, budget: Option<Budget>) -> End {
+    if bounds.exact() || bounds.limits().reached() {
+        return End::Done;
+    }
     let clauses = Clauses::new(problem);
     // A context of its own: with a shared one, equally good scans fall differently from run to run.
     with_z3_config(&Config::new(), || {
-        let mut judge = Judge::new(problem, &clauses, bounds);
+        let mut judge = Judge::new(problem, &clauses, bounds, budget);
         let ended =
             if problem.items.len() <= PLAIN { plain(&mut judge) } else { by_cores(&mut judge) };
         // A search that is stopped leaves the bounds as far as it got.
-        ended.unwrap_or(());
-    });
+        ended.err().map_or(End::Done, |Stopped(end)| end)
+    })
 }
 
-/// The limits ended the search.
-struct Stopped;
+/// The limits or the budget ended the search.
+struct Stopped(End);
 
 /// The paper's order: all items, then all sets with one item less, and so on; of an unsatisfiable set only if
 /// its total is above the best satisfiable set so far.
@@ -55,6 +94,7 @@ fn plain(judge: &mut Judge<'_, '_>) -> Result<(), Stopped> {
             }
         }
         judge.bounds.proved(upper);
+        judge.bounds.round();
     }
     Ok(())
 }
@@ -64,12 +104,20 @@ fn by_cores(judge: &mut Judge<'_, '_>) -> Result<(), Stopped> {
     let weights: Vec<u64> = judge.problem.items.iter().map(|item| item.weight).collect();
     let mut cores: Vec<Vec<usize>> = Vec::new();
     while !judge.bounds.exact() {
-        let stop = || judge.bounds.limits().reached();
-        let taken = least_hitting_set(&weights, &cores, &stop).ok_or(Stopped)?;
+        let (looks, limits) = (Cell::new(0), judge.bounds.limits());
+        let spent = || judge.budget.is_some_and(|budget| looks.get() > budget.looks);
+        let stop = || {
+            looks.set(looks.get() + 1);
+            spent() || (judge.budget.is_none() && limits.reached())
+        };
+        let Some(taken) = least_hitting_set(&weights, &cores, &stop) else {
+            return Err(Stopped(if spent() { End::OutOfBudget } else { End::Done }));
+        };
         let mut left: Vec<usize> =
             (0..weights.len()).filter(|item| taken.binary_search(item).is_err()).collect();
         let upper = judge.total(&left);
         judge.bounds.proved(upper);
+        judge.bounds.round();
         // Conflicts that have nothing in common, as many as there are: each lowers the bound by itself.
         while !judge.ask(&left)? {
             let core = judge.core(&left)?;
@@ -88,10 +136,16 @@ struct Judge<'a, 'b> {
     problem: &'a Problem,
     clauses: &'a Clauses,
     bounds: &'a mut Bounds<'b>,
+    budget: Option<Budget>,
+    asked: u64,
+    /// What Z3 was told to spend on a question.
+    effort: u32,
     solver: Solver,
     variables: Vec<Bool>,
     guards: Vec<Bool>,
     answers: BTreeMap<Vec<usize>, bool>,
+    /// What Z3 was last asked, if the answer was no.
+    refuted: Option<Vec<usize>>,
 }
 
 impl<'a, 'b> Judge<'a, 'b> {
@@ -99,6 +153,7 @@ impl<'a, 'b> Judge<'a, 'b> {
         problem: &'a Problem,
         clauses: &'a Clauses,
         bounds: &'a mut Bounds<'b>,
+        budget: Option<Budget>,
     ) -> Judge<'a, 'b> {
         let solver = Solver::new_for_logic("QF_FD").unwrap_or_default();
         let variables: Vec<Bool> = (1..=clauses.variables)
@@ -113,7 +168,19 @@ impl<'a, 'b> Judge<'a, 'b> {
             solver.assert(Bool::or(&literals));
         }
         let guards = clauses.items.iter().map(|&l| literal(l)).collect();
-        Judge { problem, clauses, bounds, solver, variables, guards, answers: BTreeMap::new() }
+        Judge {
+            problem,
+            clauses,
+            bounds,
+            budget,
+            asked: 0,
+            effort: 0,
+            solver,
+            variables,
+            guards,
+            answers: BTreeMap::new(),
+            refuted: None,
+        }
     }
 
     /// What these items and the constant cost together.
@@ -127,8 +194,9 @@ impl<'a, 'b> Judge<'a, 'b> {
         if let Some(&answer) = self.answers.get(items) {
             return Ok(answer);
         }
+        let begin = Instant::now();
         let answer = self.check(items)?;
-        self.bounds.asked(items, answer);
+        let time = begin.elapsed();
         if answer {
             let model = self.solver.get_model();
             let holds = |variable: i32| {
@@ -138,6 +206,7 @@ impl<'a, 'b> Judge<'a, 'b> {
             };
             self.bounds.found(self.clauses.assignment(self.problem, holds));
         }
+        self.bounds.asked(items, self.total(items), answer, time);
         self.answers.insert(items.to_vec(), answer);
         Ok(answer)
     }
@@ -145,38 +214,77 @@ impl<'a, 'b> Judge<'a, 'b> {
     /// Of items that cannot hold together, some that cannot either, none of them to spare.
     fn core(&mut self, items: &[usize]) -> Result<Vec<usize>, Stopped> {
         let mut core = items.to_vec();
-        if !self.check(items)? {
-            let named = self.solver.get_unsat_core();
-            core.retain(|&item| named.contains(&self.guards[item]));
+        if self.refuted.as_deref() == Some(items) || !self.check(items)? {
+            self.keep_named(&mut core);
         }
         // The dearest are tried first: a core of cheap items costs least to break.
         let mut order = core.clone();
         order.sort_by_key(|&item| std::cmp::Reverse(self.problem.items[item].weight));
         for item in order {
             let rest: Vec<usize> = core.iter().copied().filter(|&other| other != item).collect();
-            if !self.ask(&rest)? {
+            if rest.len() < core.len() && !self.ask(&rest)? {
                 core = rest;
+                if self.refuted.as_ref() == Some(&core) {
+                    self.keep_named(&mut core);
+                }
             }
         }
         Ok(core)
     }
 
+    /// Of the items just refuted, those that Z3 names as excluding each other.
+    fn keep_named(&self, items: &mut Vec<usize>) {
+        let named = self.solver.get_unsat_core();
+        items.retain(|&item| named.contains(&self.guards[item]));
+    }
+
     fn check(&mut self, items: &[usize]) -> Result<bool, Stopped> {
         let assumptions: Vec<Bool> = items.iter().map(|&item| self.guards[item].clone()).collect();
-        let mut effort = EFFORT;
+        let mut effort = self.budget.map_or(EFFORT, |budget| budget.effort);
         loop {
-            if self.bounds.limits().reached() {
-                return Err(Stopped);
+            if self.ended() {
+                return Err(Stopped(End::Done));
             }
+            if self.budget.is_some_and(|budget| self.asked >= budget.questions) {
+                return Err(Stopped(End::OutOfBudget));
+            }
+            self.spend(effort);
+            self.asked += 1;
+            self.bounds.count();
+            match self.solver.check_assumptions(&assumptions) {
+                SatResult::Sat => {
+                    self.refuted = None;
+                    return Ok(true);
+                }
+                SatResult::Unsat => {
+                    self.refuted = Some(items.to_vec());
+                    return Ok(false);
+                }
+                SatResult::Unknown if self.budget.is_some() => {
+                    return Err(Stopped(End::OutOfBudget));
+                }
+                SatResult::Unknown => effort = effort.saturating_mul(2),
+            }
+        }
+    }
+
+    /// Whether the limits end the search. One that has a budget takes no longer than is noticed: only its time may run
+    /// out, so that a limit that is decided meanwhile does not leave a small group half done.
+    fn ended(&self) -> bool {
+        let limits = self.bounds.limits();
+        match self.budget {
+            None => limits.reached(),
+            Some(_) => limits.deadline.is_some_and(|deadline| Instant::now() >= deadline),
+        }
+    }
+
+    /// What each question may take from now on.
+    fn spend(&mut self, effort: u32) {
+        if self.effort != effort {
+            self.effort = effort;
             let mut params = Params::new();
             params.set_u32("rlimit", effort);
             self.solver.set_params(&params);
-            self.bounds.count();
-            match self.solver.check_assumptions(&assumptions) {
-                SatResult::Sat => return Ok(true),
-                SatResult::Unsat => return Ok(false),
-                SatResult::Unknown => effort = effort.saturating_mul(2),
-            }
         }
     }
 }

@@ -98,6 +98,7 @@ impl Search<'_, '_> {
             }
             let core = shrunk(core, ledger, &mut mine.probe);
             let paid = ledger.pay(&core);
+            self.bounds().step(|| self.core(&core, paid));
             let new = ledger.relax(&core, paid, |_, _| false);
             self.bounds().lost(ledger.take_lost());
             mine.learn(ledger);

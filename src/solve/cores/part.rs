@@ -4,6 +4,7 @@ use super::Search;
 use super::ledger::Ledger;
 use crate::solve::formula::Formula;
 use crate::solve::oracle::Oracle;
+use crate::solve::trace::Trace;
 use std::cmp::Reverse;
 use std::ops::Range;
 
@@ -23,12 +24,15 @@ pub struct Part {
     pub values: Vec<bool>,
     /// Its clauses exclude each other.
     pub contradiction: bool,
+    /// The cores that were found, if anyone wants to know.
+    pub trace: Trace,
 }
 
 impl Part {
     /// A part in which nothing is found yet.
     pub fn new(homes: Range<usize>, ledger: Ledger) -> Part {
-        Part { homes, ledger, values: Vec::new(), contradiction: false }
+        let (values, trace) = (Vec::new(), Trace::default());
+        Part { homes, ledger, values, contradiction: false, trace }
     }
 
     /// Pays for cores until all wishes can hold together. If it is the `whole` program, every model is a scan.
@@ -54,6 +58,9 @@ impl Part {
                     }
                     let core = self.minimised(core, &mut asker);
                     let weight = self.ledger.pay(&core);
+                    if search.limits.trace {
+                        self.trace.push(search.core(&core, weight));
+                    }
                     paid.push((core, weight));
                 }
                 Some(true) => {

@@ -1,0 +1,178 @@
+//! How each group's maximum was found: by which search, with which steps, and what a second solver says of it.
+
+use super::condition;
+use super::deciding::depends_on;
+use super::names::Names;
+use super::pipeline::{Failure, Request};
+use super::{Audit, Where};
+use crate::model::{Group, ScanModel};
+use crate::program::Program;
+pub use crate::solve::trace::{Step, Trace};
+use crate::solve::{Engine, Item, Limits, Maximum, Opinion, Problem, second_opinion};
+use crate::time::Picos;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// So many conditions of a group are written out.
+const MOST: usize = 200;
+
+/// Of a longer condition so many devices are named.
+const SHOWN: usize = 8;
+
+/// How a group's maximum was found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SearchUse {
+    /// By which search.
+    pub engine: Engine,
+    /// What Z3 says of it, if it was asked.
+    pub opinion: Option<Opinion>,
+    /// Its steps, if they were asked for.
+    pub trace: Option<TraceUse>,
+}
+
+impl SearchUse {
+    /// Nothing is known but by which search.
+    #[must_use]
+    pub fn by(engine: Engine) -> SearchUse {
+        SearchUse { engine, opinion: None, trace: None }
+    }
+}
+
+/// A search, step by step.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TraceUse {
+    /// What the group costs whatever holds.
+    pub constant: Picos,
+    /// The conditions that are asked of: steps name them by their place here.
+    pub conditions: Vec<ConditionUse>,
+    /// The steps.
+    pub trace: Trace,
+}
+
+/// A condition under which something costs more.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConditionUse {
+    /// The number of its first rung, with a letter if that has several.
+    pub label: String,
+    /// What it costs more.
+    pub cost: Picos,
+    /// Its dearest instruction's place.
+    pub at: Where,
+    /// Its dearest instruction's text.
+    pub instruction: String,
+    /// How many other charges hang on it.
+    pub others: usize,
+    /// The condition in words; where it is too long for that, on what it depends.
+    pub condition: String,
+}
+
+/// Puts the steps of all searches into an audit.
+pub fn trace(
+    audit: &mut Audit,
+    program: &Program,
+    model: &ScanModel,
+    groups: &[Group],
+    maxima: &[Maximum],
+) {
+    let names = Names::new(program);
+    for ((shown, group), maximum) in audit.groups.iter_mut().zip(groups).zip(maxima) {
+        let problem = Problem::new(model, group);
+        let name =
+            |variable: crate::model::VarId| names.free(&model.variables[variable.0 as usize]);
+        let block = |charge: usize| program.instructions[model.charges[charge].instruction].block;
+        let mut rungs: BTreeMap<u32, usize> = BTreeMap::new();
+        for item in &problem.items {
+            *rungs.entry(block(item.charges[0])).or_default() += 1;
+        }
+        let mut met: BTreeMap<u32, usize> = BTreeMap::new();
+        let conditions = problem.items.iter().enumerate().map(|(index, item)| {
+            let first = block(item.charges[0]);
+            let times = met.entry(first).or_default();
+            *times += 1;
+            let letter = if rungs[&first] > 1 { letters(*times - 1) } else { String::new() };
+            let dearest = item.charges.iter().rev().copied();
+            let dearest = dearest.max_by_key(|&charge| model.charges[charge].dearer());
+            let charge = dearest.unwrap_or(item.charges[0]);
+            let instruction = &program.instructions[model.charges[charge].instruction];
+            let place = instruction.place;
+            ConditionUse {
+                label: format!("{first}{letter}"),
+                cost: Picos(item.weight),
+                at: Where { file: place.file as usize, line: place.line, step: place.step },
+                instruction: instruction.text.clone(),
+                others: item.charges.len() - 1,
+                condition: (index < MOST)
+                    .then(|| condition::text(&problem.circuit, item.guard, &name))
+                    .flatten()
+                    .map_or_else(|| devices(model, item, &names), |words| format!("if {words}")),
+            }
+        });
+        shown.search.trace = Some(TraceUse {
+            constant: Picos(problem.constant),
+            conditions: conditions.collect(),
+            trace: maximum.trace.clone(),
+        });
+    }
+}
+
+/// On what it depends whether a condition holds that is too long to be written out.
+fn devices(model: &ScanModel, item: &Item, names: &Names<'_>) -> String {
+    let mut devices: Vec<String> = Vec::new();
+    for variable in depends_on(model, &item.charges[..1]) {
+        let device = names.device(&model.variables[variable.0 as usize]);
+        if !devices.contains(&device) {
+            devices.push(device);
+        }
+    }
+    let more = match devices.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    devices.truncate(SHOWN);
+    format!("by {}{more}", devices.join(", "))
+}
+
+/// a, b, ..., z, aa, ab, ...
+fn letters(number: usize) -> String {
+    let last = char::from(b'a' + u8::try_from(number % 26).unwrap_or(0));
+    let before = if number < 26 { String::new() } else { letters(number / 26 - 1) };
+    format!("{before}{last}")
+}
+
+/// Asks Z3 about every group and puts its opinions into an audit.
+///
+/// # Errors
+/// If Z3 contradicts a search.
+pub fn confirm(
+    audit: &mut Audit,
+    request: &Request<'_>,
+    model: &ScanModel,
+    groups: &[Group],
+    maxima: &[Maximum],
+    deadline: Option<Instant>,
+) -> Result<(), Failure> {
+    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
+    let opinions: Vec<Result<Opinion, String>> = groups
+        .par_iter()
+        .zip(maxima)
+        .map(|(group, maximum)| second_opinion(model, group, maximum, &limits))
+        .collect();
+    for (shown, opinion) in audit.groups.iter_mut().zip(opinions) {
+        let number = shown.id;
+        let opinion = opinion.map_err(|why| Failure::Internal(format!("group {number}: {why}")))?;
+        shown.search.opinion = Some(opinion);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_go_on_behind_z() {
+        let told = [0, 25, 26, 51, 52, 701, 702].map(letters);
+        assert_eq!(told, ["a", "z", "aa", "az", "ba", "zz", "aaa"]);
+    }
+}
