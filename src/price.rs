@@ -1,5 +1,6 @@
 //! Gives every instruction of a program its two times from a timing table, and a scan its overhead.
 
+mod networks;
 mod refresh;
 pub mod touched;
 
@@ -14,7 +15,9 @@ use crate::table::{Factor, Row, Table, folded};
 use crate::time::Picos;
 
 pub use crate::table::Evidence;
-pub use refresh::{MorePoints, UnstatedPoints, more_points, points_seen, points_taken};
+pub use networks::NetworkUse;
+use refresh::Refresh;
+pub use refresh::{MorePoints, UnstatedBase, UnstatedPoints, more_points, points_seen, unsure};
 use touched::Cells;
 
 /// The two times of an instruction.
@@ -58,6 +61,10 @@ pub struct Prices {
     pub factor: Option<Factor>,
     /// The sides, inputs and outputs, of which it is not stated how many points are refreshed.
     pub points: Vec<UnstatedPoints>,
+    /// The sides of which it is not stated on which base units they are.
+    pub bases: Vec<UnstatedBase>,
+    /// What networks refresh that the program uses, where nobody says what that takes.
+    pub networks: Vec<NetworkUse>,
 }
 
 impl Prices {
@@ -74,10 +81,10 @@ impl Prices {
         more_points(&self.points)
     }
 
-    /// What the points were charged that were taken where they are not stated.
+    /// What was charged for refresh that need not be there, where that is not stated.
     #[must_use]
-    pub fn points_taken(&self) -> Picos {
-        points_taken(&self.points)
+    pub fn unsure(&self) -> Picos {
+        unsure(&self.points, &self.bases)
     }
 
     /// The overhead in one sum.
@@ -170,8 +177,14 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     if !faults.is_empty() {
         return Err(faults);
     }
-    let (overhead, points) = overhead(program, table, facts)?;
-    Ok(Prices { instructions, overhead, factor: table.factor.clone(), points })
+    let (overhead, refresh) = overhead(program, table, facts)?;
+    let Refresh { points, bases, .. } = refresh;
+    let networks = match networks::is_priced(table, facts) {
+        true => Vec::new(),
+        false => networks::used(program, table),
+    };
+    let factor = table.factor.clone();
+    Ok(Prices { instructions, overhead, factor, points, bases, networks })
 }
 
 /// The price of an instruction: the first of its names that has a row, else its class's row; then what `@+`
@@ -350,7 +363,7 @@ fn overhead(
     program: &Program,
     table: &Table,
     facts: &Facts,
-) -> Result<(Vec<OverheadTerm>, Vec<UnstatedPoints>), Vec<Diagnostic>> {
+) -> Result<(Vec<OverheadTerm>, Refresh), Vec<Diagnostic>> {
     let mut terms = Vec::new();
     let mut charge = |row: &Row, times: u64, name: String, why: String| {
         let time = charged(table, row, times)?;
@@ -366,9 +379,10 @@ fn overhead(
         let why = format!("{count} x {} us; {}", row.on.us_text(), row.source);
         charge(row, count, "program starts".to_owned(), why)?;
     }
-    let (refresh, points) = refresh::refresh(program, table, facts)?;
-    terms.extend(refresh);
-    Ok((terms, points))
+    let refresh = refresh::refresh(program, table, facts)?;
+    terms.extend(refresh.terms.iter().cloned());
+    terms.extend(networks::terms(table, facts)?);
+    Ok((terms, refresh))
 }
 
 /// A term's time so many times, with the table's factor.

@@ -585,6 +585,10 @@ pub struct Program {
     pub comments: BTreeMap<String, String>,
     /// Input points and output points that the program uses, where its dialect counted them.
     pub points: Option<[u32; 2]>,
+    /// Cells that a network or a special unit refreshes where one is fitted, and what they are, in words.
+    pub networks: Vec<(Region, String)>,
+    /// The first instruction that reaches into a network's station by itself, an index into `instructions`.
+    pub direct_links: Option<usize>,
     /// Ranges the user stated.
     pub ranges: Vec<StartRange>,
     /// What holds in the state in which every scan starts; no choice and no condition occurs in it.

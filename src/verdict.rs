@@ -1,6 +1,6 @@
 //! Whether a program keeps to a limit: proved, refuted by a scan, or undecided with the reasons.
 
-use crate::audit::{Audit, Evidence, Share, UnstatedPoints};
+use crate::audit::{Audit, Evidence, Share, UnstatedBase, UnstatedPoints};
 use crate::time::Picos;
 use std::fmt;
 use std::str::FromStr;
@@ -159,7 +159,8 @@ impl Check {
         let verdict = if lower > limit || !audit.unbounded.is_empty() {
             Verdict::Refuted
         } else if upper > limit {
-            Verdict::Undecided([open(audit, limit, margin), audit.doubts.clone()].concat())
+            let reasons = [open(audit, limit, margin), bases(audit), audit.doubts.clone()];
+            Verdict::Undecided(reasons.concat())
         } else if doubts().is_empty() {
             Verdict::Proved
         } else {
@@ -223,6 +224,9 @@ fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<String> {
         ];
     }
     if margin.on(audit.possible()) > limit {
+        if audit.points.is_empty() {
+            return Vec::new();
+        }
         return vec![
             format!(
                 "it depends on how many I/O points are fitted, which is not stated: the scan that was found is over the limit with the {seen} points that the program is seen to use, and not without any"
@@ -239,6 +243,17 @@ fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<String> {
         }
     };
     vec![reason.to_owned()]
+}
+
+/// What stating the base units would take off.
+fn bases(audit: &Audit) -> Vec<String> {
+    let one = |base: &UnstatedBase| {
+        let UnstatedBase { side, least, saves } = base;
+        format!(
+            "{side} refresh is counted on the dearest base unit, since it is not stated on which the modules sit: on the base {least} it takes {saves} less: state it in a facts file (--facts): [io] base = \"{least}\""
+        )
+    };
+    audit.bases.iter().map(one).collect()
 }
 
 /// What to write in a facts file.

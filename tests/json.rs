@@ -78,9 +78,12 @@ fn every_key_of_an_audit_is_documented() {
     let text = format!("{main}GN 0\nLBL5: OUT 200\nJMP LBL5\n");
     std::fs::write(&endless, text).expect("written");
     let endless = endless.to_str().expect("a plain path");
+    let linked = directory.path().join("linked.il");
+    std::fs::write(&linked, "LD B0\nOUT Y0\nEND\n").expect("written");
+    let linked = linked.to_str().expect("a plain path");
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 16] = [
+    let runs: [&[&str]; 17] = [
         &["audit", line[0], line[1], line[2], "--time-limit", "1us"],
         &["audit", "samples/paper/program.il", "--table", "samples/paper/table.csv"],
         &["audit", line[0], line[1], line[2], "--time", "NONE=1us"],
@@ -93,6 +96,7 @@ fn every_key_of_an_audit_is_documented() {
         &["audit", "samples/flowchart/self-holding-stop-inner-loop.lst"],
         &["audit", "samples/minasec-u/test-program.asm", "--response"],
         &["audit", endless],
+        &["audit", linked, "--cpu", "Q26UDV", "--dialect", "melsec-list"],
         &["check", line[0], line[1], line[2], "--limit", "1s"],
         &["check", line[0], line[1], line[2], "--limit", "1us"],
         &["check", line[0], line[1], line[2], "--limit", "1ms", "--margin", "10%"],

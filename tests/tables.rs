@@ -6,6 +6,7 @@ use scanbound::facts::Facts;
 use scanbound::solve::Method;
 use scanbound::table::Table;
 use scanbound::time::Picos;
+use scanbound::verdict::{Check, Margin, Verdict};
 
 /// Rungs with every kind of charge, and points of both sides.
 const PROGRAM: &str = "LD X0\nMOV D0 D1\nLDI X0\nOUT Y0\nLD M0\nBMOV D0 D10 K5\nEND\n";
@@ -20,7 +21,7 @@ fn audited(text: &str, table: &Table, facts: &str) -> Audit {
     let facts = Facts::parse("facts.toml", facts).expect("facts");
     let request = Request {
         inputs: &inputs,
-        dialect: None,
+        dialect: (!matches!(table.family.as_deref(), Some("c" | "cs"))).then_some("melsec-list"),
         cpu: None,
         table: Some(table),
         times: &[],
@@ -37,6 +38,162 @@ fn audited(text: &str, table: &Table, facts: &str) -> Audit {
         progress: &|_| {},
     };
     audit(&request).expect("an audit")
+}
+
+/// What each scan takes for the refresh of inputs, and what that is worked out from.
+fn refreshes(audit: &Audit, side: &str) -> Vec<(u64, String)> {
+    let terms = audit.overhead.iter().filter(|term| term.name == format!("{side} refresh"));
+    terms.map(|term| (term.time.0, term.why.split(';').next().unwrap_or("").to_owned())).collect()
+}
+
+#[test]
+fn refresh_is_charged_for_the_dearest_base_unless_the_base_is_stated() {
+    let own = table("@base,qnudv\n@factor,1,,,,stated,\n");
+    let io = "[io]\ninputs = 40\noutputs = 16\n";
+    let unstated = audited(PROGRAM, &own, io);
+    let why = "40 input points as stated: 3 x 5 us a 16 points, the dearest base: 10.5 us less if [io] base = \"main\"";
+    assert_eq!(refreshes(&unstated, "input"), [(15_000_000, why.to_owned())]);
+    let saved: Vec<(&str, u64)> =
+        unstated.bases.iter().map(|base| (base.least.as_str(), base.saves.0)).collect();
+    assert_eq!(saved, [("main", 10_500_000), ("main", 3_800_000)]);
+    let main = audited(PROGRAM, &own, &format!("{io}base = 'main'\n"));
+    assert!(main.bases.is_empty());
+    let saved = unstated.bases.iter().map(|base| base.saves).sum();
+    assert_eq!(Some(main.bound.upper), unstated.bound.upper.checked_sub(saved));
+    // A scan on the cheapest base is as short as that.
+    assert_eq!(unstated.lower_without_points(), main.bound.lower);
+    let mixed = audited(PROGRAM, &own, "[io]\ninputs = { main = 24, qa6 = 16 }\noutputs = 0\n");
+    let times: Vec<u64> = refreshes(&mixed, "input").iter().map(|(time, _)| *time).collect();
+    assert_eq!(times, [3_000_000, 5_000_000]);
+    // Where there is no row for any base, the dearest of the rows for one counts.
+    let own = table("@end,1\n@input16:far,9\n@input16:near,2\n@input:near,1\nLD,0\nOUT,0\nEND,0\n");
+    let text = "LD X0\nOUT M0\nEND\n";
+    let times = |facts: &str| -> Vec<u64> {
+        let found = refreshes(&audited(text, &own, facts), "input");
+        found.into_iter().map(|(time, _)| time / 1_000_000).collect()
+    };
+    assert_eq!(times("[io]\ninputs = 32\n"), [18, 1]);
+    assert_eq!(times("[io]\ninputs = 32\nbase = 'near'\n"), [4, 1]);
+    assert_eq!(times("[io]\ninputs = 32\nbase = 'far'\n"), [18]);
+    assert_eq!(times("[io]\ninputs = 0\n"), [0_u64; 0]);
+}
+
+#[test]
+fn a_limit_that_hangs_on_the_base_is_neither_proved_nor_refuted() {
+    let own = table("@base,qnudv\n");
+    let io = "[io]\ninputs = 40\noutputs = 16\n";
+    let far = audited(PROGRAM, &own, io);
+    let near = audited(PROGRAM, &own, &format!("{io}base = 'main'\n"));
+    let verdict = |limit| Check::new(&far, limit, Margin::default()).verdict;
+    let Verdict::Undecided(reasons) = verdict(near.bound.upper) else { panic!() };
+    assert!(reasons.iter().any(|reason| reason.contains("[io] base = \"main\"")), "{reasons:?}");
+    assert_eq!(verdict(far.bound.upper), Verdict::Proved);
+    assert_eq!(verdict(Picos(near.bound.lower.0 - 1)), Verdict::Refuted);
+}
+
+#[test]
+fn what_networks_refresh_is_never_proved_unless_it_is_priced() {
+    let io = "[io]\ninputs = 64\noutputs = 64\nbase = 'main'\n";
+    let own = table("@base,qnudv\n");
+    let verdict = |audit: &Audit| Check::new(audit, Picos(u64::MAX), Margin::default()).verdict;
+    for (text, what) in [
+        ("LD B0\nOUT Y0\nEND\n", "B"),
+        ("LD X0\nOUT SB0\nEND\n", "SB"),
+        ("LD X0\nMOV W10 D0\nEND\n", "W"),
+        ("LD X0\nMOV K1 W0Z1\nEND\n", "W"),
+        ("LD SW10.3\nOUT Y0\nEND\n", "SW"),
+        ("LD X0\nMOV J1\\W10 D0\nEND\n", "MOV J1\\W10 D0"),
+        ("LD J2\\B5\nOUT Y0\nEND\n", "LD J2\\B5"),
+        ("LD X1000\nOUT Y0\nEND\n", "X1000 and beyond"),
+        ("LD X0\nOUT Y1F0F\nEND\n", "Y1000 and beyond"),
+        ("LD X0\nMOV D0 K4YFFA\nEND\n", "Y1000 and beyond"),
+        ("LD X0\nFMOV K0 D0 K5\nBMOV D0 W0 K5\nEND\n", "W"),
+    ] {
+        let audit = audited(text, &own, io);
+        assert_eq!(audit.networks.len(), 1, "{text}");
+        assert!(audit.networks[0].what.contains(what), "{text}: {:?}", audit.networks);
+        let line = text.lines().position(|line| {
+            ["B0", "SB0", "W10", "W0", "SW10", "J2", "X1000", "Y1F", "YFFA"]
+                .iter()
+                .any(|name| line.contains(name))
+        });
+        assert_eq!(
+            Some(audit.networks[0].first.line as usize),
+            line.map(|line| line + 1),
+            "{text}"
+        );
+        assert!(matches!(verdict(&audit), Verdict::Undecided(_)), "{text}");
+        let told = scanbound::report::text::render(&audit, None, Default::default());
+        assert!(told.contains("plus network refresh"), "{told}");
+        for (facts, table) in [
+            ("[network]\nrefresh = 'none'\n", "@base,qnudv\n"),
+            ("[network]\nrefresh = '2ms'\n", "@base,qnudv\n"),
+            ("", "@base,qnudv\n@network:CC-Link,800,,,,measured,bench\n"),
+        ] {
+            let priced = audited(text, &self::table(table), &format!("{io}{facts}"));
+            assert_eq!(verdict(&priced), Verdict::Proved, "{text}");
+            let term = priced.overhead.iter().find(|term| {
+                term.name != "END processing"
+                    && term.why.contains("stated")
+                    && term.name.contains("network")
+                    || term.name == "CC-Link"
+            });
+            let more = priced.bound.upper.checked_sub(audit.bound.upper);
+            assert_eq!(term.map_or(Picos::ZERO, |term| term.time), more.unwrap(), "{text}");
+        }
+    }
+    for text in [PROGRAM, "LD XFF0\nOUT YF0F\nEND\n", "LD X0\nFMOV K0 Y0 D0\nMOV K0 D0Z0\nEND\n"] {
+        assert_eq!(audited(text, &own, io).networks, [], "{text}");
+    }
+    let fx = table("@base,fx3u\n");
+    assert_eq!(audited("LD X0\nOUT Y0\nEND\n", &fx, "").networks, []);
+}
+
+#[test]
+fn points_beyond_the_cpus_own_are_not_charged_as_local() {
+    let own = table("@base,qnudv\n@factor,1,,,,stated,\n");
+    let audit = audited("LD X1F1F\nOUT Y0\nEND\n", &own, "");
+    assert_eq!(audit.points[0].taken, 4096);
+    assert_eq!(audit.points[0].time, Picos(256 * 5_000_000));
+    assert_eq!(audit.points[0].most.as_ref().map(|most| most.more), Some(Picos::ZERO));
+    assert!(audit.points[0].why.contains("of 7968 used"), "{}", audit.points[0].why);
+}
+
+#[test]
+fn omron_words_of_links_and_units_need_a_time_too() {
+    let cs = table("@base,cj2m\n");
+    let verdict = |audit: &Audit| Check::new(audit, Picos(u64::MAX), Margin::default()).verdict;
+    for (word, what) in [
+        ("1000.00", "data links"),
+        ("1500.00", "CPU Bus Units"),
+        ("2005.01", "Special I/O Units"),
+        ("3199.15", ""),
+        ("3210.00", "DeviceNet"),
+    ] {
+        let audit = audited(&format!("LD 0.00\nOUT {word}\nEND\n"), &cs, "");
+        let found = audit.networks.first().map(|one| one.what.as_str());
+        assert_eq!(found.is_some(), !what.is_empty(), "{word}");
+        assert!(found.unwrap_or_default().contains(what), "{word}");
+        let is_proved = verdict(&audit) == Verdict::Proved;
+        assert_eq!(is_proved, what.is_empty(), "{word}");
+    }
+    let c = table("@base,c200h\n");
+    let audit = audited("LD 00000\nOUT LR0000\nEND(01)\n", &c, "");
+    assert!(audit.networks[0].what.contains("data links"));
+    assert_eq!(audited("LD 00000\nOUT 01000\nEND(01)\n", &c, "").networks, []);
+}
+
+#[test]
+fn a_stated_factor_takes_the_tables_place() {
+    let own = table("@base,qnudv\n");
+    let audit = audited(PROGRAM, &own, "[scan]\nfactor = 1\n");
+    let factor = audit.table.factor.as_ref().expect("a factor");
+    assert_eq!((factor.part, factor.evidence), (Picos::ZERO, Evidence::Stated));
+    let plain = audited(PROGRAM, &own, "");
+    // Each time was rounded up with the factor, so a few picoseconds may be left of it.
+    let without = plain.table.factor.map_or(0, |factor| factor.without.0);
+    assert!(without.abs_diff(audit.bound.upper.0) < 100);
+    assert!(audit.facts.iter().any(|fact| fact.contains("by the factor 1 at most")));
 }
 
 #[test]

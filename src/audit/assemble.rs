@@ -6,7 +6,7 @@ use super::names::Names;
 use super::response::Delay;
 use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
-    GroupUse, OverheadUse, PathStep, RungUse, Share, TableUse, Tie, Value, Where,
+    GroupUse, NetworkUse, OverheadUse, PathStep, RungUse, Share, TableUse, Tie, Value, Where,
 };
 use crate::diagnostic::Diagnostic;
 use crate::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
@@ -92,6 +92,8 @@ impl Findings<'_> {
             unbounded: Vec::new(),
             facts: self.program.facts.clone(),
             points: self.prices.points.clone(),
+            bases: self.prices.bases.clone(),
+            networks: self.networks(),
             doubts: self.doubts(),
             approximations: self.approximations(),
             warnings,
@@ -400,8 +402,27 @@ impl Findings<'_> {
         }
     }
 
+    fn networks(&self) -> Vec<NetworkUse> {
+        let first = |at: usize| place(self.program.instructions[at].place);
+        let uses = self.prices.networks.iter();
+        uses.map(|one| NetworkUse { what: one.what.clone(), first: first(one.first) }).collect()
+    }
+
+    /// Why the bound may be too low where the program uses what networks refresh.
+    fn network_doubt(&self) -> Option<String> {
+        let uses = self.networks();
+        let what: Vec<&str> = uses.iter().map(|one| one.what.as_str()).collect();
+        let first = uses.iter().map(|one| one.first).min()?;
+        let file = &self.program.files[first.file].name;
+        Some(format!(
+            "the program uses {} (first in {file}:{}): what networks take to refresh these is not stated and not in the bound: state it in a facts file (--facts): [network] refresh = \"1.5ms\", or refresh = \"none\" where nothing refreshes them",
+            what.join(", "),
+            first.line
+        ))
+    }
+
     fn doubts(&self) -> Vec<String> {
-        self
+        let interrupts = self
             .program
             .interrupts
             .iter()
@@ -411,8 +432,8 @@ impl Findings<'_> {
                 format!(
                     "how often {name} interrupts a scan is not stated, {times} was taken: give --interrupts {name}=N"
                 )
-            })
-            .collect()
+            });
+        interrupts.chain(self.network_doubt()).collect()
     }
 
     fn approximations(&self) -> Vec<ApproximationUse> {

@@ -148,6 +148,8 @@ pub fn fixture() -> Audit {
         unbounded: Vec::new(),
         facts: vec!["D100 is -10 to 10 when the scan starts".to_owned()],
         points: Vec::new(),
+        bases: Vec::new(),
+        networks: Vec::new(),
         doubts: vec![
             "how often I0 interrupts a scan is not stated: taken once (--interrupts I0=N)"
                 .to_owned(),

@@ -19,8 +19,8 @@ pub use questions::{File, Form, certificates, question};
 
 use crate::budget::Cut;
 use crate::diagnostic::Diagnostic;
-pub use crate::price::{MorePoints, UnstatedPoints};
-use crate::price::{more_points, points_taken};
+pub use crate::price::{MorePoints, UnstatedBase, UnstatedPoints};
+use crate::price::{more_points, unsure};
 pub use crate::solve::{Engine, Opinion};
 pub use crate::table::Evidence;
 use crate::time::Picos;
@@ -63,6 +63,10 @@ pub struct Audit {
     pub facts: Vec<String>,
     /// The sides of which it is not stated how many points are refreshed.
     pub points: Vec<UnstatedPoints>,
+    /// The sides of which it is not stated on which base units they are: the dearest was taken.
+    pub bases: Vec<UnstatedBase>,
+    /// What networks refresh that the program uses, where nobody says how long that takes: it is not in the bound.
+    pub networks: Vec<NetworkUse>,
     /// Why else the bound may be too low all the same, where something needed was not stated.
     pub doubts: Vec<String>,
     /// What was taken wider than the PLC does it.
@@ -98,10 +102,12 @@ impl Audit {
         self.bound.upper + more_points(&self.points)
     }
 
-    /// So long a scan takes even if no point is fitted where it is not stated how many are.
+    /// So long a scan takes even if no point is fitted where it is not stated how many are, and those that are on the
+    /// cheapest base where it is not stated on which.
     #[must_use]
     pub fn lower_without_points(&self) -> Picos {
-        self.possible().checked_sub(points_taken(&self.points)).unwrap_or_default()
+        let unsure = unsure(&self.points, &self.bases);
+        self.possible().checked_sub(unsure).unwrap_or_default()
     }
 
     /// All reasons why the bound may be too low, points that are not stated among them.
@@ -146,6 +152,7 @@ impl Audit {
     #[must_use]
     pub fn least(&self) -> Picos {
         let always = self.bound.always + self.bound.overhead;
+        let always = always.checked_sub(unsure(&self.points, &self.bases)).unwrap_or_default();
         let Some(factor) = &self.table.factor else { return always };
         // The same share as of the whole bound, rounded down.
         let part = u128::from(always.0) * u128::from(factor.without.0);
@@ -284,6 +291,15 @@ pub struct Where {
     pub line: u32,
     /// The PLC's step number.
     pub step: Option<u32>,
+}
+
+/// Something that the program uses and that a network refreshes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NetworkUse {
+    /// What, in words.
+    pub what: String,
+    /// The first instruction that uses it.
+    pub first: Where,
 }
 
 /// A loop that a scan can go round for ever.

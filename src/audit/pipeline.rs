@@ -12,7 +12,7 @@ use crate::dialect::melsec::decode::DecodeOptions;
 use crate::dialect::melsec::device::Family;
 use crate::dialect::melsec::source::RawProject;
 use crate::dialect::{self, Input, Project};
-use crate::facts::Facts;
+use crate::facts::{Facts, Part, StatedFactor};
 use crate::groups;
 use crate::model::{Assignment, Group, ScanModel, Values};
 use crate::price::{self, Prices};
@@ -63,6 +63,8 @@ pub struct Request<'a> {
 
 /// A thousand hours.
 const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
+/// So many wrong facts of a kind are told.
+const MOST_TOLD: usize = 100;
 /// A tenth of a second.
 const TENTH: u64 = 100_000_000_000;
 
@@ -270,6 +272,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     if dialect::minasec::is_dialect(&program.dialect) {
         audit.clocked = Some(dialect::minasec::WORDS as u64);
     }
+    audit.facts.extend(request.facts.of_the_plant());
     audit.facts.extend(request.clock.map(StatedClock::to_string));
     if !loops.open.is_empty() {
         budget.cut("asking for loops without end", "some of them were not asked to the end");
@@ -292,7 +295,9 @@ fn understand(
     }
     if request.facts.latched.is_some() && !matches!(project, Project::Flowchart(_)) {
         let message = "[io] latched is stated, which is about flowchart PCs: of others it is known";
-        return Err(Failure::from(Diagnostic::file("facts", "", message, "leave it out")));
+        let fault =
+            request.facts.fault(["io", "latched"], Part::Key, "facts", message, "leave it out");
+        return Err(Failure::from(fault));
     }
     if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
         let message = format!("--clock and --time {} both state how long a word takes", time.name);
@@ -355,19 +360,23 @@ fn decode(project: &RawProject, table: &Table, request: &Request<'_>) -> Result<
 
 /// A count for a routine that is not there is a slip of the pen, and another is left without.
 fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
-    let known: Vec<&str> = program.interrupts.iter().map(|one| one.name.as_str()).collect();
+    let known: BTreeSet<String> =
+        program.interrupts.iter().map(|one| one.name.to_ascii_uppercase()).collect();
     let faults: Vec<Diagnostic> = request
         .facts
         .interrupts
         .keys()
-        .filter(|label| !known.iter().any(|name| name.eq_ignore_ascii_case(label)))
+        .filter(|label| !known.contains(*label))
+        .take(MOST_TOLD)
         .map(|label| {
             let message = format!("how often {label} interrupts a scan is stated, but the program has no interrupt routine of that name");
-            let help = match known.as_slice() {
+            let names: Vec<&str> =
+                program.interrupts.iter().take(MOST_TOLD).map(|one| one.name.as_str()).collect();
+            let help = match names.as_slice() {
                 [] => "it has no interrupt routines at all".to_owned(),
-                known => format!("its interrupt routines are {}", known.join(", ")),
+                names => format!("its interrupt routines are {}", names.join(", ")),
             };
-            Diagnostic::file("no-interrupt", "", message, help)
+            request.facts.fault(["interrupts", label], Part::Key, "no-interrupt", message, &help)
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
@@ -403,6 +412,14 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
     };
     if request.strict_times {
         table.refuse_assumed_points();
+    }
+    if let Some(StatedFactor { millionths, text }) = &request.facts.factor {
+        table.factor = Some(Factor {
+            millionths: *millionths,
+            text: text.clone(),
+            evidence: Evidence::Stated,
+            source: "stated in the facts".to_owned(),
+        });
     }
     for time in request.times {
         table.amend(&time.name, time.on, time.off);

@@ -121,7 +121,7 @@ impl Search<'_> {
         let (upper, lower) = (self.constant + known.upper, self.constant + known.lower);
         let doubtful = self.doubtful_from.is_some_and(|least| upper >= least);
         let kept = upper + self.prices.more_points() <= limit && !doubtful;
-        kept || lower.checked_sub(self.prices.points_taken()).is_some_and(|lower| lower > limit)
+        kept || lower.checked_sub(self.prices.unsure()).is_some_and(|lower| lower > limit)
     }
 
     fn tell(&self, group: usize, known: &Known) {

@@ -1,9 +1,13 @@
 //! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
 
 use crate::diagnostic::Diagnostic;
-use crate::facts::Facts;
+use crate::facts::{Facts, Part};
 use crate::price::points_seen;
-use crate::program::{BitSource, Cell, Program, Region, Source, WordSource, flow};
+use crate::program::{AreaId, BitSource, Cell, Program, Region, Source, WordSource, flow};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// So many facts are told of.
+const MOST_TOLD: usize = 100;
 
 /// Refuses ranges of words where the machine has none.
 ///
@@ -14,9 +18,10 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
         .ranges
         .keys()
         .filter(|_| program.ranges.is_empty())
+        .take(MOST_TOLD)
         .map(|device| {
             let message = format!("a range is stated for '{device}', but the machine has no words");
-            Diagnostic::file("fact", "", message, "leave it out")
+            facts.fault(["ranges", device], Part::Key, "fact", message, "leave it out")
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(faults) }
@@ -25,47 +30,135 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
 /// Warns of ranges of words that the program does not name, and of fewer points than it names.
 #[must_use]
 pub fn odd(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
-    let warning =
-        |message: String, help: &str| Diagnostic::file("unused-fact", "", message, help).warning();
-    let ranges = program.ranges.iter().filter(|range| {
-        !range
-            .cells
+    let mut warnings = Vec::new();
+    if !program.ranges.is_empty() {
+        let named = Named::of(program);
+        let unknown = program
+            .ranges
             .iter()
-            .any(|&cell| (0..program.instructions.len()).any(|at| names(program, at, cell)))
-    });
-    let mut warnings: Vec<Diagnostic> = ranges
-        .map(|range| {
+            .filter(|range| !range.cells.iter().any(|&cell| named.holds(cell)));
+        let keys: BTreeMap<String, &String> =
+            facts.ranges.keys().map(|key| (plain(key), key)).collect();
+        let mut dropped = 0;
+        for range in unknown {
+            if warnings.len() >= MOST_TOLD {
+                dropped += 1;
+                continue;
+            }
             let word = program.cell_name(range.cells[0]);
             let message = format!("a range is stated for {word}, which the program does not name");
-            warning(
-                message,
-                "write the word as in the program; leave the range out if it is not used",
-            )
-        })
-        .collect();
+            let help = "write the word as in the program; leave the range out if it is not used";
+            let fact = ["ranges", keys.get(&plain(&word)).map_or("", |key| key.as_str())];
+            warnings.push(facts.fault(fact, Part::Key, "unused-fact", message, help).warning());
+        }
+        if dropped > 0 {
+            let message =
+                format!("and {dropped} further ranges of words that the program does not name");
+            warnings.push(Diagnostic::file("unused-fact", "", message, "").warning());
+        }
+    }
     for (side, area, stated) in [("input", "X", facts.inputs), ("output", "Y", facts.outputs)] {
+        let Some(stated) = stated else { continue };
         let (seen, why) = points_seen(program, side, area);
-        if let Some(stated) = stated.filter(|&stated| stated < seen) {
+        if stated < seen {
             let message = format!("{stated} {side} points are stated, but the program shows {why}");
-            warnings.push(warning(message, "state all the points that the CPU refreshes"));
+            let help = "state all the points that the CPU refreshes";
+            let fact = ["io", &format!("{side}s")];
+            warnings.push(facts.fault(fact, Part::Value, "unused-fact", message, help).warning());
         }
     }
     warnings
 }
 
-/// Whether an instruction reads a cell, writes it, or has it among its operands.
-fn names(program: &Program, at: usize, cell: Cell) -> bool {
-    let instruction = &program.instructions[at];
-    let mut read = false;
-    instruction.each_read(&mut |source| {
-        read |= match source {
-            Source::Bit(BitSource::Cell(one) | BitSource::WordBit(one, _)) => one == cell,
-            Source::Word(WordSource::Cell(one)) => one == cell,
-            _ => false,
+/// A word's name without what one may write in several ways: letter case, blanks, zeros in front of the number.
+fn plain(word: &str) -> String {
+    let name: String = word.split_whitespace().collect::<String>().to_ascii_uppercase();
+    let at = name.find(|c: char| c.is_ascii_digit()).unwrap_or(name.len());
+    let (letters, number) = name.split_at(at);
+    format!("{letters}{}", number.trim_start_matches('0'))
+}
+
+/// The cells that instructions read, write, or have among their operands.
+struct Named {
+    cells: BTreeSet<Cell>,
+    /// Ranges by their first cells, each reaching as far as any before it.
+    ranges: BTreeMap<Cell, u64>,
+    areas: BTreeSet<AreaId>,
+    everything: bool,
+}
+
+impl Named {
+    fn of(program: &Program) -> Named {
+        let mut named = Named {
+            cells: BTreeSet::new(),
+            ranges: BTreeMap::new(),
+            areas: BTreeSet::new(),
+            everything: false,
         };
-    });
-    let written = flow::written(program, at);
-    let operands = instruction.timing.iter().flat_map(|key| &key.touched.regions);
-    let mut regions = written.iter().chain(operands);
-    read || regions.any(|&region: &Region| region.holds(cell))
+        for (at, instruction) in program.instructions.iter().enumerate() {
+            instruction.each_read(&mut |source| match source {
+                Source::Bit(BitSource::Cell(cell) | BitSource::WordBit(cell, _))
+                | Source::Word(WordSource::Cell(cell)) => {
+                    named.cells.insert(cell);
+                }
+                _ => {}
+            });
+            let operands = instruction.timing.iter().flat_map(|key| &key.touched.regions);
+            for &region in flow::written(program, at).iter().chain(operands) {
+                named.region(region);
+            }
+        }
+        named.reach();
+        named
+    }
+
+    /// Lets each range reach as far as those before it.
+    fn reach(&mut self) {
+        let mut reach: Option<(AreaId, u64)> = None;
+        for (first, end) in &mut self.ranges {
+            let before = reach.filter(|(area, _)| *area == first.area).map_or(0, |(_, end)| end);
+            *end = before.max(*end);
+            reach = Some((first.area, *end));
+        }
+    }
+
+    fn region(&mut self, region: Region) {
+        match region {
+            Region::Range { first, count } => {
+                let end = u64::from(first.index) + u64::from(count);
+                let known = self.ranges.entry(first).or_insert(end);
+                *known = end.max(*known);
+            }
+            Region::Area(area) => {
+                self.areas.insert(area);
+            }
+            Region::Everything => self.everything = true,
+        }
+    }
+
+    fn holds(&self, cell: Cell) -> bool {
+        let before = self.ranges.range(..=cell).next_back();
+        let ranges = before
+            .is_some_and(|(first, &end)| first.area == cell.area && u64::from(cell.index) < end);
+        self.everything || self.areas.contains(&cell.area) || self.cells.contains(&cell) || ranges
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_is_named_by_any_range_that_reaches_it() {
+        let cell = |index| Cell { area: AreaId(0), index };
+        let mut named = Named::of(&Program::default());
+        named.region(Region::Range { first: cell(10), count: 100 });
+        named.region(Region::Range { first: cell(20), count: 5 });
+        named.region(Region::Range { first: Cell { area: AreaId(1), index: 0 }, count: 1 });
+        named.reach();
+        for (index, holds) in [(9, false), (10, true), (24, true), (109, true), (110, false)] {
+            assert_eq!(named.holds(cell(index)), holds, "{index}");
+        }
+        assert!(!named.holds(Cell { area: AreaId(1), index: 1 }));
+    }
 }

@@ -184,8 +184,7 @@ impl ProjectOptions {
         let stop = stop_on_interrupt()?;
         let mut facts = facts(self.facts.as_deref())?;
         for (label, count) in &self.interrupts {
-            facts.interrupts.retain(|known, _| !known.eq_ignore_ascii_case(label));
-            facts.interrupts.insert(label.clone(), *count);
+            facts.state_interrupt(label, *count);
         }
         let table = self.table.as_deref().map(|name| tables::find("--table ", name)).transpose()?;
         let gathered = gather(&self.programs)?;

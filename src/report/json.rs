@@ -23,6 +23,10 @@ struct Report<'a> {
     doubts: Vec<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     points: Vec<Points<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    bases: Vec<Base<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    networks: Vec<Network<'a>>,
     approximations: Vec<Approximation<'a>>,
     warnings: Vec<Warning<'a>>,
     overhead: Vec<Overhead<'a>>,
@@ -183,6 +187,20 @@ struct Points<'a> {
 }
 
 #[derive(Serialize)]
+struct Base<'a> {
+    side: &'a str,
+    least: &'a str,
+    saves_ps: u64,
+}
+
+#[derive(Serialize)]
+struct Network<'a> {
+    what: &'a str,
+    file: usize,
+    line: u32,
+}
+
+#[derive(Serialize)]
 struct PathStep<'a> {
     file: usize,
     line: u32,
@@ -270,6 +288,16 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
         facts: &audit.facts,
         doubts: audit.all_doubts(),
         points: audit.points.iter().map(points).collect(),
+        bases: audit
+            .bases
+            .iter()
+            .map(|base| Base { side: base.side, least: &base.least, saves_ps: base.saves.0 })
+            .collect(),
+        networks: audit
+            .networks
+            .iter()
+            .map(|one| Network { what: &one.what, file: one.first.file, line: one.first.line })
+            .collect(),
         approximations: audit
             .approximations
             .iter()

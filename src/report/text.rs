@@ -188,6 +188,7 @@ fn head(audit: &Audit) -> String {
             Share::of(bound.saved(), bound.naive)
         )),
     ]);
+    rows.extend(networks(audit));
     rows.extend(response::nominal(audit));
     let mut text = columns(0, &rows);
     text.push('\n');
@@ -209,6 +210,21 @@ fn head(audit: &Audit) -> String {
     let cut = |cut: &Cut| format!("by {} while {}: {}", cut.by, cut.stage, cut.open);
     rows.extend(audit.cuts.iter().map(|one| vec![left("ended").styled(CARE), left(cut(one))]));
     text + &columns(0, &rows)
+}
+
+/// That the refresh of networks comes on top of the bound, where nobody says how long it takes.
+fn networks(audit: &Audit) -> Option<Vec<Cell>> {
+    let first = audit.networks.iter().map(|one| one.first).min()?;
+    let what: Vec<&str> = audit.networks.iter().map(|one| one.what.as_str()).collect();
+    Some(vec![
+        left("plus network refresh").styled(CARE),
+        right("not stated"),
+        left(format!(
+            "of {}, used from {} on: [network] refresh = \"1.5ms\" or \"none\"",
+            what.join(", "),
+            place(audit, first)
+        )),
+    ])
 }
 
 fn trust(audit: &Audit) -> String {

@@ -74,19 +74,25 @@ impl Column {
 
 const FAMILIES: [&str; 7] = ["q", "l", "fx", "iqr", "fx5", "c", "cs"];
 /// Rows with one number.
-const SINGLE: [&str; 11] = [
+const SINGLE: [&str; 14] = [
     "@end",
+    "@network",
     "@program",
     "@rung",
     "@interrupt-entry",
+    "@input",
     "@input8",
     "@input16",
+    "@output",
     "@output8",
     "@output16",
     "@watchdog",
     "@input-delay",
     "@output-delay",
 ];
+/// Rows of which there may be several, each with a name of its own behind a colon: what it is, or the base unit.
+const VARIED: [&str; 8] =
+    ["@end", "@network", "@input", "@input8", "@input16", "@output", "@output8", "@output16"];
 /// Rows whose second field is a number of points.
 const POINTS: [&str; 2] = ["@max-inputs", "@max-outputs"];
 /// No PLC has more inputs or outputs.
@@ -114,7 +120,9 @@ fn kind(name: &str) -> Kind {
     if CLASSES.contains(&&lower[1..]) || (rest.starts_with('+') && rest.len() > 1) {
         Kind::Times
     } else if SINGLE.contains(&lower.as_str())
-        || lower.strip_prefix("@end:").is_some_and(|name| !name.is_empty())
+        || lower
+            .split_once(':')
+            .is_some_and(|(kind, name)| VARIED.contains(&kind) && !name.trim().is_empty())
     {
         Kind::Single
     } else if lower == "@factor" {
@@ -341,7 +349,7 @@ impl<'a> Reader<'a> {
                 let message = format!("'{name}' is not a row for the scan nor a class");
                 let singles = SINGLE.join(" ");
                 let help = format!(
-                    "use {singles} @end:NAME @factor {} {}, a class ({}), or @+TAG",
+                    "use {singles} @end:NAME @network:NAME @input16:BASE @factor {} {}, a class ({}), or @+TAG",
                     POINTS.join(" "),
                     TEXT.join(" "),
                     CLASSES.map(|class| format!("@{class}")).join(" ")

@@ -1,6 +1,6 @@
 //! The memory of MELSEC CPUs: areas, their names and how their indices are written, by CPU family.
 
-use crate::program::{Area, AreaId, AreaKind, Cell, Radix};
+use crate::program::{Area, AreaId, AreaKind, Cell, Radix, Region};
 
 /// CPU families that differ in how they write devices or what instructions mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -129,6 +129,19 @@ const AREAS: [(&str, AreaKind); 41] = [
     ("LST value ", AreaKind::Word),
     ("LC value ", AreaKind::Word),
 ];
+
+/// Cells that a network refreshes where one is fitted, and what they are.
+#[must_use]
+pub fn networks(family: Family) -> Vec<(Region, String)> {
+    // The FX series link plain D and M, which no look at a program tells from others.
+    let names: &[&str] = if family == Family::Fx { &[] } else { &["B", "W", "SB", "SW"] };
+    let at = |name: &str| AREAS.iter().position(|(own, _)| *own == name);
+    let cells = |name: &&str| {
+        let area = AreaId(u16::try_from(at(name)?).ok()?);
+        Some((Region::Area(area), (*name).to_owned()))
+    };
+    names.iter().filter_map(cells).collect()
+}
 
 /// The area of that name in `AREAS`.
 ///

@@ -12,11 +12,14 @@ use super::resolve::{Item, resolve};
 use super::source::{Family, RawFile, RawProgram, RawProject, Symbols, Task};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
-use crate::facts::Facts;
+use crate::facts::{Facts, Part};
 use crate::program::{
     BitSource, Cell, Effect, Interrupt, Logic, Program, Region, SourceFile, StartRange, Step, When,
     Write, flow, interrupts,
 };
+
+/// Stated ranges with faults are told up to so many faults.
+const MOST_FAULTS: usize = 100;
 
 /// What decoding needs to know besides the source.
 pub struct DecodeOptions<'a> {
@@ -57,6 +60,7 @@ pub fn decode(
     let Decoder { mut asm, mut faults, used: [read, written], .. } = decoder;
     // A word that is written serves outputs, another inputs.
     let inputs = read.difference(&written).count();
+    asm.program.networks = asm.memory.networks();
     asm.program.points = Some([inputs, written.len()].map(|words| 16 * words as u32));
     faults.append(&mut asm.faults);
     if !faults.is_empty() {
@@ -433,9 +437,11 @@ impl Decoder {
         let reader = Reader { memory: self.asm.memory, symbols: [symbols, &nothing], fast: &fast };
         for (device, &(low, high)) in &options.facts.ranges {
             match reader.read(device, Want::Word) {
-                Ok(Operand::Word(_)) if (0x8000..0x1_0000).contains(&high) => self.faults.push(Diagnostic::file(
+                _ if self.faults.len() >= MOST_FAULTS => break,
+                Ok(Operand::Word(_)) if (0x8000..0x1_0000).contains(&high) => self.faults.push(options.facts.fault(
+                    ["ranges", device],
+                    Part::Value,
                     "fact",
-                    project.files.first().map_or("", |file| &file.name),
                     format!("the range of '{device}' reaches to {high}, past a signed word's 32767"),
                     "ranges are of signed words, or of double words from 65536 on: state a smaller one",
                 )),
@@ -445,9 +451,10 @@ impl Decoder {
                     self.asm.program.ranges.push(StartRange { cells, low, high });
                     self.asm.program.facts.push(format!("{device} is {low} to {high} when the scan starts"));
                 }
-                _ => self.faults.push(Diagnostic::file(
+                _ => self.faults.push(options.facts.fault(
+                    ["ranges", device],
+                    Part::Key,
                     "fact",
-                    project.files.first().map_or("", |file| &file.name),
                     format!("a range is stated for '{device}', which is no word"),
                     "write the word as in the program, such as D100 or \"DM 0100\"",
                 )),

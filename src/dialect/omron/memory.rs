@@ -1,7 +1,7 @@
 //! The memory of OMRON PLCs: areas and their letters, what the system changes by itself, the condition flags.
 
 use super::source::Family;
-use crate::program::{Area, AreaId, AreaKind, BitTarget, Cell, Radix};
+use crate::program::{Area, AreaId, AreaKind, BitTarget, Cell, Radix, Region};
 
 /// What an area serves for besides holding values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -269,6 +269,34 @@ impl Memory {
                 Family::C => cell.index < 30 || (100..116).contains(&cell.index),
                 Family::Cs => cell.index < 320,
             }
+    }
+
+    /// Words that networks and special units refresh, and which these are.
+    pub(super) fn networks(self) -> Vec<(Region, String)> {
+        let known: &[(u16, u32, u32, &str)] = match self.family {
+            Family::C => &[
+                (0, 50, 99, "remote I/O"),
+                (0, 100, 199, "Special I/O Units"),
+                (0, 200, 231, "remote I/O"),
+                (3, 0, 63, "data links"),
+            ],
+            Family::Cs => &[
+                (0, 1000, 1199, "data links"),
+                (0, 1500, 1899, "CPU Bus Units"),
+                (0, 2000, 2959, "Special I/O Units"),
+                (0, 3100, 3189, "serial PLC links"),
+                (0, 3200, 3799, "DeviceNet"),
+            ],
+        };
+        let named = |&(area, first, last, what): &(u16, u32, u32, &str)| {
+            let name = self.known().get(usize::from(area)).map_or("", |known| known.name);
+            let cells = Region::Range {
+                first: Cell { area: AreaId(area), index: first },
+                count: last - first + 1,
+            };
+            (cells, format!("{name} {first} to {last} ({what})"))
+        };
+        known.iter().map(named).collect()
     }
 
     /// Whether a timer's condition was on when it ran last, for timers that run out between instructions.

@@ -485,7 +485,8 @@ fn interrupt_tasks_make_what_they_share_free() {
     let other = self::raw("omron-cx", "LD 0.00\nOUT W0.00\nEND(001)");
     raw.files[0].programs.extend(other.files[0].programs.clone());
     raw.files[0].programs[1].task = super::source::Task::Interrupt(5);
-    let facts = Facts { interrupts: [("Task 5".to_owned(), 2)].into(), ..Facts::default() };
+    let mut facts = Facts::default();
+    facts.state_interrupt("Task 5", 2);
     let options = DecodeOptions { is_user_instruction: &|_| false, facts: &facts };
     let program = decode(&raw, &options).unwrap();
     assert_eq!((program.interrupts[0].times, program.interrupts[0].stated), (2, true));

@@ -55,6 +55,12 @@ impl Decoder<'_> {
         match parse(text, self.family) {
             Ok(operand) => {
                 self.name_words(&operand);
+                let is_link = text.starts_with(['J', 'j'])
+                    && matches!(&operand, Operand::Device(device) if matches!(device.place, Place::Foreign(_)));
+                if is_link {
+                    let next = self.program.instructions.len();
+                    self.program.direct_links.get_or_insert(next);
+                }
                 Some(operand)
             }
             Err(message) => {

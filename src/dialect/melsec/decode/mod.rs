@@ -17,7 +17,7 @@ mod tests;
 mod units;
 mod zones;
 
-use super::device::{Family, Kind, area, areas, edge_memory};
+use super::device::{Family, Kind, area, areas, edge_memory, networks};
 use super::operand::{self, Operand, parse, upper};
 use super::source::{RawInstruction, RawProject};
 use crate::diagnostic::Diagnostic;
@@ -152,6 +152,7 @@ impl<'a> Decoder<'a> {
             dialect: project.dialect.to_owned(),
             cpu,
             areas: areas(options.family),
+            networks: networks(options.family),
             comments: project.comments.clone(),
             ..Program::default()
         };

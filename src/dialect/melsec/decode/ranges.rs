@@ -4,7 +4,11 @@ use super::Decoder;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::melsec::device::Kind;
 use crate::dialect::melsec::operand::{Operand, Place, parse};
+use crate::facts::Part;
 use crate::program::{Cell, StartRange};
+
+/// More faults than this are counted, not listed.
+const MOST_FAULTS: usize = 100;
 
 /// Words that count something, as written, and their cells.
 pub(super) type Counts = Vec<(String, Cell)>;
@@ -48,18 +52,28 @@ impl Decoder<'_> {
     /// word, and those that leave open whether one word or two are meant.
     pub(super) fn start_ranges(&mut self) -> Vec<Diagnostic> {
         let mut faults = Vec::new();
-        let mut fault = |message: String, help: &str| {
-            faults.push(Diagnostic::file("fact", "", message, help));
+        let facts = self.options.facts;
+        let mut dropped = 0;
+        let mut fault = |device: &str, part: Part, message: String, help: &str| {
+            if faults.len() < MOST_FAULTS {
+                faults.push(facts.fault(["ranges", device], part, "fact", message, help));
+            } else {
+                dropped += 1;
+            }
         };
         for (text, &(low, high)) in &self.options.facts.ranges {
             let wide = low < -0x8000 || high > 0xFFFF;
             match self.word(text) {
                 None => fault(
+                    text,
+                    Part::Key,
                     format!("a range is stated for '{text}', which is no word"),
                     "write the word as in the program, such as D100",
                 ),
                 // One unsigned word or two signed ones: that is not said.
                 Some(_) if !wide && high > 0x7FFF => fault(
+                    text,
+                    Part::Value,
                     format!("the range of '{text}' reaches to {high}, past a signed word's 32767"),
                     "ranges are of signed words, or of double words from 65536 on: state a smaller one",
                 ),
@@ -70,6 +84,10 @@ impl Decoder<'_> {
                     self.program.facts.push(format!("{text} lies between {low} and {high}"));
                 }
             }
+        }
+        if dropped > 0 {
+            let message = format!("and {dropped} further stated ranges with faults, not listed");
+            faults.push(Diagnostic::file("fact", "", message, "mend those listed first"));
         }
         self.program.facts.sort();
         self.program.facts.dedup();
