@@ -228,3 +228,33 @@ fn a_factor_is_a_part_of_the_bound_and_assumed_where_it_is() {
     assert_eq!(audit.table.assumed_time, Picos(20_000_000));
     assert_eq!(audit.overhead[0].evidence, Evidence::Published);
 }
+
+/// The dearer time of the first instruction of this name, without the table's factor.
+fn time_of(audit: &Audit, name: &str) -> Picos {
+    let charges = audit.groups.iter().flat_map(|group| &group.charges).chain(&audit.always);
+    let mut found = charges.filter(|charge| charge.instruction.split(' ').next() == Some(name));
+    let charge = found.next().expect("it is charged");
+    audit.bare(charge.on.max(charge.off))
+}
+
+#[test]
+fn built_in_times_are_as_wide_as_what_is_known() {
+    let us = |number: u64| Picos(number * 1_000_000);
+    let q = |text: &str, name: &str| time_of(&audited(text, &table("@base,q02h\n"), ""), name);
+    let call =
+        |arguments: &str| q(&format!("LD X0\nCALL P0{arguments}\nFEND\nP0\nRET\nEND\n"), "CALL");
+    assert_eq!(call(" D0 M0").checked_sub(call("")), Some(us(50)));
+    let fx = |text: &str, name: &str| time_of(&audited(text, &table("@base,fx2n\n"), ""), name);
+    assert_eq!(fx("LD X0\nOUT M8040\nEND\n", "OUT"), us(24));
+    assert_eq!(fx("LD X0\nSET M8040\nEND\n", "SET"), us(24));
+    assert_eq!(fx("LD X0\nOUT M7679\nEND\n", "OUT"), Picos(160_000));
+    // Without a row of their own, special relays cost what plain ones do.
+    let own = table("@family,fx\nLD,1\nOUT:M,5\nEND,1\n");
+    assert_eq!(time_of(&audited("LD X0\nOUT M8040\nEND\n", &own, ""), "OUT"), us(5));
+    let cs = |text: &str, name: &str| time_of(&audited(text, &table("@base,cj2m\n"), ""), name);
+    let bits =
+        |count: u64| cs(&format!("LD 0.00\nSETA(530) W0 #0000 &{count}\nEND\n"), "SETA(530)").0;
+    assert_eq!(bits(1001) - bits(1), 1000 * 128_000);
+    let unknown = cs("LD 0.00\nSETA(530) W0 #0000 D0\nEND\n", "SETA(530)");
+    assert_eq!(unknown.0, bits(65_535));
+}

@@ -150,7 +150,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
 
     stage("reading");
     let project = dialect::read(request.inputs, request.dialect)?;
-    let (program, table, found) = understand(&project, request)?;
+    let (mut program, table, found) = understand(&project, request)?;
     know_interrupts(&program, request)?;
     stated::know_words(&program, request.facts)?;
 
@@ -158,6 +158,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let prices = price::price(&program, &table, request.facts)?;
     let unused = unused_times(request.times, &program, &prices);
     let odd = stated::odd(&program, request.facts);
+    stated::forget_unnamed(&mut program);
     let warnings = [request.warnings, &found, &unused, &odd].concat();
     if request.strict_times {
         refuse_assumed(&program, &prices)?;

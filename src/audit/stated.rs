@@ -3,7 +3,9 @@
 use crate::diagnostic::Diagnostic;
 use crate::facts::{Facts, Part};
 use crate::price::points_seen;
-use crate::program::{AreaId, BitSource, Cell, Program, Region, Source, WordSource, flow};
+use crate::program::{
+    AreaId, BitSource, Cell, Program, Region, Source, StartRange, WordSource, flow,
+};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// So many facts are told of.
@@ -68,6 +70,25 @@ pub fn odd(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
         }
     }
     warnings
+}
+
+/// Leaves out the ranges of words that the program does not name, nor any range that shares a word with one that it
+/// does: they say nothing of its scans.
+pub fn forget_unnamed(program: &mut Program) {
+    let named = Named::of(program);
+    let mut kept: BTreeSet<Cell> = BTreeSet::new();
+    let mut open = std::mem::take(&mut program.ranges);
+    loop {
+        let (say, rest): (Vec<StartRange>, Vec<StartRange>) = open.into_iter().partition(|range| {
+            range.cells.iter().any(|&cell| named.holds(cell) || kept.contains(&cell))
+        });
+        open = rest;
+        if say.is_empty() {
+            break;
+        }
+        kept.extend(say.iter().flat_map(|range| range.cells.iter().copied()));
+        program.ranges.extend(say);
+    }
 }
 
 /// A word's name without what one may write in several ways: letter case, blanks, zeros in front of the number.
@@ -147,6 +168,37 @@ impl Named {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ranges_are_kept_that_hang_together_with_a_named_word() {
+        let cell = |index| Cell { area: AreaId(0), index };
+        let mut program = Program::default();
+        let range = |first: u32, count: u32| StartRange {
+            cells: (first..first + count).map(cell).collect(),
+            low: 0,
+            high: 9,
+        };
+        program.ranges = vec![range(0, 1), range(0, 2), range(1, 2), range(7, 1)];
+        let mut instruction = crate::program::Instruction {
+            place: crate::program::Place { file: 0, line: 1, step: None },
+            block: 1,
+            text: String::new(),
+            timing: None,
+            effects: Vec::new(),
+            step: crate::program::Step::Nothing,
+        };
+        let write = crate::program::Write::Forget(
+            Region::Range { first: cell(2), count: 1 },
+            crate::program::ChoiceId(0),
+        );
+        let when = crate::program::When::Always;
+        instruction.effects.push(crate::program::Effect { when, write });
+        program.instructions.push(instruction);
+        forget_unnamed(&mut program);
+        let mut firsts: Vec<u32> = program.ranges.iter().map(|one| one.cells[0].index).collect();
+        firsts.sort_unstable();
+        assert_eq!(firsts, [0, 0, 1]);
+    }
 
     #[test]
     fn a_cell_is_named_by_any_range_that_reaches_it() {

@@ -98,9 +98,12 @@ impl<'a> Side<'a> {
         // Of a base that has rows of its own, what it has none for is not counted by those of another.
         let is_known = SIZES.into_iter().any(|size| own(size).is_some());
         let dearest = |size| {
+            if is_known {
+                return None;
+            }
             let kind = format!("{}:", self.row(size));
             let own = |row: &&Row| row.name.to_ascii_lowercase().starts_with(&kind);
-            self.table.rows().iter().filter(own).max_by_key(|row| row.on).filter(|_| !is_known)
+            self.table.rows().iter().filter(own).max_by_key(|row| row.on)
         };
         let row = |size: u32| {
             let plain = || self.table.row(&self.row(size));

@@ -3,7 +3,7 @@
 use crate::model::Group;
 use crate::model::{Assignment, Circuit, Lit, Node, ScanModel};
 use crate::time::Picos;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// A guard and what it adds to the sum when it is true.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,9 +67,10 @@ impl Problem {
                 terms.push((idle, off - on, index));
             }
         }
+        let mut known = FxHashSet::default();
         for &index in &group.constraints {
             let lit = cone.copy(&mut problem.circuit, model.constraints[index]);
-            if lit != Lit::TRUE && !problem.hard.contains(&lit) {
+            if lit != Lit::TRUE && known.insert(lit) {
                 problem.hard.push(lit);
             }
         }

@@ -32,6 +32,8 @@ pub struct Override {
 const LONGEST: Picos = Picos(10_000_000_000_000);
 /// More faults than this are counted, not listed.
 const MOST_FAULTS: usize = 1000;
+/// Of more columns than so many it is not told one by one that they are not known.
+const MOST_WARNINGS: usize = 20;
 /// More of a line is not shown.
 const SHOWN: usize = 200;
 
@@ -223,8 +225,15 @@ impl<'a> Reader<'a> {
         help: impl Into<String>,
     ) {
         let text = shown(fields.text);
-        let found = Diagnostic::line(code, self.file, fields.line, text, message, help);
-        self.fault(found.mark(part));
+        let mut found = Diagnostic::line(code, self.file, fields.line, text, message, help);
+        // The field itself, not the first text like it, where the field is a piece of the line.
+        let at = (part.as_ptr() as usize).checked_sub(fields.text.as_ptr() as usize);
+        let end = at.map(|at| at + part.len()).filter(|&end| end <= found.text.len());
+        found.span = at.zip(end).filter(|_| !part.is_empty());
+        if found.span.is_none() {
+            found = found.mark(part);
+        }
+        self.fault(found);
     }
 
     fn read(&mut self, text: &str) {
@@ -251,11 +260,14 @@ impl<'a> Reader<'a> {
     /// Takes the columns' names; false if required ones are missing.
     fn head(&mut self, number: u32, line: &str) -> bool {
         let fields = split(line).unwrap_or_default();
-        let mut names: Vec<String> = Vec::new();
+        let mut unknown = 0_usize;
+        let mut seen = [false; Column::ALL.len()];
         for field in &fields {
             let name = field.to_ascii_lowercase();
             let known = Column::ALL.into_iter().find(|column| column.name() == name);
-            if known.is_some() && names.contains(&name) {
+            let twice =
+                known.is_some_and(|column| std::mem::replace(&mut seen[column as usize], true));
+            if twice {
                 let message = format!("the column {name} stands twice");
                 let help = "leave one of the two";
                 let text = shown(line);
@@ -268,6 +280,11 @@ impl<'a> Reader<'a> {
                     help,
                 ));
             } else if known.is_none() {
+                unknown += 1;
+                if unknown > MOST_WARNINGS {
+                    self.columns.push(known);
+                    continue;
+                }
                 let found = Diagnostic::line(
                     "table-column",
                     self.file,
@@ -278,14 +295,19 @@ impl<'a> Reader<'a> {
                 );
                 self.warnings.push(found.mark(field).warning());
             }
-            names.push(name);
             self.columns.push(known);
+        }
+        if let Some(more) = unknown.checked_sub(MOST_WARNINGS).filter(|&more| more > 0) {
+            let message = format!("and {more} further columns that are not known and not used");
+            let help = "leave out what is no column of a timing table";
+            self.warnings
+                .push(Diagnostic::file("table-column", self.file, message, help).warning());
         }
         let missing: Vec<&str> = Column::ALL
             .into_iter()
             .take(3)
+            .filter(|&column| !seen[column as usize])
             .map(Column::name)
-            .filter(|column| !names.iter().any(|name| name == column))
             .collect();
         if missing.is_empty() {
             return true;

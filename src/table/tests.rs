@@ -347,3 +347,50 @@ fn published_times_are_below_the_class_that_stands_for_their_like() {
         assert!(row.on <= clock.on, "{}", row.name);
     }
 }
+
+#[test]
+fn what_was_not_read_on_a_page_is_not_published() {
+    let c200h = Table::builtin("c200h").unwrap();
+    for row in c200h.rows().iter().filter(|row| !row.name.starts_with('@')) {
+        assert_eq!(row.evidence, Evidence::Assumed, "{}", row.name);
+    }
+    for name in builtin::names() {
+        let table = Table::builtin(name).unwrap();
+        for row in table.rows().iter().filter(|row| row.evidence == Evidence::Published) {
+            let told = row.source.contains("not at hand") || row.source.contains("recalled");
+            assert!(!told && !row.source.is_empty(), "{name}: {}", row.name);
+        }
+    }
+}
+
+#[test]
+fn refresh_that_is_not_stated_is_that_of_the_dearest_base() {
+    for name in builtin::names() {
+        let table = Table::builtin(name).unwrap();
+        for kind in ["@input16", "@output16", "@input8", "@output8", "@input", "@output"] {
+            let Some(plain) = table.row(kind) else { continue };
+            let own = |row: &&Row| row.name.starts_with(&format!("{kind}:"));
+            for row in table.rows().iter().filter(own) {
+                assert!(row.on <= plain.on, "{name}: {}", row.name);
+            }
+        }
+    }
+    for (name, input, output) in [("q00u", 5.7, 4.9), ("q02u", 5.3, 4.9), ("qnudv", 5.0, 4.8)] {
+        let table = Table::builtin(name).unwrap();
+        for (kind, us) in [("@input16", input), ("@output16", output)] {
+            assert_eq!(table.row(kind).map(|row| row.on.0 as f64 / 1e6), Some(us), "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_field_itself_is_marked_and_odd_columns_are_told_of_a_few_times() {
+    let text = "instruction,on_us,off_us,unit\n1x,2,1x,1x\n";
+    let faults = Table::parse("own.csv", text.as_bytes()).expect_err("no time");
+    assert_eq!(faults[0].span, Some((5, 7)));
+    let odd: String = (0..500).map(|n| format!(",c{n}")).collect();
+    let text = format!("instruction,on_us,off_us{odd}\nLD,1,1\n");
+    let warnings = Table::parse("own.csv", text.as_bytes()).expect("a table").warnings;
+    assert_eq!(warnings.len(), 21);
+    assert!(warnings[20].message.starts_with("and 480 further columns"));
+}

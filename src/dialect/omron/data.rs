@@ -136,6 +136,11 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
     let ranged =
         extents.clone().find(|extent| matches!(extent, Extent::Counted(_) | Extent::UpTo(_)));
     match (ranged, row.class, row.mnemonic) {
+        // Bits, as many as the last operand says.
+        (_, _, "SETA" | "RSTA" | "NSFL" | "NSFR") => {
+            let count = item.operands.last().and_then(|bits| bits.count(asm.memory.family));
+            count.map_or(Units::AtMost(65_535), |count| Units::Exactly(u64::from(count)))
+        }
         (Some(extent), ..) => of(length(asm.memory, item, extent)),
         (None, "search", "TCMP" | "MCMP") => Units::Exactly(16),
         (None, "search", "BCMP") => Units::Exactly(32),

@@ -195,7 +195,8 @@ impl Decoder<'_> {
                 FUNCTION_AREAS.map(|area| fired(Write::Forget(Region::Area(area), choice))),
             );
         }
-        let timing = timing(mnemonic, pulsed, None, "call", Units::None, false);
+        let handed = (!passed.is_empty()).then_some("arguments");
+        let timing = timing(mnemonic, pulsed, handed, "call", Units::None, false);
         let off_too = mnemonic.contains("FCALL") || mnemonic == "XCALL";
         let at = if off_too {
             // On the scan after its condition fell, the routine runs with all its coils off.

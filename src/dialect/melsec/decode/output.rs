@@ -7,8 +7,8 @@ use crate::dialect::melsec::device::{Family, Kind, Timed};
 use crate::dialect::melsec::operand::{Device, Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{
-    BitTarget, Cell, Effect, Logic, Number, Region, Step, Units, When, WordSource, WordTarget,
-    Write,
+    BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Units, When, WordSource,
+    WordTarget, Write,
 };
 
 impl Decoder<'_> {
@@ -76,8 +76,19 @@ impl Decoder<'_> {
             "C" | "LC" => "counter",
             _ => "coil",
         };
-        let key = timing(mnemonic, false, Some(&variant), class, Units::None, false);
+        let mut key = timing(mnemonic, false, Some(&variant), class, Units::None, false);
+        self.know_special(&mut key, target);
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
+    }
+
+    /// Looks for a row of its own where the operand is a special relay of the FX: they are numbered among the plain
+    /// ones and take longer.
+    fn know_special(&self, key: &mut TimingKey, text: &str) {
+        let number = text.strip_prefix(['M', 'm']).and_then(|digits| digits.parse::<u32>().ok());
+        if self.family == Family::Fx && number.is_some_and(|number| number >= 8000) {
+            let name = key.names.last().map_or("", String::as_str);
+            key.names.insert(0, format!("{name}:special"));
+        }
     }
 
     /// A timer's or counter's contact is true only while its coil is, or, where it is retentive, keeps its
@@ -171,7 +182,7 @@ impl Decoder<'_> {
         if mnemonic == "SET" {
             self.state_transfer(text);
         }
-        let key = timing(
+        let mut key = timing(
             mnemonic,
             false,
             Some(&letters(raw.operands.first())),
@@ -179,6 +190,7 @@ impl Decoder<'_> {
             Units::None,
             false,
         );
+        self.know_special(&mut key, text);
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
     }
 
