@@ -69,6 +69,13 @@ impl Diagnostic {
         }
     }
 
+    /// Marks these bytes of the text as what is at fault.
+    #[must_use]
+    pub fn span(mut self, bytes: std::ops::Range<usize>) -> Self {
+        self.span = Some((bytes.start, bytes.end));
+        self
+    }
+
     /// Marks the part of the text that is at fault, if it occurs there.
     #[must_use]
     pub fn mark(mut self, part: &str) -> Self {

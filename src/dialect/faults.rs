@@ -1,5 +1,6 @@
 //! The faults of one file as they are found: all of them, up to a limit, then how many more.
 
+use super::place::within;
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// Most errors, and most warnings, that are told of one file.
@@ -59,6 +60,20 @@ impl<'a> Faults<'a> {
         } else {
             self.dropped_errors += 1;
         }
+    }
+
+    /// The same with the caret at a part of the line: a slice of it.
+    pub(crate) fn within(
+        &mut self,
+        code: &'static str,
+        number: u32,
+        line: &str,
+        part: &str,
+        (message, help): (&str, &str),
+    ) {
+        let mut found = Diagnostic::line(code, self.file, number, line.trim_end(), message, help);
+        found.span = within(line, part).map(|range| (range.start, range.end));
+        self.push(found);
     }
 
     /// Whether the file cannot be taken.

@@ -6,6 +6,7 @@ pub mod flowchart;
 pub mod melsec;
 pub mod minasec;
 pub mod omron;
+pub mod place;
 
 use std::borrow::Cow;
 

@@ -251,7 +251,7 @@ pub(super) fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
 pub fn read_text(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = super::Faults::new(name);
     let list = parse::read(text, &mut faults);
-    let source = structure::source(name, list, &mut faults);
+    let source = structure::source(name, text, list, &mut faults);
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
 

@@ -1,6 +1,9 @@
 //! Reads the instruction list: addresses, labels, spellings of the mnemonics, operands and comments.
 
+use std::ops::Range;
+
 use crate::dialect::Faults;
+use crate::dialect::place::within;
 
 /// How many lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 60;
@@ -83,18 +86,32 @@ pub struct Listed {
     pub step: Option<u32>,
     /// As written.
     pub text: String,
+    /// The bytes of the file's text that its operand is, or its mnemonic if it has none.
+    pub at: Range<u32>,
     /// The comment of its line.
     pub comment: String,
 }
 
+/// A word in capital letters, and the bytes of its line that it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Token {
+    word: String,
+    at: Range<usize>,
+}
+
+impl PartialEq<str> for Token {
+    fn eq(&self, other: &str) -> bool {
+        self.word == other
+    }
+}
+
 /// A line taken apart: words and the comment. Dots between words are blanks (`OUT·NOT`), and what sticks to
 /// a number is apart from it (`LBL0:` is `LBL`, `0`, `:`).
-fn split(line: &str) -> (Vec<String>, String) {
-    let line = line.trim_start_matches('\u{FEFF}');
+fn split(line: &str) -> (Vec<Token>, String) {
     let (code, comment) = line.split_once([';', '；']).unwrap_or((line, ""));
-    let mut words: Vec<String> = Vec::new();
+    let mut words: Vec<Token> = Vec::new();
     let mut join = false;
-    for c in code.chars() {
+    for (at, c) in code.char_indices() {
         let kind = |c: char| {
             if c.is_ascii_digit() {
                 1
@@ -104,17 +121,21 @@ fn split(line: &str) -> (Vec<String>, String) {
                 3
             }
         };
-        if c.is_whitespace() || matches!(c, '·' | '・' | '･' | '.' | '-') {
+        if c.is_whitespace() || matches!(c, '·' | '・' | '･' | '.' | '-' | '\u{FEFF}') {
             join = false;
             continue;
         }
         match words.last_mut() {
-            Some(word)
+            Some(Token { word, at: bytes })
                 if join && word.chars().next_back().map(kind) == Some(kind(c)) && kind(c) < 3 =>
             {
                 word.push(c.to_ascii_uppercase());
+                bytes.end = at + c.len_utf8();
             }
-            _ => words.push(c.to_ascii_uppercase().to_string()),
+            _ => words.push(Token {
+                word: c.to_ascii_uppercase().to_string(),
+                at: at..at + c.len_utf8(),
+            }),
         }
         join = true;
     }
@@ -124,9 +145,9 @@ fn split(line: &str) -> (Vec<String>, String) {
 }
 
 /// The mnemonic at the beginning of the words and how many of them it takes.
-fn mnemonic(words: &[String]) -> Option<(Word, usize)> {
+fn mnemonic(words: &[Token]) -> Option<(Word, usize)> {
     let begins = |parts: &&(&[&str], Word)| {
-        parts.0.len() <= words.len() && parts.0.iter().zip(words).all(|(part, word)| part == word)
+        parts.0.len() <= words.len() && parts.0.iter().zip(words).all(|(part, word)| word == *part)
     };
     WORDS.iter().find(begins).map(|(parts, word)| (*word, parts.len()))
 }
@@ -137,7 +158,7 @@ pub fn sniff(beginning: &str) -> bool {
     for line in beginning.lines().take(LOOKED_AT) {
         let (words, _) = split(line);
         let mut rest = &words[..];
-        if rest.first().is_some_and(|word| number(word).is_some()) {
+        if rest.first().is_some_and(|first| number(&first.word).is_some()) {
             rest = &rest[1..];
         }
         let Some(first) = rest.first() else { continue };
@@ -145,11 +166,12 @@ pub fn sniff(beginning: &str) -> bool {
             continue;
         }
         seen += 1;
-        loads += usize::from(first.starts_with("LD"));
+        loads += usize::from(first.word.starts_with("LD"));
         if let Some((word, taken)) = mnemonic(rest) {
             let label = word == Word::Label
-                || (word.jumps() && rest.get(taken).is_some_and(|w| w == "LBL"));
-            let bare = rest.get(taken).is_none_or(|operand| number(operand).is_some()) || label;
+                || (word.jumps() && rest.get(taken).is_some_and(|one| one == "LBL"));
+            let bare =
+                rest.get(taken).is_none_or(|operand| number(&operand.word).is_some()) || label;
             known += usize::from(bare);
             // FX has a CJP too, with pointers; a label or a bare number is what is told from them.
             own += usize::from(bare && (word.is_own() || label));
@@ -164,8 +186,8 @@ fn number(word: &str) -> Option<u32> {
 }
 
 /// Whether the words are the head of a printed list.
-fn is_head(words: &[String]) -> bool {
-    words.first().is_some_and(|word| word == "ADR" || word == "ADDRESS" || word == "LABEL")
+fn is_head(words: &[Token]) -> bool {
+    words.first().is_some_and(|one| one == "ADR" || one == "ADDRESS" || one == "LABEL")
 }
 
 /// Reads the list.
@@ -179,8 +201,9 @@ pub fn read(text: &str, faults: &mut Faults<'_>) -> Vec<Listed> {
         if rest.is_empty() || is_head(rest) {
             continue;
         }
-        let mut reader = Line { line, written, comment, step: None };
-        if let Some(address) = number(&rest[0]) {
+        let begin = within(text, written).map_or(0, |bytes| bytes.start as u32);
+        let mut reader = Line { line, begin, written, comment, step: None };
+        if let Some(address) = number(&rest[0].word) {
             reader.step = Some(address);
             rest = &rest[1..];
         }
@@ -201,15 +224,23 @@ pub fn read(text: &str, faults: &mut Faults<'_>) -> Vec<Listed> {
 /// A line being read.
 struct Line<'a> {
     line: u32,
+    /// The byte of the text at which it begins.
+    begin: u32,
     written: &'a str,
     comment: String,
     step: Option<u32>,
 }
 
 impl Line<'_> {
-    fn read(&mut self, mut rest: &[String], list: &mut Vec<Listed>, faults: &mut Faults<'_>) {
+    fn read(&mut self, mut rest: &[Token], list: &mut Vec<Listed>, faults: &mut Faults<'_>) {
         if rest.is_empty() {
-            return self.fault(faults, "bare-address", "an address without an instruction", FORM);
+            return self.fault(
+                faults,
+                0..0,
+                "bare-address",
+                "an address without an instruction",
+                FORM,
+            );
         }
         let mut first = true;
         while !rest.is_empty() {
@@ -219,7 +250,7 @@ impl Line<'_> {
             {
                 let open =
                     list.last_mut().filter(|last| last.word == Word::Timer && last.time.is_none());
-                match (number(time), open) {
+                match (number(&time.word), open) {
                     (Some(time), Some(last)) => {
                         last.time = Some(time);
                         last.text += &format!(" #{time}");
@@ -228,6 +259,7 @@ impl Line<'_> {
                     (_, None) => {
                         return self.fault(
                             faults,
+                            mark.at.start..time.at.end,
                             "time-alone",
                             "a time without a timer in front of it",
                             "write TIM n #t, t in tenths of a second",
@@ -241,24 +273,26 @@ impl Line<'_> {
             let Some((word, taken)) = mnemonic(rest) else {
                 return self.unknown(faults, rest, first);
             };
+            let name = rest[0].at.start..rest[taken - 1].at.end;
             rest = &rest[taken..];
-            let named =
-                word.jumps() && rest.first().is_some_and(|word| word == "LBL" || word == "L");
+            let named = word.jumps() && rest.first().is_some_and(|one| one == "LBL" || one == "L");
             if named {
                 rest = &rest[1..];
             }
             let mut operand = 0;
+            let mut at = name.clone();
             if word.has_operand() {
                 let Some(written) = rest.first() else {
-                    return self.fault(faults, "no-operand", "the operand is missing", FORM);
+                    return self.fault(faults, name, "no-operand", "the operand is missing", FORM);
                 };
-                let Some(value) = number(written).filter(|&value| value <= LARGEST) else {
+                let Some(value) = number(&written.word).filter(|&value| value <= LARGEST) else {
                     return self.bad_number(faults, written);
                 };
                 operand = value;
+                at = written.at.clone();
                 rest = &rest[1..];
             }
-            if rest.first().is_some_and(|word| word == ":") {
+            if rest.first().is_some_and(|one| one == ":") {
                 rest = &rest[1..];
             }
             list.push(Listed {
@@ -268,21 +302,22 @@ impl Line<'_> {
                 line: self.line,
                 step: if first { self.step } else { None },
                 text: text(word, operand),
+                at: (self.begin + at.start as u32)..(self.begin + at.end as u32),
                 comment: self.comment.clone(),
             });
             first = false;
             // Only a label has another instruction behind it, only a timer a time.
             let more =
-                word == Word::Label || rest.is_empty() || (word == Word::Timer && rest[0] == "#");
+                word == Word::Label || rest.is_empty() || (word == Word::Timer && rest[0] == *"#");
             if !more {
-                let message = format!("'{}' is one operand too many", rest.concat());
-                return self.fault(faults, "extra-operand", &message, FORM);
+                let message = format!("'{}' is one operand too many", concat(rest));
+                return self.fault(faults, reach(rest), "extra-operand", &message, FORM);
             }
         }
     }
 
-    fn unknown(&self, faults: &mut Faults<'_>, rest: &[String], first: bool) {
-        let word = &rest[0];
+    fn unknown(&self, faults: &mut Faults<'_>, rest: &[Token], first: bool) {
+        let Token { word, at } = &rest[0];
         let likeness = |known: &str| strsim::jaro_winkler(known, word);
         let near = WORDS
             .iter()
@@ -293,18 +328,40 @@ impl Line<'_> {
         let message = if first || word.chars().all(char::is_alphabetic) {
             format!("a flowchart PC has no instruction '{word}'")
         } else {
-            format!("'{}' is one operand too many", rest.concat())
+            format!("'{}' is one operand too many", concat(rest))
         };
-        self.fault(faults, "unknown-instruction", &message, &help);
+        self.fault(faults, at.clone(), "unknown-instruction", &message, &help);
     }
 
-    fn bad_number(&self, faults: &mut Faults<'_>, written: &str) {
-        let message = format!("'{written}' is no number from 0 to {LARGEST}");
-        self.fault(faults, "bad-operand", &message, FORM);
+    fn bad_number(&self, faults: &mut Faults<'_>, written: &Token) {
+        let message = format!("'{}' is no number from 0 to {LARGEST}", written.word);
+        self.fault(faults, written.at.clone(), "bad-operand", &message, FORM);
     }
 
-    fn fault(&self, faults: &mut Faults<'_>, code: &'static str, message: &str, help: &str) {
-        faults.at(code, self.line, self.written, message, help);
+    /// Notes a fault at these bytes of the line.
+    fn fault(
+        &self,
+        faults: &mut Faults<'_>,
+        at: Range<usize>,
+        code: &'static str,
+        message: &str,
+        help: &str,
+    ) {
+        faults.within(code, self.line, self.written, &self.written[at], (message, help));
+    }
+}
+
+/// What words come to without blanks.
+fn concat(words: &[Token]) -> String {
+    words.iter().map(|one| one.word.as_str()).collect()
+}
+
+/// From the first word's beginning to the last one's end.
+fn reach(words: &[Token]) -> Range<usize> {
+    match words {
+        [first, .., last] => first.at.start..last.at.end,
+        [only] => only.at.clone(),
+        [] => 0..0,
     }
 }
 

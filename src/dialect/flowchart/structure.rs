@@ -6,8 +6,8 @@ use crate::dialect::Faults;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The program of a list. What is faulty is told and replaced by something harmless.
-pub fn source(name: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source {
-    let mut reader = Reader { labels: BTreeMap::new(), groups: BTreeMap::new(), faults };
+pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source {
+    let mut reader = Reader { text, labels: BTreeMap::new(), groups: BTreeMap::new(), faults };
     let routines = reader.routines(&list);
     let mut instructions = Vec::with_capacity(list.len());
     for (at, one) in list.iter().enumerate() {
@@ -49,6 +49,8 @@ fn without_delay(instructions: &mut [Instruction]) {
 }
 
 struct Reader<'a, 'f> {
+    /// The file's text.
+    text: &'a str,
     /// Label to its instruction.
     labels: BTreeMap<u32, usize>,
     /// Group to its head.
@@ -254,6 +256,9 @@ impl Reader<'_, '_> {
     }
 
     fn fault(&mut self, code: &'static str, one: &Listed, message: &str, help: &str) {
-        self.faults.at(code, one.line, &one.text, message, help);
+        let [from, to] = [one.at.start as usize, one.at.end as usize];
+        let begin = self.text[..from].rfind('\n').map_or(0, |at| at + 1);
+        let line = self.text[begin..].lines().next().unwrap_or_default();
+        self.faults.within(code, one.line, line, &self.text[from..to], (message, help));
     }
 }

@@ -9,6 +9,7 @@ use ::csv::{ReaderBuilder, StringRecord};
 
 use super::source::RawInstruction;
 use super::words;
+use crate::dialect::place::Places;
 use crate::dialect::{Faults, shown};
 
 /// Which tool's form a CSV has.
@@ -233,6 +234,8 @@ struct Pending {
     step: Option<u32>,
     mnemonic: String,
     operands: Vec<String>,
+    /// The lines of the rows in which they stand.
+    rows: Vec<u32>,
 }
 
 impl Body<'_, '_, '_> {
@@ -296,6 +299,7 @@ impl Body<'_, '_, '_> {
                 fault(self.faults, "stray-operand", message, help);
                 return;
             };
+            open.rows.extend(found.iter().map(|_| line));
             open.operands.extend(found.into_iter().map(str::to_owned));
             return;
         }
@@ -307,14 +311,16 @@ impl Body<'_, '_, '_> {
             fault(self.faults, "not-an-instruction", message, help);
             return;
         }
+        let rows = vec![line; found.len()];
         let operands = operands.iter().map(|&operand| operand.to_owned()).collect();
-        self.open = Some(Pending { line, step, mnemonic: mnemonic.to_owned(), operands });
+        self.open = Some(Pending { line, step, mnemonic: mnemonic.to_owned(), operands, rows });
     }
 
     /// The instruction at hand is complete.
     fn close(&mut self) {
-        if let Some(Pending { line, step, mnemonic, operands }) = self.open.take() {
-            self.instructions.push(words::instruction(line, step, &mnemonic, operands));
+        if let Some(Pending { line, step, mnemonic, operands, rows }) = self.open.take() {
+            let places = Places::Rows(rows.into());
+            self.instructions.push(words::instruction(line, step, &mnemonic, operands, places));
         }
     }
 }

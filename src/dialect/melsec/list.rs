@@ -3,6 +3,7 @@
 use super::source::RawInstruction;
 use super::words;
 use crate::dialect::Faults;
+use crate::dialect::place::Places;
 
 /// How many instruction lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 40;
@@ -77,7 +78,7 @@ pub(super) fn read(text: &str, faults: &mut Faults<'_>) -> Vec<RawInstruction> {
     let mut number = 0_u32;
     for line in text.lines() {
         number = number.saturating_add(1);
-        read_line(line, number, &mut instructions, faults);
+        read_line(text, line, number, &mut instructions, faults);
         if words::are_too_many(&instructions, faults) {
             return instructions;
         }
@@ -86,18 +87,18 @@ pub(super) fn read(text: &str, faults: &mut Faults<'_>) -> Vec<RawInstruction> {
     instructions
 }
 
-fn read_line(line: &str, number: u32, out: &mut Vec<RawInstruction>, faults: &mut Faults<'_>) {
+fn read_line(
+    text: &str,
+    line: &str,
+    number: u32,
+    out: &mut Vec<RawInstruction>,
+    faults: &mut Faults<'_>,
+) {
     let mut found = match words::split(code(line)) {
         Ok(found) => found,
-        Err(_) => {
-            faults.at(
-                "open-string",
-                number,
-                line,
-                "a string has no closing quotation mark",
-                "close the string with \"",
-            );
-            return;
+        Err(open) => {
+            let told = ("a string has no closing quotation mark", "close the string with \"");
+            return faults.within("open-string", number, line, open, told);
         }
     };
     let step = take_step(&mut found);
@@ -117,22 +118,21 @@ fn read_line(line: &str, number: u32, out: &mut Vec<RawInstruction>, faults: &mu
     // A label may share its line with the instruction it stands before.
     let label = rest[0].strip_suffix(':').unwrap_or(rest[0]);
     if words::is_pointer(label) {
-        out.push(words::instruction(number, step, label, Vec::new()));
+        let places = Places::of_slices(text, [label]);
+        out.push(words::instruction(number, step, label, Vec::new(), places));
         rest = &rest[1..];
     }
     let Some((mnemonic, operands)) = rest.split_first() else { return };
     if !words::can_be_mnemonic(mnemonic) {
-        faults.at(
-            "not-an-instruction",
-            number,
-            line,
+        let told = (
             "this line is no instruction",
             "an instruction is a mnemonic and its operands apart by blanks, such as LD X0; comments begin with ; or //",
         );
-        return;
+        return faults.within("not-an-instruction", number, line, mnemonic, told);
     }
+    let places = Places::of_slices(text, rest.iter().copied());
     let operands = operands.iter().map(|&operand| operand.to_owned()).collect();
-    out.push(words::instruction(number, step, mnemonic, operands));
+    out.push(words::instruction(number, step, mnemonic, operands, places));
 }
 
 /// The line without its comment; `;` and `//` within a string are part of it.

@@ -63,6 +63,7 @@ fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Op
         program: stem(&input.name).to_owned(),
         cpu,
         instructions,
+        source: if dialect.name == super::LIST { text.into_owned() } else { String::new() },
     })
 }
 

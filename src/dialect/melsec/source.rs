@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostic::Diagnostic;
+use crate::dialect::place::{Places, Pointer};
 
 /// One instruction as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,6 +18,22 @@ pub struct RawInstruction {
     pub operands: Vec<String>,
     /// Mnemonic and operands as in the source, with one blank between each two.
     pub text: String,
+    /// Where they stand.
+    pub places: Places,
+}
+
+impl RawInstruction {
+    /// What points at a part of it.
+    pub(crate) fn pointer<'a>(&'a self, file: &'a RawFile) -> Pointer<'a> {
+        Pointer {
+            line: self.line,
+            text: &self.text,
+            mnemonic: &self.mnemonic,
+            operands: &self.operands,
+            places: &self.places,
+            source: &file.source,
+        }
+    }
 }
 
 /// One program file.
@@ -30,6 +47,8 @@ pub struct RawFile {
     pub cpu: Option<String>,
     /// The instructions, in the order of the source.
     pub instructions: Vec<RawInstruction>,
+    /// The text in which they stand, for showing lines; empty where they stand in a table's cells.
+    pub source: String,
 }
 
 /// A project: its program files, run one after another in each scan, and its device comments.

@@ -2,6 +2,7 @@
 
 use super::source::RawInstruction;
 use crate::diagnostic::Diagnostic;
+use crate::dialect::place::Places;
 use crate::dialect::{Faults, shown};
 
 /// More instructions than this are no program: the largest CPUs hold 1,200 K steps.
@@ -53,6 +54,7 @@ pub(super) fn instruction(
     step: Option<u32>,
     mnemonic: &str,
     operands: Vec<String>,
+    places: Places,
 ) -> RawInstruction {
     let length = operands.iter().map(|operand| operand.len() + 1).sum::<usize>();
     let mut text = String::with_capacity(mnemonic.len() + length);
@@ -61,7 +63,7 @@ pub(super) fn instruction(
         text.push(' ');
         text.push_str(operand);
     }
-    RawInstruction { line, step, mnemonic: mnemonic.to_owned(), operands, text }
+    RawInstruction { line, step, mnemonic: mnemonic.to_owned(), operands, text, places }
 }
 
 /// Whether there are more instructions than any CPU holds; then they are an error, and the file is read no

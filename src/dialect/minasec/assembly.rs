@@ -3,6 +3,7 @@
 use super::{Device, Opcode, Source, WORDS, Word};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
+use crate::dialect::place::within;
 use std::fmt::Write as _;
 
 /// How many instruction lines are looked at to tell what a file is.
@@ -94,7 +95,9 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
 /// The word of a line without its address.
 fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Word, Diagnostic> {
     let fault = |code, message: String, help: &str, part: &str| {
-        Err(Diagnostic::line(code, name, number, line.trim_end(), message, help).mark(part))
+        let mut found = Diagnostic::line(code, name, number, line.trim_end(), message, help);
+        found.span = within(line, part).map(|range| (range.start, range.end));
+        Err(found)
     };
     let (mnemonic, device) = match words {
         [mnemonic, device] => (*mnemonic, *device),

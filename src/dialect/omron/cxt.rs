@@ -48,6 +48,7 @@ pub(super) fn read(text: &str, name: &str, faults: &mut Faults<'_>) -> RawFile {
     let lines: Vec<&str> = text.lines().collect();
     let mut reader = Reader {
         file: RawFile { name: name.to_owned(), ..RawFile::default() },
+        text,
         lines: &lines,
         at: 0,
         path: Vec::new(),
@@ -59,6 +60,7 @@ pub(super) fn read(text: &str, name: &str, faults: &mut Faults<'_>) -> RawFile {
 
 struct Reader<'a, 'f> {
     file: RawFile,
+    text: &'a str,
     lines: &'a [&'a str],
     at: usize,
     /// The keys of the open blocks, without their index in brackets.
@@ -215,7 +217,7 @@ impl Reader<'_, '_> {
     fn rung(&mut self, line: &str, number: usize) {
         let Some(program) = self.file.programs.last_mut() else { return };
         let number = u32::try_from(number).unwrap_or(u32::MAX);
-        list::read_line(line, number, &mut program.instructions, self.faults);
+        list::read_line(self.text, line, number, &mut program.instructions, self.faults);
     }
 
     /// A symbol: `name,address,type,,,,"comment";`

@@ -185,7 +185,9 @@ impl Decoder {
         let items: Vec<Item<'_>> = program
             .instructions
             .iter()
-            .filter_map(|raw| resolve(raw, &reader, options.is_user_instruction, &mut faults))
+            .filter_map(|raw| {
+                resolve(raw, &reader, options.is_user_instruction, &file.source, &mut faults)
+            })
             .collect();
         let complete = !faults.any_error();
         for item in &items {

@@ -44,8 +44,8 @@ fn signs(beginning: &str) -> Signs {
         return Signs { foreign: true, ..signs };
     }
     for line in beginning.lines().take(LOOKED_AT) {
-        match words::read(line, 0) {
-            Line::Empty | Line::Operands(_) => {}
+        match words::read(beginning, line, 0) {
+            Line::Empty | Line::Operands(..) => {}
             Line::Unknown => signs.unknown += 1,
             Line::Instruction(instruction) => look(&instruction, &mut signs),
         }
@@ -170,23 +170,25 @@ pub(super) fn read(text: &str, name: &str, faults: &mut Faults<'_>) -> RawProgra
     let mut number = 0_u32;
     for line in text.lines() {
         number = number.saturating_add(1);
-        read_line(line, number, &mut instructions, faults);
+        read_line(text, line, number, &mut instructions, faults);
     }
     RawProgram { name: name.to_owned(), task: Task::Each, symbols: Symbols::new(), instructions }
 }
 
-/// Reads a line, which is the next instruction, or further operands of the one before.
+/// Reads a line of the text, which is the next instruction, or further operands of the one before.
 pub(super) fn read_line(
+    text: &str,
     line: &str,
     number: u32,
     out: &mut Vec<RawInstruction>,
     faults: &mut Faults<'_>,
 ) {
-    match words::read(line, number) {
+    match words::read(text, line, number) {
         Line::Empty => {}
         Line::Instruction(instruction) => out.push(instruction),
-        Line::Operands(operands) => match out.last_mut() {
+        Line::Operands(operands, places) => match out.last_mut() {
             Some(before) => {
+                before.places.extend(places);
                 for operand in operands {
                     before.text.push(' ');
                     before.text.push_str(&operand);

@@ -16,13 +16,16 @@ pub fn read(dialect: &Dialect, programs: &[&Input]) -> Result<RawProject, Vec<Di
         let mut faults = Faults::new(&input.name);
         match decoded(input) {
             Ok(text) if dialect.name == CXT => {
-                files.push(cxt::read(&text, &input.name, &mut faults))
+                let mut file = cxt::read(&text, &input.name, &mut faults);
+                file.source = text.into_owned();
+                files.push(file);
             }
             Ok(text) => {
                 let program = list::read(&text, stem(&input.name), &mut faults);
                 files.push(RawFile {
                     name: input.name.clone(),
                     programs: vec![program],
+                    source: text.into_owned(),
                     ..RawFile::default()
                 });
             }

@@ -45,15 +45,13 @@ pub(super) fn resolve<'a>(
     raw: &'a RawInstruction,
     reader: &Reader<'_>,
     is_user: &dyn Fn(&str) -> bool,
+    source: &str,
     faults: &mut Faults<'_>,
 ) -> Option<Item<'a>> {
     let family = reader.memory.family;
     let at = |code, message: String, help: &str, faults: &mut Faults<'_>| {
-        let file = faults.file().to_owned();
-        faults.push(
-            Diagnostic::line(code, &file, raw.line, shown(&raw.text), message, help)
-                .at_step(raw.step),
-        );
+        let fault = raw.pointer(source).at(&raw.mnemonic, code, faults.file(), message, help);
+        faults.push(fault.at_step(raw.step));
     };
     let name = match (raw.mnemonic.as_str(), raw.number) {
         ("", Some(number)) => match catalog::numbered(number.value, family) {
@@ -123,10 +121,8 @@ pub(super) fn resolve<'a>(
             Ok(operand) => operands.push(operand),
             Err((message, help)) => {
                 sound = false;
-                let file = faults.file().to_owned();
-                let fault =
-                    Diagnostic::line("operand", &file, raw.line, shown(&raw.text), message, help);
-                faults.push(fault.mark(text).at_step(raw.step));
+                let fault = raw.pointer(source).at(text, "operand", faults.file(), message, help);
+                faults.push(fault.at_step(raw.step));
             }
         }
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostic::Diagnostic;
+use crate::dialect::place::{Places, Pointer};
 
 /// Which memory map and which instruction set a program is written for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +52,22 @@ pub struct RawInstruction {
     pub operands: Vec<String>,
     /// As in the source, with one blank between each two words.
     pub text: String,
+    /// Where mnemonic and operands stand.
+    pub places: Places,
+}
+
+impl RawInstruction {
+    /// What points at a part of it; `source` is its file's text.
+    pub(crate) fn pointer<'a>(&'a self, source: &'a str) -> Pointer<'a> {
+        Pointer {
+            line: self.line,
+            text: &self.text,
+            mnemonic: &self.mnemonic,
+            operands: &self.operands,
+            places: &self.places,
+            source,
+        }
+    }
 }
 
 /// When a program runs.
@@ -102,6 +119,8 @@ pub struct RawFile {
     pub symbols: Symbols,
     /// The CPU as the file names it (`CJ2M CPU33`).
     pub cpu: Option<String>,
+    /// Its text, for showing lines.
+    pub source: String,
 }
 
 /// A project: its files in the order in which they run.

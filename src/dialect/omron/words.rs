@@ -2,6 +2,7 @@
 
 use super::catalog;
 use super::source::{Edge, FunctionNumber, RawInstruction};
+use crate::dialect::place::Places;
 
 /// What a line is.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -11,7 +12,7 @@ pub(super) enum Line {
     /// An instruction.
     Instruction(RawInstruction),
     /// Operands alone: they belong to the instruction before, as in the manuals' tables.
-    Operands(Vec<String>),
+    Operands(Vec<String>, Places),
     /// Neither.
     Unknown,
 }
@@ -22,8 +23,8 @@ const APART: [&str; 17] = [
     "CNT", "TC", "*LR",
 ];
 
-/// Reads a line; `number` is its number in the file.
-pub(super) fn read(line: &str, number: u32) -> Line {
+/// Reads a line of the text; `number` is its number in the file.
+pub(super) fn read(text: &str, line: &str, number: u32) -> Line {
     let code = code(line);
     let mut words: Vec<&str> = code.split_whitespace().collect();
     // Up to two numbers in front: the rung's and the program address.
@@ -47,14 +48,19 @@ pub(super) fn read(line: &str, number: u32) -> Line {
         Some((mut instruction, used)) => {
             instruction.line = number;
             instruction.step = step;
-            instruction.operands = operands(&words[used..]);
+            let starts;
+            (instruction.operands, starts) = operands(&words[used..]);
+            instruction.places = Places::of_slices(text, std::iter::once(words[0]).chain(starts));
             instruction.text = std::iter::once(words[..used].join(" "))
                 .chain(instruction.operands.iter().cloned())
                 .collect::<Vec<_>>()
                 .join(" ");
             Line::Instruction(instruction)
         }
-        None if words.iter().all(|word| is_operand(word)) => Line::Operands(operands(&words)),
+        None if words.iter().all(|word| is_operand(word)) => {
+            let (operands, starts) = operands(&words);
+            Line::Operands(operands, Places::of_slices(text, starts))
+        }
         None => Line::Unknown,
     }
 }
@@ -158,6 +164,7 @@ fn head(words: &[&str]) -> Option<(RawInstruction, usize)> {
             number,
             operands: Vec::new(),
             text: String::new(),
+            places: Places::default(),
         };
         (instruction, used)
     })
@@ -187,11 +194,12 @@ pub(super) fn is_operand(word: &str) -> bool {
         && number.bytes().all(|b| b.is_ascii_digit() || b == b'.' || b == b'_')
 }
 
-/// The operands; an area that stands apart from its number is joined to it.
-fn operands(words: &[&str]) -> Vec<String> {
-    let mut out: Vec<String> = Vec::new();
+/// The operands, each with the word that it begins with; an area that stands apart from its number is joined to it.
+fn operands<'w>(words: &[&'w str]) -> (Vec<String>, Vec<&'w str>) {
+    let (mut out, mut starts): (Vec<String>, Vec<&str>) = (Vec::new(), Vec::new());
     let mut words = words.iter().peekable();
     while let Some(word) = words.next() {
+        starts.push(word);
         let upper = word.to_ascii_uppercase();
         let joined = APART.contains(&upper.as_str())
             && words.peek().is_some_and(|next| next.starts_with(|c: char| c.is_ascii_digit()));
@@ -203,7 +211,7 @@ fn operands(words: &[&str]) -> Vec<String> {
             _ => out.push(word.trim_end_matches(',').to_owned()),
         }
     }
-    out
+    (out, starts)
 }
 
 fn is_digits(text: &str) -> bool {
@@ -215,7 +223,7 @@ mod tests {
     use super::*;
 
     fn instruction(line: &str) -> RawInstruction {
-        match read(line, 1) {
+        match read(line, line, 1) {
             Line::Instruction(instruction) => instruction,
             other => panic!("{line}: {other:?}"),
         }
@@ -263,10 +271,14 @@ mod tests {
     #[test]
     fn what_is_no_instruction_is_said_so() {
         for line in ["", "  ; note", "' rung 1", "-----TRANSITION MAIN -T01", "// x", "***"] {
-            assert_eq!(read(line, 1), Line::Empty, "{line}");
+            assert_eq!(read(line, line, 1), Line::Empty, "{line}");
         }
-        assert_eq!(read("   DM 0010", 1), Line::Operands(vec!["DM 0010".to_owned()]));
-        assert_eq!(read("#0000", 1), Line::Operands(vec!["#0000".to_owned()]));
-        assert_eq!(read("\"what\"", 1), Line::Unknown);
+        let operands = |line: &str| match read(line, line, 1) {
+            Line::Operands(operands, _) => operands,
+            other => panic!("{line}: {other:?}"),
+        };
+        assert_eq!(operands("   DM 0010"), ["DM 0010"]);
+        assert_eq!(operands("#0000"), ["#0000"]);
+        assert_eq!(read("", "\"what\"", 1), Line::Unknown);
     }
 }

@@ -271,7 +271,7 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    /// Notes a fault at the instruction under way.
+    /// Notes a fault at the instruction under way; `part` is a slice of it or a word of it.
     pub fn fault(
         &mut self,
         code: &'static str,
@@ -280,10 +280,8 @@ impl<'a> Decoder<'a> {
         help: &str,
     ) {
         let Some(raw) = self.raw else { return };
-        let name = &self.project.files[self.file].name;
-        let found = Diagnostic::line(code, name, raw.line, raw.text.clone(), message, help)
-            .mark(part)
-            .at_step(raw.step);
+        let file = &self.project.files[self.file];
+        let found = raw.pointer(file).at(part, code, &file.name, message, help).at_step(raw.step);
         self.faults[self.file].push(found);
     }
 

@@ -5,6 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::dialect::melsec::catalog::{Extent, Role, find};
 use crate::dialect::melsec::device::Family;
 use crate::dialect::melsec::source::{RawFile, RawInstruction, RawProject};
+use crate::dialect::place::Places;
 use crate::facts::Facts;
 use crate::program::{Cell, Program, Step, Units, When, WordTarget, Write};
 use std::fmt::Write as _;
@@ -23,10 +24,17 @@ fn raw_file(name: &str, text: &str) -> RawFile {
                 mnemonic: words.next().unwrap_or_default(),
                 operands: words.collect(),
                 text: line.to_owned(),
+                places: Places::default(),
             }
         })
         .collect();
-    RawFile { name: format!("{name}.il"), program: name.to_owned(), cpu: None, instructions }
+    RawFile {
+        name: format!("{name}.il"),
+        program: name.to_owned(),
+        cpu: None,
+        instructions,
+        source: String::new(),
+    }
 }
 
 fn decode_files(
