@@ -2,12 +2,12 @@
 
 use super::output::{Target, say};
 use super::{Failure, progress, tables, values};
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::audit::{Audit, Request, audit};
 use scanbound::diagnostic::Diagnostic;
 use scanbound::facts::Facts;
-use scanbound::input::gather;
+use scanbound::input::{Ignore, gather};
 use scanbound::report::{csv, json, method, text};
 use scanbound::solve::Method;
 use scanbound::table::{Override, StatedClock, parse_override};
@@ -24,6 +24,9 @@ pub struct ProjectOptions {
     /// Program files of one project, in the order in which they run; a directory stands for the programs in it
     #[arg(value_name = "PROGRAM", required = true)]
     programs: Vec<PathBuf>,
+    /// Leave out files of these names or paths (*, ?, [a-z], {a,b}, ** for directories); may be repeated
+    #[arg(long, value_name = "PATTERN")]
+    ignore: Vec<String>,
     /// Timing table: a built-in one (see `scanbound tables`) or a CSV file [default: by the program's CPU]
     #[arg(long, value_name = "NAME|FILE")]
     table: Option<String>,
@@ -187,7 +190,9 @@ impl ProjectOptions {
             facts.state_interrupt(label, *count);
         }
         let table = self.table.as_deref().map(|name| tables::find("--table ", name)).transpose()?;
-        let gathered = gather(&self.programs)?;
+        let ignore = Ignore::parse(self.ignore.iter().map(String::as_str))
+            .map_err(|error| anyhow!("--ignore {error}"))?;
+        let gathered = gather(&self.programs, &ignore)?;
         let mut warnings = gathered.warnings;
         let table = table.map(|parsed| {
             warnings.extend(parsed.warnings);

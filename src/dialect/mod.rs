@@ -3,6 +3,7 @@
 mod encoding;
 mod faults;
 pub mod flowchart;
+mod foreign;
 pub mod melsec;
 pub mod minasec;
 pub mod omron;
@@ -78,7 +79,15 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
     if minasec::machine_code::is_image(&input.bytes) {
         return Ok(Kind::Program(minasec::machine_code::image_dialect()));
     }
-    let beginning = beginning(input)?;
+    let beginning = match beginning(input) {
+        Ok(beginning) => beginning,
+        Err(fault) => {
+            let code = fault.code;
+            return Err(
+                foreign::fault(input, "").map_or(fault, |known| Diagnostic { code, ..known })
+            );
+        }
+    };
     let found: Vec<&'static Dialect> =
         DIALECTS.iter().filter(|dialect| (dialect.sniff)(&beginning)).collect();
     match found[..] {
@@ -92,7 +101,7 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
         )),
         [] => Err(match decoded(input) {
             Err(fault) if beginning.contains(char::REPLACEMENT_CHARACTER) => fault,
-            _ => unknown(input, &beginning),
+            _ => foreign::fault(input, &beginning).unwrap_or_else(|| unknown(input, &beginning)),
         }),
         [..] => Err(Diagnostic::file(
             "two-dialects",
@@ -283,6 +292,11 @@ fn beginning(input: &Input) -> Result<Cow<'_, str>, Diagnostic> {
         return Err(Diagnostic::file("binary-file", &input.name, message, help));
     }
     Ok(text)
+}
+
+/// The text of a file's beginning, faults replaced.
+pub(crate) fn text_of_beginning(bytes: &[u8]) -> Cow<'_, str> {
+    encoding::beginning(bytes, BEGINNING, &marks())
 }
 
 /// Whether no text has such a character.
