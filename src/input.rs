@@ -55,7 +55,8 @@ pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagno
         let help = "a pattern without / is held against file names, one with / against paths from the directory that is named";
         Diagnostic::file("unused-ignore", "", message, help).warning()
     }));
-    if inputs.is_empty() && found.iter().any(|fault| fault.code == "left-out") {
+    let failed = found.iter().any(|fault| fault.severity == Severity::Error);
+    if inputs.is_empty() && !failed && !paths.is_empty() {
         let message = "every file that was named is left out by --ignore";
         found.push(Diagnostic::file("no-program", "", message, "take a pattern away"));
     }

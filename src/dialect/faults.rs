@@ -1,6 +1,6 @@
 //! The faults of one file as they are found: all of them, up to a limit, then how many more.
 
-use super::place::within;
+use super::within;
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// Most errors, and most warnings, that are told of one file.

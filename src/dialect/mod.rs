@@ -7,7 +7,7 @@ mod foreign;
 pub mod melsec;
 pub mod minasec;
 pub mod omron;
-pub mod place;
+mod place;
 
 use std::borrow::Cow;
 
@@ -15,6 +15,8 @@ use crate::diagnostic::Diagnostic;
 pub(crate) use faults::Faults;
 use faults::shown;
 use melsec::source::RawProject;
+pub use place::Places;
+pub(crate) use place::{Pointer, within};
 
 /// So many bytes at the beginning tell what a file is.
 pub const BEGINNING: usize = 64 * 1024;

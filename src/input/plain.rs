@@ -29,7 +29,7 @@ const ENDINGS: [&str; 43] = [
     "mp4", "lnk", "url", "wcnf",
 ];
 
-/// Heads of the tables of labels that GX Works exports beside programs, without blanks and in small letters.
+/// Heads of the tables of labels that tools export beside programs, without blanks and in small letters.
 const LABEL_HEADS: [&str; 6] = ["labelname", "ラベル名", "标签名", "標籤名", "라벨명", "레이블명"];
 
 /// Whether a name is a document's, or hidden.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::dialect::Faults;
-use crate::dialect::place::within;
+use crate::dialect::within;
 
 /// How many lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 60;

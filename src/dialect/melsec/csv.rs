@@ -9,7 +9,7 @@ use ::csv::{ReaderBuilder, StringRecord};
 
 use super::source::RawInstruction;
 use super::words;
-use crate::dialect::place::Places;
+use crate::dialect::Places;
 use crate::dialect::{Faults, shown};
 
 /// Which tool's form a CSV has.

@@ -3,7 +3,7 @@
 use super::source::RawInstruction;
 use super::words;
 use crate::dialect::Faults;
-use crate::dialect::place::Places;
+use crate::dialect::Places;
 
 /// How many instruction lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 40;

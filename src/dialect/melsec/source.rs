@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostic::Diagnostic;
-use crate::dialect::place::{Places, Pointer};
+use crate::dialect::{Places, Pointer};
 
 /// One instruction as written.
 #[derive(Debug, Clone, PartialEq, Eq)]

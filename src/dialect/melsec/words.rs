@@ -2,7 +2,7 @@
 
 use super::source::RawInstruction;
 use crate::diagnostic::Diagnostic;
-use crate::dialect::place::Places;
+use crate::dialect::Places;
 use crate::dialect::{Faults, shown};
 
 /// More instructions than this are no program: the largest CPUs hold 1,200 K steps.

@@ -3,7 +3,7 @@
 use super::{Device, Opcode, Source, WORDS, Word};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
-use crate::dialect::place::within;
+use crate::dialect::within;
 use std::fmt::Write as _;
 
 /// How many instruction lines are looked at to tell what a file is.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostic::Diagnostic;
-use crate::dialect::place::{Places, Pointer};
+use crate::dialect::{Places, Pointer};
 
 /// Which memory map and which instruction set a program is written for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

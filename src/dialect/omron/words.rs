@@ -2,7 +2,7 @@
 
 use super::catalog;
 use super::source::{Edge, FunctionNumber, RawInstruction};
-use crate::dialect::place::Places;
+use crate::dialect::Places;
 
 /// What a line is.
 #[derive(Debug, Clone, PartialEq, Eq)]

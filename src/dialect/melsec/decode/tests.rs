@@ -2,10 +2,10 @@
 
 use super::{DecodeOptions, decode};
 use crate::diagnostic::Diagnostic;
+use crate::dialect::Places;
 use crate::dialect::melsec::catalog::{Extent, Role, find};
 use crate::dialect::melsec::device::Family;
 use crate::dialect::melsec::source::{RawFile, RawInstruction, RawProject};
-use crate::dialect::place::Places;
 use crate::facts::Facts;
 use crate::program::{Cell, Program, Step, Units, When, WordTarget, Write};
 use std::fmt::Write as _;
