@@ -5,7 +5,7 @@ use super::{Failure, Outcome};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::column::{UNITS, Unit};
-use scanbound::compare::{Bounds, Comparison, Edge, Selection, capture};
+use scanbound::compare::{Bounds, Comparison, Decimal, Edge, Selection, Threshold, capture};
 use scanbound::report::compare::{csv, json, text};
 
 /// The arguments of `compare`. The last file holds the measurements.
@@ -26,6 +26,15 @@ pub struct Arguments {
     /// Which edges
     #[arg(long, value_enum, default_value = "rising")]
     edge: EdgeName,
+    /// Where an analog signal changes: a level (2.5), or two between which it stays (0.8..2.0)
+    #[arg(long, value_name = "LEVEL", requires = "signal", value_parser = threshold, allow_hyphen_values = true)]
+    threshold: Option<Threshold>,
+    /// Leave out what lies over a time at which this signal is off [default: running, in the emulator's dumps]
+    #[arg(long = "while", value_name = "NAME", requires = "signal")]
+    during: Option<String>,
+    /// What marks decimals, where the file leaves it open
+    #[arg(long, value_enum)]
+    decimal: Option<DecimalName>,
     /// Propose the clock, or the scale of the table, that the measurements support
     #[arg(long)]
     fit: bool,
@@ -35,6 +44,18 @@ pub struct Arguments {
     search: SearchOptions,
     #[command(flatten)]
     report: ReportOptions,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum DecimalName {
+    /// 8,448.5
+    Point,
+    /// 8.448,5
+    Comma,
+}
+
+fn threshold(text: &str) -> Result<Threshold, String> {
+    Threshold::parse(text).ok_or_else(|| "give a level such as 2.5, or two: 0.8..2.0".to_owned())
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -73,6 +94,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             EdgeName::Falling => Edge::Falling,
             EdgeName::Both => Edge::Both,
         },
+        threshold: arguments.threshold,
+        decimal: arguments.decimal.map(|name| match name {
+            DecimalName::Point => Decimal::Point,
+            DecimalName::Comma => Decimal::Comma,
+        }),
+        during: arguments.during.as_deref(),
     };
     let measurements = capture::read(&name, &bytes, &selection)?;
     drop(bytes);

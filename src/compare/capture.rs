@@ -1,9 +1,13 @@
 //! Reads scan times from what a logic analyser or a PLC wrote: columns of times, pulses, captured signals.
 
+use std::collections::BTreeSet;
+
 use super::Measurements;
+use super::number::Decimal;
 use super::{delimited, dump};
 use crate::column::Unit;
 use crate::diagnostic::Diagnostic;
+use crate::dialect::{Input, Kind, detect};
 use crate::time::Picos;
 
 /// Which edges of a captured signal begin a scan.
@@ -50,6 +54,43 @@ pub struct Selection<'a> {
     pub signal: Option<&'a str>,
     /// Its edges.
     pub edge: Edge,
+    /// Where an analog signal changes its level.
+    pub threshold: Option<Threshold>,
+    /// What marks decimals, where the file leaves it open.
+    pub decimal: Option<Decimal>,
+    /// A signal of one bit: what lies over a time at which it is off is left out.
+    pub during: Option<&'a str>,
+}
+
+/// Where an analog signal changes its level, in millionths of millionths of its unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Threshold {
+    low: i128,
+    high: i128,
+}
+
+impl Threshold {
+    /// Reads `2.5`, or `0.8..2.0`: up to the first it is 0, from the second on 1, in between as it was.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Threshold> {
+        let read = |text: &str| Unit::from_name("s")?.read(text);
+        let (low, high) = match text.split_once("..") {
+            Some((low, high)) => (read(low)?, read(high)?),
+            None => (read(text)?, read(text)?),
+        };
+        (low <= high).then_some(Threshold { low, high })
+    }
+
+    /// The level of a value; `None` in between.
+    pub(super) fn level(self, value: i128) -> Option<bool> {
+        if value >= self.high {
+            Some(true)
+        } else if value <= self.low {
+            Some(false)
+        } else {
+            None
+        }
+    }
 }
 
 /// Reads a file.
@@ -65,11 +106,22 @@ pub fn read(
     let Some(start) = start else {
         return Err(vec![fault(name, "the file is empty", "capture some scans first")]);
     };
-    if bytes[start] == b'$' {
+    let found = if bytes[start] == b'$' {
         dump::read(name, bytes, selection)
     } else {
         delimited::read(name, bytes, selection)
-    }
+    };
+    found.map_err(|faults| {
+        let file = Input { name: name.to_owned(), bytes: bytes.to_vec() };
+        match detect(&file) {
+            Ok(Kind::Program(dialect)) => {
+                let message = format!("this is a program ({}), no measurement", dialect.name);
+                let help = "the last file that is named holds the measurements";
+                vec![Diagnostic::file("capture", name, message, help)]
+            }
+            _ => faults,
+        }
+    })
 }
 
 /// A fault of the whole file.
@@ -82,23 +134,39 @@ pub(super) fn fault(name: &str, message: impl Into<String>, help: impl Into<Stri
 pub(super) struct Edges {
     edge: Edge,
     level: Option<bool>,
+    /// How many edges there were before each gap.
+    gaps: BTreeSet<usize>,
+    /// Whether the machine stands still.
+    still: bool,
     /// When the edges were, in picoseconds.
     pub(super) at: Vec<i128>,
 }
 
 impl Edges {
     pub(super) fn new(edge: Edge) -> Edges {
-        Edges { edge, level: None, at: Vec::new() }
+        Edges { edge, level: None, gaps: BTreeSet::new(), still: false, at: Vec::new() }
     }
 
     /// The signal's level at a moment; `None` if it is unknown.
     pub(super) fn level(&mut self, at: i128, level: Option<bool>) {
+        if self.still {
+            self.gaps.insert(self.at.len());
+        }
         if let (Some(before), Some(after)) = (self.level, level)
             && self.edge.is(before, after)
         {
             self.at.push(at);
         }
         self.level = level;
+    }
+
+    /// Whether the machine stands still from now on, and whether it did at this moment, behind the edge that may
+    /// be at it: from the last edge to the next is no scan.
+    pub(super) fn stands(&mut self, from_now: bool, at_once: bool) {
+        self.still = from_now;
+        if from_now || at_once {
+            self.gaps.insert(self.at.len());
+        }
     }
 }
 
@@ -125,7 +193,28 @@ impl Origin<'_> {
                 format!("{signal} has {found} {} where two make a scan", edges.edge.word());
             return Err(vec![fault(self.name, message, help)]);
         }
-        self.of_stamps(how, &edges.at)
+        let mut measured = self.of_stamps(how, &edges.at)?;
+        // The time before edge n + 1 is that of index n.
+        let gaps = edges.gaps.iter().filter_map(|&edges| edges.checked_sub(1));
+        let gaps: BTreeSet<usize> = gaps.filter(|&gap| gap < measured.times.len()).collect();
+        let mut index = 0;
+        measured.times.retain(|_| {
+            index += 1;
+            !gaps.contains(&(index - 1))
+        });
+        if measured.times.is_empty() {
+            let message = "the machine stood still in every interval";
+            return Err(vec![fault(self.name, message, "capture some scans without a gap")]);
+        }
+        if !gaps.is_empty() {
+            let message = format!(
+                "{} of {} intervals are left out: the machine stood still in them",
+                gaps.len(),
+                gaps.len() + measured.times.len()
+            );
+            measured.warnings.push(fault(self.name, message, "").warning());
+        }
+        Ok(measured)
     }
 
     /// The scan times between time stamps.

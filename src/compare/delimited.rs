@@ -1,12 +1,10 @@
-//! Reads scan times, time stamps or a captured signal from CSV, as PulseView, sigrok-cli and others write it.
-//!
-//! What libsigrok's CSV holds is from its writer (src/output/csv.c): comment lines that begin with `;` name the
-//! channels and the sample rate; the columns are headed `logic` unless asked otherwise; the time column counts in
-//! the next of milli-, micro-, nanoseconds, by a sample period that was cut to a whole number of these, so that
-//! at 24 MHz it runs 1.6 % slow. The sample's number times the true period is taken instead.
+//! Reads scan times, time stamps or a captured signal from CSV, as PulseView, oscilloscopes and others write it.
 
 use super::Measurements;
 use super::capture::{Edges, Origin, Selection, fault};
+use super::heading::{self, Heading};
+use super::number::{Decimal, Signs, Stamp};
+use super::sigrok::{Sigrok, cut_period, sigrok};
 use crate::column::{UNITS, Unit};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
@@ -18,7 +16,8 @@ use std::borrow::Cow;
 /// Words by which a column of scan times is known.
 const SCAN_WORDS: [&str; 4] = ["scan", "cycle", "emulated", "measured"];
 /// Words by which a column of time stamps is known.
-const STAMP_WORDS: [&str; 5] = ["time", "timestamp", "time stamp", "start", "t"];
+const STAMP_WORDS: [&str; 7] =
+    ["time", "timestamp", "time stamp", "start", "t", "date", "date/time"];
 /// The units as libsigrok writes them for a head.
 const LONG_UNITS: [(&str, &str); 4] =
     [("milliseconds", "ms"), ("microseconds", "us"), ("nanoseconds", "ns"), ("picoseconds", "ps")];
@@ -40,22 +39,18 @@ pub(super) fn read(
 /// The file's columns' names, what its comments say, and its rows as text: captures can be large.
 struct Table<'a> {
     name: &'a str,
+    /// The rows, and how many lines stand before them in the file.
     text: &'a str,
+    before: u32,
     delimiter: u8,
     comment: u8,
     /// Whether the first row names the columns.
     headed: bool,
     heads: Vec<String>,
+    /// Where the first column counts samples: when the first was, and the time between two.
+    counted: Option<(i128, i128)>,
     sigrok: Option<Sigrok>,
     emulated: bool,
-}
-
-/// What libsigrok's comments say.
-#[derive(Debug, Clone, Default)]
-struct Sigrok {
-    channels: Vec<String>,
-    /// In hertz.
-    rate: Option<u64>,
 }
 
 impl<'a> Table<'a> {
@@ -77,14 +72,29 @@ impl<'a> Table<'a> {
         let mut table = Table {
             name,
             text,
+            before: 0,
             delimiter,
             comment,
             headed: false,
             heads: Vec::new(),
+            counted: None,
             sigrok,
             emulated: comments.iter().any(|comment| comment.contains(EMULATED)),
         };
-        let (_, row) = table.rows().next().transpose()?.unwrap_or_default();
+        if let Some(heading) = heading(text, comments.len(), delimiter) {
+            let skipped = comments.len() + heading.rows;
+            let end = |(at, line): (usize, &str)| (at, at + line.len());
+            let lines = text.split_inclusive('\n').scan(0, |at, line| {
+                let begin = *at;
+                *at += line.len();
+                Some(end((begin, line)))
+            });
+            let from = lines.take(skipped).last().map_or(0, |(_, end)| end);
+            (table.text, table.before) = (&text[from..], skipped as u32);
+            (table.heads, table.counted) = (heading.heads, heading.counted);
+            return Ok(table);
+        }
+        let row = table.records().next().transpose()?.map(|(_, row)| row).unwrap_or_default();
         table.headed = row.iter().any(|cell| UNITS[0].read(cell).is_none());
         table.heads = row
             .iter()
@@ -97,9 +107,25 @@ impl<'a> Table<'a> {
         Ok(table)
     }
 
-    /// The rows behind the heads, each with its line.
+    /// The rows behind the heads, each with its line. A row with more cells than there are heads is refused: a
+    /// comma within a number makes two cells of it.
     fn rows(&self) -> impl Iterator<Item = Result<(u32, StringRecord), Vec<Diagnostic>>> {
-        let name = self.name;
+        let columns = self.heads.len();
+        self.records().map(move |record| {
+            let (line, row) = record?;
+            if row.iter().skip(columns).all(str::is_empty) {
+                return Ok((line, row));
+            }
+            let message = format!("this row has {} cells, the head has {columns}", row.len());
+            let help = "a number with a comma needs another separator between cells (; or tabs) or quotation marks";
+            let mut faults = Faults::new(self.name);
+            faults.at("capture", line, &joined(&row), &message, help);
+            Err(faults.into_diagnostics())
+        })
+    }
+
+    fn records(&self) -> impl Iterator<Item = Result<(u32, StringRecord), Vec<Diagnostic>>> {
+        let (name, before) = (self.name, self.before);
         csv::ReaderBuilder::new()
             .delimiter(self.delimiter)
             .comment(Some(self.comment))
@@ -109,7 +135,9 @@ impl<'a> Table<'a> {
             .from_reader(self.text.as_bytes())
             .into_records()
             .map(move |record| match record {
-                Ok(record) => Ok((record.position().map_or(0, |at| at.line() as u32), record)),
+                Ok(record) => {
+                    Ok((before + record.position().map_or(0, |at| at.line() as u32), record))
+                }
                 Err(error) => {
                     let message = format!("not CSV: {error}");
                     Err(vec![fault(name, message, "export the capture again")])
@@ -126,7 +154,10 @@ impl<'a> Table<'a> {
         let same = |head: &str| head.trim().eq_ignore_ascii_case(wanted.trim());
         let whole = self.heads.iter().position(|head| same(head));
         let words = || self.heads.iter().position(|head| same(&Unit::words_of_head(head)));
-        whole.or_else(words).ok_or_else(|| {
+        // An analog channel's head names its unit: `CH1(V)`.
+        let bare = |head: &String| same(head.split(['(', '[']).next().unwrap_or_default());
+        let bare = || self.heads.iter().position(bare);
+        whole.or_else(words).or_else(bare).ok_or_else(|| {
             let message = format!("there is no column '{wanted}'");
             vec![fault(self.name, message, format!("the columns are {}", self.columns()))]
         })
@@ -145,19 +176,22 @@ impl<'a> Table<'a> {
             Some(wanted) => self.find(wanted)?,
             None => self.likely(selection.pulses)?,
         };
+        if selection.pulses && self.is_dated(column)? {
+            return self.dates(column);
+        }
         let unit = self.unit(column, selection.unit)?;
+        let decimal = self.decimal(&[column], selection)?;
         let mut faults = Faults::new(self.name);
         let mut values = Vec::new();
         for row in self.rows() {
             let (line, row) = row?;
             let cell = row.get(column).unwrap_or_default();
-            match unit.read(cell) {
+            match decimal.read(cell, unit) {
                 Some(value) if selection.pulses || value > 0 => values.push(value),
                 read => {
                     let what = if read.is_some() { "no scan time" } else { "no number" };
-                    let row = row.iter().collect::<Vec<_>>().join(",");
-                    let help = "each row holds a decimal number with a point, larger than 0";
-                    faults.at("capture", line, &row, &format!("'{cell}' is {what}"), help);
+                    let help = "each row holds a decimal number, larger than 0";
+                    faults.at("capture", line, &joined(&row), &format!("'{cell}' is {what}"), help);
                 }
             }
         }
@@ -185,6 +219,66 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// What marks decimals in these columns: as stated, or as their cells show together.
+    fn decimal(
+        &self,
+        columns: &[usize],
+        selection: &Selection<'_>,
+    ) -> Result<Decimal, Vec<Diagnostic>> {
+        if let Some(decimal) = selection.decimal {
+            return Ok(decimal);
+        }
+        let mut signs = Signs::default();
+        for row in self.rows() {
+            let (line, row) = row?;
+            for cell in columns.iter().filter_map(|&column| row.get(column)) {
+                signs.cell(line, cell);
+            }
+        }
+        signs.decimal(self.delimiter == b';').map_err(|(line, cell, why)| {
+            let mut found = fault(
+                self.name,
+                format!("'{cell}' {why}"),
+                "say with --decimal point or --decimal comma what marks the decimals",
+            );
+            found.line = Some(line);
+            vec![found]
+        })
+    }
+
+    /// Whether a column holds dates or times of day.
+    fn is_dated(&self, column: usize) -> Result<bool, Vec<Diagnostic>> {
+        let Some(first) = self.rows().next() else { return Ok(false) };
+        let (_, row) = first?;
+        Ok(row.get(column).and_then(Stamp::read).is_some())
+    }
+
+    /// Scan times between dates or times of day.
+    fn dates(&self, column: usize) -> Result<Measurements, Vec<Diagnostic>> {
+        let (mut faults, mut stamps) = (Faults::new(self.name), Vec::<Stamp>::new());
+        for row in self.rows() {
+            let (line, row) = row?;
+            let cell = row.get(column).unwrap_or_default();
+            match Stamp::read(cell) {
+                Some(stamp) if stamps.first().is_none_or(|first| first.form == stamp.form) => {
+                    stamps.push(stamp);
+                }
+                _ => {
+                    let message = format!("'{cell}' is no date and time like those before it");
+                    let help = "each row holds a time stamp such as 2026-11-21T17:42:31.250";
+                    faults.at("capture", line, &joined(&row), &message, help);
+                }
+            }
+        }
+        if faults.any_error() {
+            return Err(faults.into_diagnostics());
+        }
+        let values: Vec<i128> = stamps.iter().map(|stamp| stamp.at).collect();
+        let step = stamps.iter().map(|stamp| stamp.step).min().map(Picos);
+        let how = format!("between the time stamps of column {}", self.heads[column]);
+        self.origin(step).of_stamps(how, &values)
+    }
+
     /// The column that holds scan times, or time stamps, by its name.
     fn likely(&self, pulses: bool) -> Result<usize, Vec<Diagnostic>> {
         if self.heads.len() == 1 {
@@ -193,7 +287,7 @@ impl<'a> Table<'a> {
         let words: &[&str] = if pulses { &STAMP_WORDS } else { &SCAN_WORDS };
         let is_likely = |head: &&String| {
             let own = Unit::words_of_head(head);
-            Unit::of_head(head).is_some()
+            (Unit::of_head(head).is_some() || pulses)
                 && words.iter().any(|word| if pulses { own == *word } else { own.contains(word) })
         };
         let found: Vec<usize> = self
@@ -255,26 +349,43 @@ impl<'a> Table<'a> {
     ) -> Result<Measurements, Vec<Diagnostic>> {
         let column = self.find(signal)?;
         let clock = self.clock(selection)?;
+        let gate = selection.during.map(|name| self.find(name)).transpose()?;
+        let decimal = match selection.threshold {
+            Some(_) => self.decimal(&[vec![column], clock.column()].concat(), selection)?,
+            None => self.decimal(&clock.column(), selection)?,
+        };
         let mut faults = Faults::new(self.name);
         let mut edges = Edges::new(selection.edge);
         let mut last = i128::MIN;
         for (sample, row) in self.rows().enumerate() {
             let (line, row) = row?;
-            let text = || row.iter().collect::<Vec<_>>().join(",");
-            let level = match row.get(column).unwrap_or_default() {
-                "0" => false,
-                "1" => true,
-                other => {
-                    let message = format!("'{other}' is no level");
-                    let help = "a captured signal is 0 or 1: is it a logic channel?";
-                    faults.at("capture", line, &text(), &message, help);
-                    continue;
-                }
+            let text = || joined(&row);
+            let cell = row.get(column).unwrap_or_default();
+            let level = match (selection.threshold, cell) {
+                (Some(threshold), _) => decimal.level(cell).map(|value| threshold.level(value)),
+                (None, "0") => Some(Some(false)),
+                (None, "1") => Some(Some(true)),
+                (None, _) => None,
             };
-            match clock.at(sample as u64, &row) {
+            let Some(level) = level else {
+                let message = format!("'{cell}' is no level");
+                let help = match selection.threshold {
+                    Some(_) => "an analog signal is a number in each row",
+                    None => {
+                        "a captured signal is 0 or 1; of an analog one say with --threshold where it changes, such as --threshold 2.5 or 0.8..2.0"
+                    }
+                };
+                faults.at("capture", line, &text(), &message, help);
+                continue;
+            };
+            match clock.at(sample as u64, &row, decimal) {
                 Some(at) if at > last => {
                     last = at;
-                    edges.level(at, Some(level));
+                    if let Some(level) = level {
+                        edges.level(at, Some(level));
+                    }
+                    let still = gate.is_some_and(|gate| row.get(gate) != Some("1"));
+                    edges.stands(still, still);
                 }
                 Some(_) => {
                     let help = "the samples come in order of time: export the capture again";
@@ -307,6 +418,9 @@ impl<'a> Table<'a> {
         };
         let rate = self.sigrok.as_ref().and_then(|sigrok| sigrok.rate);
         let channels = self.sigrok.as_ref().map_or(0, |sigrok| sigrok.channels.len());
+        if let Some((start, step)) = self.counted {
+            return Ok(RowClock::Steps { start, step });
+        }
         if let Some(rate) = rate {
             let has_time = channels > 0 && self.heads.len() > channels;
             return Ok(if has_time {
@@ -343,6 +457,8 @@ impl<'a> Table<'a> {
 enum RowClock {
     /// By a column with a unit.
     Stamped { column: usize, unit: Unit },
+    /// By a first column that counts steps of so many picoseconds from the start.
+    Steps { start: i128, step: i128 },
     /// By the rows' number.
     Sampled { rate: u64 },
     /// By a column that counts samples times a period cut to a whole number of its unit.
@@ -350,10 +466,14 @@ enum RowClock {
 }
 
 impl RowClock {
-    fn at(&self, sample: u64, row: &StringRecord) -> Option<i128> {
+    fn at(&self, sample: u64, row: &StringRecord, decimal: Decimal) -> Option<i128> {
         let of_sample = |sample: i128, rate: u64| sample * 1_000_000_000_000 / i128::from(rate);
         match self {
-            RowClock::Stamped { column, unit } => unit.read(row.get(*column)?),
+            RowClock::Stamped { column, unit } => decimal.read(row.get(*column)?, *unit),
+            RowClock::Steps { start, step } => {
+                let count: i128 = row.get(0)?.parse().ok()?;
+                start.checked_add(count.checked_mul(*step)?)
+            }
             RowClock::Sampled { rate } => Some(of_sample(i128::from(sample), *rate)),
             RowClock::Counted { column, rate, period } => {
                 let count: i128 = row.get(*column)?.parse().ok()?;
@@ -362,23 +482,23 @@ impl RowClock {
         }
     }
 
+    /// The column that holds the time as a number.
+    fn column(&self) -> Vec<usize> {
+        match self {
+            RowClock::Stamped { column, .. } => vec![*column],
+            _ => Vec::new(),
+        }
+    }
+
     fn resolution(&self) -> Option<Picos> {
         match self {
             RowClock::Stamped { .. } => None,
+            RowClock::Steps { step, .. } => u64::try_from(*step).ok().map(Picos),
             RowClock::Sampled { rate } | RowClock::Counted { rate, .. } => {
                 Some(Picos(1_000_000_000_000_u64.div_ceil(*rate)))
             }
         }
     }
-}
-
-/// The sample period as libsigrok's time column counts it.
-fn cut_period(rate: u64) -> u64 {
-    let mut unit = 1_u64;
-    while unit < rate {
-        unit = unit.saturating_mul(1000);
-    }
-    (unit / rate).max(1)
 }
 
 fn unit_of(head: &str) -> Option<Unit> {
@@ -390,52 +510,23 @@ fn is_long_unit(head: &str) -> bool {
     LONG_UNITS.iter().any(|(long, _)| head.trim().eq_ignore_ascii_case(long))
 }
 
-impl Sigrok {
-    /// Gives the channels' columns their names, where all are headed `logic` or not at all.
-    fn name_columns(&self, heads: &mut [String]) {
-        let Some(first) = heads.len().checked_sub(self.channels.len()).filter(|&first| first <= 1)
-        else {
-            return;
-        };
-        for (head, channel) in heads[first..].iter_mut().zip(&self.channels) {
-            if head.is_empty() || head == "logic" {
-                head.clone_from(channel);
-            }
-        }
-    }
+/// The head of several rows that a known maker's file has, behind its comments.
+fn heading(text: &str, comments: usize, delimiter: u8) -> Option<Heading> {
+    let rows: Vec<Vec<String>> = text
+        .lines()
+        .skip(comments)
+        .take(heading::ROWS)
+        .map(|line| {
+            let cells = line.split(char::from(delimiter));
+            cells.map(|cell| cell.trim().trim_matches('"').trim().to_owned()).collect()
+        })
+        .collect();
+    heading::read(&rows)
 }
 
-/// What libsigrok's comments say; `None` if they are not its.
-fn sigrok(comments: &[&str]) -> Option<Sigrok> {
-    let bodies = || comments.iter().map(|comment| comment.trim_start_matches([';', '#']).trim());
-    bodies().find(|body| body.starts_with("CSV generated by"))?;
-    let mut found = Sigrok::default();
-    for body in bodies() {
-        if let Some(rate) = body.strip_prefix("Samplerate:") {
-            found.rate = hertz(rate.trim()).filter(|&rate| rate > 0);
-        } else if let Some((_, names)) =
-            body.strip_prefix("Channels").and_then(|rest| rest.split_once(':'))
-        {
-            found.channels = names.split(',').map(|name| name.trim().to_owned()).collect();
-        }
-    }
-    Some(found)
-}
-
-/// A frequency in whole hertz.
-fn hertz(text: &str) -> Option<u64> {
-    let (number, unit) = text.split_once(' ')?;
-    let digits = match unit.trim() {
-        "Hz" => 0_u32,
-        "kHz" => 3,
-        "MHz" => 6,
-        "GHz" => 9,
-        _ => return None,
-    };
-    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
-    let fraction = fraction.trim_end_matches('0');
-    let places = digits.checked_sub(u32::try_from(fraction.len()).ok()?)?;
-    format!("{whole}{fraction}").parse::<u64>().ok()?.checked_mul(10_u64.pow(places))
+/// A row as it is shown.
+fn joined(row: &StringRecord) -> String {
+    row.iter().collect::<Vec<_>>().join(",")
 }
 
 /// The file as text: UTF-8, else what Windows tools write.

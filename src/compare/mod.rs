@@ -4,11 +4,15 @@ pub mod capture;
 mod delimited;
 mod dump;
 mod fit;
+mod heading;
 mod histogram;
+mod number;
+mod sigrok;
 
-pub use capture::{Edge, Selection};
+pub use capture::{Edge, Selection, Threshold};
 pub use fit::{Clock, Fit, Ratio, Scale};
 pub use histogram::{Bin, Histogram};
+pub use number::Decimal;
 
 use crate::audit::{Audit, Share};
 use crate::diagnostic::Diagnostic;
@@ -202,5 +206,7 @@ fn missed(time: Picos, usual: Picos) -> bool {
     nearest >= 2 && off <= usual.0 / 10
 }
 
+#[cfg(test)]
+mod format_tests;
 #[cfg(test)]
 mod tests;
