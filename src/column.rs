@@ -1,6 +1,7 @@
 //! Columns of CSV files whose heads name a unit of time, and the times in them.
 
 use std::fmt;
+use std::ops::Range;
 
 /// A unit of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,9 +101,49 @@ impl fmt::Display for Unit {
     }
 }
 
+/// The bytes of a line that its cell of this number is, from 0, without blanks and quotation marks around it.
+#[must_use]
+pub fn cell(line: &str, delimiter: u8, number: usize) -> Option<Range<usize>> {
+    let (mut quoted, mut begin, mut seen) = (false, 0, 0);
+    let ends = line.bytes().enumerate().filter(|&(_, byte)| {
+        quoted ^= byte == b'"';
+        byte == delimiter && !quoted
+    });
+    let ends: Vec<usize> = ends.map(|(at, _)| at).chain([line.len()]).collect();
+    for end in ends {
+        if seen == number {
+            let text = &line[begin..end];
+            let inner = text.trim().trim_matches('"').trim();
+            let from = begin + text.find(inner)?;
+            return Some(from..from + inner.len());
+        }
+        (begin, seen) = (end + 1, seen + 1);
+    }
+    None
+}
+
+/// The line on which a record begins: behind the blank lines and comments that are told as its own.
+#[must_use]
+pub fn line_of(bytes: &[u8], at: Option<&csv::Position>, comment: u8) -> u32 {
+    let Some(at) = at else { return 1 };
+    let begin = usize::try_from(at.byte()).unwrap_or(usize::MAX).min(bytes.len());
+    let lines = bytes[begin..].split(|&byte| byte == b'\n');
+    let is_other = |line: &&[u8]| line.first() == Some(&comment) || line.trim_ascii().is_empty();
+    let skipped = lines.take_while(is_other);
+    u32::try_from(at.line() + skipped.count() as u64).unwrap_or(u32::MAX)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn cells_are_found_in_their_line() {
+        let line = "a, b ,\"c,d\",,e";
+        let found = |number| cell(line, b',', number).map(|bytes| &line[bytes]);
+        assert_eq!([0, 1, 2, 3, 4].map(found), ["a", "b", "c,d", "", "e"].map(Some));
+        assert_eq!(found(5), None);
+    }
 
     #[test]
     fn heads_name_their_unit_in_any_of_the_usual_ways() {

@@ -32,6 +32,8 @@ pub struct Arguments {
 enum Form {
     /// Assembly, up to the last word that is not empty
     Asm,
+    /// The listing: addresses and the bits to set the switches by beside it
+    List,
     /// Intel HEX of all 256 words
     Hex,
     /// The 256 bytes themselves
@@ -42,6 +44,7 @@ impl Form {
     fn of_name(file: &Path) -> Option<Form> {
         match file.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "asm" | "txt" | "s" => Some(Form::Asm),
+            "lst" => Some(Form::List),
             "hex" | "ihx" | "ihex" => Some(Form::Hex),
             "bin" => Some(Form::Bin),
             _ => None,
@@ -71,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         (Some(form), _) | (None, Some(Some(form))) => form,
         (None, None) => Form::Asm,
         (None, Some(None)) => {
-            let help = "name the output .asm, .hex or .bin, or say what to write with --to";
+            let help = "name the output .asm, .lst, .hex or .bin, or say what to write with --to";
             return Err(anyhow!(help).into());
         }
     };
@@ -79,6 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut sink = Sink::open(Target::new(arguments.output.as_deref())?)?;
     let written = match form {
         Form::Asm => sink.write_all(assembly::write(&source.words).as_bytes()),
+        Form::List => sink.write_all(assembly::write_listing(&source.words).as_bytes()),
         Form::Hex => sink.write_all(machine_code::write_hex(&source.words).as_bytes()),
         Form::Bin => sink.write_all(&source.bytes()),
     };

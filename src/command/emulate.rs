@@ -6,7 +6,7 @@ use super::{Failure, Outcome, convert, values};
 use anyhow::{Context, anyhow};
 use clap::{ArgGroup, Args};
 use scanbound::compare::Figures;
-use scanbound::emulate::stimulus::Stimulus;
+use scanbound::emulate::stimulus::{Stimulus, What};
 use scanbound::emulate::trace::Trace;
 use scanbound::emulate::vcd::Dump;
 use scanbound::emulate::{Clock, FILTER, Fraction, Machine, Observer, Settings, View};
@@ -153,6 +153,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             if arguments.duration.is_some_and(|end| scan.start >= end) {
                 break;
             }
+            if scan.held {
+                continue;
+            }
             times.push(scan.time);
             trace.scan(&scan)?;
         }
@@ -192,7 +195,9 @@ fn in_range(
     settings: &Settings,
     stimulus: &Stimulus,
 ) -> Result<(), Failure> {
-    let scan = u128::from(settings.clock.longest().0) * 256;
+    let slow = stimulus.changes.iter().any(|change| change.what == What::Slow && change.on);
+    let clock = Clock { slow: slow || settings.clock.slow, ..settings.clock.clone() };
+    let scan = u128::from(clock.longest().0) * 256;
     let end = stimulus.changes.last().map_or(0, |change| u128::from(change.at.0));
     let scans = u128::from(arguments.scans.unwrap_or(0));
     let duration = u128::from(arguments.duration.unwrap_or(Picos::ZERO).0);

@@ -5,7 +5,7 @@ use super::capture::{Edges, Origin, Selection, fault};
 use super::heading::{self, Heading};
 use super::number::{Decimal, Signs, Stamp};
 use super::sigrok::{Sigrok, cut_period, sigrok};
-use crate::column::{UNITS, Unit};
+use crate::column::{UNITS, Unit, line_of};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
 use crate::emulate::vcd::EMULATED;
@@ -125,7 +125,7 @@ impl<'a> Table<'a> {
     }
 
     fn records(&self) -> impl Iterator<Item = Result<(u32, StringRecord), Vec<Diagnostic>>> {
-        let (name, before) = (self.name, self.before);
+        let (name, before, text, comment) = (self.name, self.before, self.text, self.comment);
         csv::ReaderBuilder::new()
             .delimiter(self.delimiter)
             .comment(Some(self.comment))
@@ -136,7 +136,8 @@ impl<'a> Table<'a> {
             .into_records()
             .map(move |record| match record {
                 Ok(record) => {
-                    Ok((before + record.position().map_or(0, |at| at.line() as u32), record))
+                    let line = line_of(text.as_bytes(), record.position(), comment);
+                    Ok((before + line, record))
                 }
                 Err(error) => {
                     let message = format!("not CSV: {error}");

@@ -1,13 +1,12 @@
 //! The machine: program counter, accumulator, devices, and what happens between its words.
 
 use super::Settings;
-use super::clock::Oscillator;
+use super::clock::{Clock, Oscillator};
 use super::counter::Counter;
 use super::filter::Filter;
 use super::stimulus::{Change, Stimulus, What};
 use crate::dialect::minasec::{Device, WORDS, Word};
 use crate::time::Picos;
-use std::ops::ControlFlow;
 
 /// The addresses that no store changes.
 const INPUTS: u32 = 0xFF;
@@ -28,7 +27,7 @@ pub struct View {
     pub outputs: u8,
     /// The count.
     pub count: u8,
-    /// Whether the program runs: power is on and the reset switch is not.
+    /// Whether the program runs: power is on, and the switch is on neither RESET nor HALT.
     pub running: bool,
 }
 
@@ -55,6 +54,19 @@ pub struct Scan {
     pub time: Picos,
     /// The machine at its end.
     pub view: View,
+    /// Whether the clock stood still within it: then its time is no scan time.
+    pub held: bool,
+}
+
+/// What came of events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Went {
+    /// The clock runs on.
+    On,
+    /// The scan is cut off.
+    Off,
+    /// At that moment the clock stopped, or went over to another speed.
+    Over(u64),
 }
 
 /// Who looks on. Moments come in order.
@@ -97,6 +109,12 @@ pub struct Machine {
     board: std::vec::IntoIter<Change>,
     power: bool,
     reset: bool,
+    halt: bool,
+    /// The clock's button.
+    button: bool,
+    clock: Clock,
+    /// Whether the clock stood still in this scan.
+    held: bool,
     /// Now, in picoseconds.
     now: u64,
 }
@@ -123,6 +141,10 @@ impl Machine {
             board: board.into_iter(),
             power: true,
             reset: false,
+            halt: false,
+            button: false,
+            clock: settings.clock.clone(),
+            held: false,
             now: 0,
         };
         machine.show_count();
@@ -152,12 +174,12 @@ impl Machine {
                 | u8::from(self.counter.clear) << 3,
             outputs: self.outputs,
             count: self.counter.count,
-            running: self.running(),
+            running: self.running() && !self.halt,
         }
     }
 
-    /// Runs to the end of the next scan that is not cut off. `None` if the machine stays without power, or
-    /// in reset.
+    /// Runs to the end of the next scan that is not cut off. `None` if the machine stays without power, in reset
+    /// or halted.
     pub fn scan(&mut self, observer: &mut impl Observer) -> Option<Scan> {
         loop {
             self.board_until(self.now, observer);
@@ -168,6 +190,9 @@ impl Machine {
             }
             if let Some(scan) = self.run(observer) {
                 return Some(scan);
+            }
+            if self.running() && self.halt {
+                return None;
             }
         }
     }
@@ -186,46 +211,101 @@ impl Machine {
         if !self.oscillator.is_steady() {
             self.oscillator.periods(&mut self.periods);
         }
-        let mut begun = start;
+        let (mut index, mut begun) = (0, start);
+        self.held = self.halt;
+        if self.halt {
+            (index, begun) = self.hold(index, start, observer)?;
+        }
         let mut event = self.next_event();
-        for index in 0..WORDS {
-            let (word, period) = (self.words[index], self.periods[index]);
+        while index < WORDS {
+            let period = self.periods[index];
             let edge = begun + period / 2;
-            begun += period;
             if edge >= event {
-                if self.events_until(edge, observer).is_break() {
-                    return None;
+                match self.events_until(edge, observer) {
+                    Went::On => {}
+                    Went::Off => return None,
+                    Went::Over(at) => {
+                        // The word under way begins anew when the clock does.
+                        (index, begun) = self.hold(index, at, observer)?;
+                        event = self.next_event();
+                        continue;
+                    }
                 }
                 event = self.next_event();
             }
-            let bits = u32::from(word.0);
-            let address = bits & 0x1F;
-            if bits < 0xC0 {
-                // The logic unit as the description's formula has it, less the case of a store.
-                let input = (self.devices >> address ^ bits >> 5) & 1;
-                let (is_or, is_and) = (bits >> 7, bits >> 6 & 1);
-                let accumulator = self.accumulator;
-                self.accumulator = input & ((is_and ^ 1) | accumulator) | is_or & accumulator;
-            } else {
-                let value = (self.accumulator ^ bits >> 5) & 1;
-                if address < SPECIAL {
-                    // An input has no latch.
-                    let latch = 1 << address & !INPUTS;
-                    self.devices = self.devices & !latch | value << address & latch;
-                } else {
-                    self.store(address - SPECIAL, value == 1, edge);
-                    event = self.next_event();
-                }
-                observer.change(Picos(edge), self.view());
+            begun += period;
+            if self.execute(index, edge, observer) {
+                event = self.next_event();
             }
+            index += 1;
         }
-        if begun >= event && self.events_until(begun, observer).is_break() {
-            return None;
+        if begun >= event {
+            match self.events_until(begun, observer) {
+                Went::On => {}
+                Went::Off => return None,
+                // The last word is run: the scan ends with the clock.
+                Went::Over(at) => begun = at,
+            }
         }
         self.now = begun;
         self.outputs = (self.devices >> 8) as u8;
         observer.change(Picos(begun), self.view());
-        Some(Scan { start: Picos(start), time: Picos(begun - start), view: self.view() })
+        let (time, view, held) = (Picos(begun - start), self.view(), self.held);
+        Some(Scan { start: Picos(start), time, view, held })
+    }
+
+    /// Waits while the clock stands still, from a word on; the button runs a word when it is pressed, and goes on
+    /// to the next when it is released. The word and the time with which the clock goes on; `None` if it does not.
+    fn hold(
+        &mut self,
+        mut index: usize,
+        mut at: u64,
+        observer: &mut impl Observer,
+    ) -> Option<(usize, u64)> {
+        let mut high = false;
+        while self.halt && index < WORDS {
+            self.held = true;
+            self.board.as_slice().first()?;
+            at = self.next_event();
+            let before = self.button;
+            if self.events_until(at, observer) == Went::Off {
+                return None;
+            }
+            if self.halt && self.button && !before {
+                self.execute(index, at, observer);
+                high = true;
+            } else if high && !(self.halt && self.button) {
+                (index, high) = (index + 1, false);
+            }
+        }
+        Some((index, at))
+    }
+
+    /// Runs a word at its clock's edge. Whether it was a store that may move what is to come.
+    fn execute(&mut self, index: usize, edge: u64, observer: &mut impl Observer) -> bool {
+        let word = self.words[index];
+        let mut moved = false;
+        let bits = u32::from(word.0);
+        let address = bits & 0x1F;
+        if bits < 0xC0 {
+            // The logic unit as the description's formula has it, less the case of a store.
+            let input = (self.devices >> address ^ bits >> 5) & 1;
+            let (is_or, is_and) = (bits >> 7, bits >> 6 & 1);
+            let accumulator = self.accumulator;
+            self.accumulator = input & ((is_and ^ 1) | accumulator) | is_or & accumulator;
+        } else {
+            let value = (self.accumulator ^ bits >> 5) & 1;
+            if address < SPECIAL {
+                // An input has no latch.
+                let latch = 1 << address & !INPUTS;
+                self.devices = self.devices & !latch | value << address & latch;
+            } else {
+                self.store(address - SPECIAL, value == 1, edge);
+                moved = true;
+            }
+            observer.change(Picos(edge), self.view());
+        }
+        moved
     }
 
     /// Writes to T0, T1, C0 or its clear.
@@ -263,12 +343,12 @@ impl Machine {
         board.min(self.timers[0].closes).min(self.timers[1].closes)
     }
 
-    /// What happens until then, in order. Breaks if the scan is cut off.
-    fn events_until(&mut self, until: u64, observer: &mut impl Observer) -> ControlFlow<()> {
+    /// What happens until then, in order, or until the clock changes.
+    fn events_until(&mut self, until: u64, observer: &mut impl Observer) -> Went {
         loop {
             let at = self.next_event();
             if at > until || at == NEVER {
-                return ControlFlow::Continue(());
+                return Went::On;
             }
             for (which, timer) in self.timers.iter_mut().enumerate() {
                 if timer.closes <= at {
@@ -277,10 +357,14 @@ impl Machine {
                 }
             }
             observer.change(Picos(at), self.view());
+            let clock = (self.halt, self.clock.slow);
             self.board_until(at, observer);
             if !self.running() {
                 self.now = at;
-                return ControlFlow::Break(());
+                return Went::Off;
+            }
+            if clock != (self.halt, self.clock.slow) {
+                return Went::Over(at);
             }
         }
     }
@@ -294,6 +378,9 @@ impl Machine {
             match change.what {
                 What::Power => self.power = change.on,
                 What::Reset => self.reset = change.on,
+                What::Halt => self.halt = change.on,
+                What::Step => self.button = change.on,
+                What::Slow => self.run_slow(change.on),
                 What::ClearCount => self.counter.press(change.on),
                 What::Input(_) => {}
             }
@@ -302,6 +389,18 @@ impl Machine {
             }
             self.show_count();
             observer.change(change.at, self.view());
+        }
+    }
+
+    /// The clock's switch; a board's clock keeps its tolerance.
+    fn run_slow(&mut self, slow: bool) {
+        if self.clock.slow != slow {
+            self.clock.slow = slow;
+            self.oscillator = Oscillator::new(&self.clock);
+            self.periods = [self.oscillator.period; WORDS];
+            if !self.oscillator.is_steady() {
+                self.oscillator.periods(&mut self.periods);
+            }
         }
     }
 

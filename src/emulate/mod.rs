@@ -97,4 +97,6 @@ impl Settings {
 }
 
 #[cfg(test)]
+mod switch_tests;
+#[cfg(test)]
 mod tests;

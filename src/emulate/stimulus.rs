@@ -1,7 +1,8 @@
 //! Reads what the plant does: a CSV of times and of the inputs and switches that change then.
 
-use crate::column::Unit;
+use crate::column::{Unit, cell, line_of};
 use crate::diagnostic::Diagnostic;
+use crate::dialect::Faults;
 use crate::dialect::minasec::{Device, Kind};
 use crate::time::Picos;
 
@@ -14,6 +15,12 @@ pub enum What {
     Power,
     /// The switch in its position RESET.
     Reset,
+    /// The same switch in its position HALT: the clock stands still.
+    Halt,
+    /// The button that gives a clock by hand while it does.
+    Step,
+    /// The clock's switch on SLOW.
+    Slow,
     /// The button that clears the count.
     ClearCount,
 }
@@ -37,7 +44,7 @@ pub struct Stimulus {
 }
 
 /// What a stimulus looks like.
-const FORM: &str = "the first row names the columns: the time with its unit (time_ms), X00 to X07, POWER, RESET, CNTCLR; the others hold times, and 0 or 1 where something changes";
+const FORM: &str = "the first row names the columns: the time with its unit (time_ms), X00 to X07, POWER, RESET, HALT, CLOCK, SLOW, CNTCLR; the others hold times, and 0 or 1 where something changes";
 
 impl Stimulus {
     /// Reads a stimulus. A cell that is empty, or beyond the end of its row, changes nothing.
@@ -57,27 +64,31 @@ impl Stimulus {
             Ok(_) => return Err(whole("the file is empty".into(), FORM)),
             Err(error) => return Err(whole(format!("not CSV: {error}"), FORM)),
         };
-        let mut faults = Vec::new();
+        let text = String::from_utf8_lossy(bytes);
+        let lines: Vec<&str> = text.lines().collect();
+        let mut faults = Faults::new(name);
+        let at_cell = |code, line: u32, column: usize, message: String, help: &str| {
+            let shown = lines.get((line as usize).wrapping_sub(1)).copied().unwrap_or_default();
+            let found = Diagnostic::line(code, name, line, shown.trim_end(), message, help);
+            match cell(shown, b',', column) {
+                Some(bytes) if !bytes.is_empty() => found.span(bytes),
+                _ => found,
+            }
+        };
+        let head = line_of(bytes, heads.position(), b'#');
         let time = heads.iter().position(|head| Unit::words_of_head(head) == "time");
         let unit = time.and_then(|column| Unit::of_head(&heads[column]));
         let Some((time, unit)) = time.zip(unit) else {
             return Err(whole("no column is a time with its unit".into(), FORM));
         };
         let mut columns = Vec::new();
-        for (column, head) in heads.iter().enumerate().filter(|(column, _)| *column != time) {
-            match what(head) {
+        for (column, word) in heads.iter().enumerate().filter(|(column, _)| *column != time) {
+            match what(word) {
                 Some(what) => columns.push((column, what)),
-                None => faults.push(
-                    Diagnostic::line(
-                        "stimulus-column",
-                        name,
-                        1,
-                        heads.iter().collect::<Vec<_>>().join(","),
-                        format!("'{head}' is no input and no switch"),
-                        FORM,
-                    )
-                    .mark(head),
-                ),
+                None => {
+                    let message = format!("'{word}' is no input and no switch");
+                    faults.push(at_cell("stimulus-column", head, column, message, FORM));
+                }
             }
         }
         let mut stimulus = Stimulus::default();
@@ -85,25 +96,31 @@ impl Stimulus {
             let record = match record {
                 Ok(record) => record,
                 Err(error) => {
-                    faults.extend(whole(format!("not CSV: {error}"), FORM));
+                    let line = error.position().map(|at| at.line() as u32);
+                    let message = format!("not CSV: {error}");
+                    let found = Diagnostic::file("stimulus", name, message, FORM);
+                    faults.push(Diagnostic { line, ..found });
                     break;
                 }
             };
-            let line = record.position().map_or(0, |at| at.line() as u32);
-            let text = record.iter().collect::<Vec<_>>().join(",");
-            let mut fault = |message: String, part: &str, help: &str| {
-                faults.push(
-                    Diagnostic::line("stimulus-row", name, line, &*text, message, help).mark(part),
-                );
+            let line = line_of(bytes, record.position(), b'#');
+            let mut fault = |message: String, column: usize, help: &str| {
+                faults.push(at_cell("stimulus-row", line, column, message, help));
             };
+            if let Some(extra) = (heads.len()..record.len()).find(|&n| !record[n].is_empty()) {
+                let message =
+                    format!("this row has {} cells, the head has {}", record.len(), heads.len());
+                fault(message, extra, "give each cell a column; numbers have a decimal point");
+                continue;
+            }
             let cell = record.get(time).unwrap_or_default();
             let at = unit.read(cell).and_then(|ps| u64::try_from(ps).ok()).map(Picos);
             let Some(at) = at else {
-                fault(format!("'{cell}' is no time"), cell, "give a decimal number from 0 on");
+                fault(format!("'{cell}' is no time"), time, "give a decimal number from 0 on");
                 continue;
             };
             if stimulus.changes.last().is_some_and(|last| last.at > at) {
-                fault("this row is before the last".into(), cell, "give the rows in order of time");
+                fault("this row is before the last".into(), time, "give the rows in order of time");
                 continue;
             }
             for &(column, what) in &columns {
@@ -114,7 +131,7 @@ impl Stimulus {
                     other => {
                         fault(
                             format!("'{other}' is neither 0 nor 1"),
-                            other,
+                            column,
                             "leave the cell empty where nothing changes",
                         );
                         continue;
@@ -123,7 +140,7 @@ impl Stimulus {
                 stimulus.changes.push(Change { at, what, on });
             }
         }
-        if faults.is_empty() { Ok(stimulus) } else { Err(faults) }
+        if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(stimulus) }
     }
 }
 
@@ -131,6 +148,9 @@ fn what(head: &str) -> Option<What> {
     match head.to_ascii_uppercase().as_str() {
         "POWER" => Some(What::Power),
         "RESET" => Some(What::Reset),
+        "HALT" => Some(What::Halt),
+        "CLOCK" => Some(What::Step),
+        "SLOW" => Some(What::Slow),
         "CNTCLR" => Some(What::ClearCount),
         _ => Device::from_name(head)
             .filter(|device| device.kind() == Kind::Input)
@@ -170,6 +190,18 @@ mod tests {
         };
         assert_eq!(faults("")[0], (0, "the file is empty".to_owned()));
         assert_eq!(faults("time,X00\n0,1\n")[0].0, 0, "no unit");
+        let marked =
+            Stimulus::parse("a.csv", b"# y\ntime_s, X00 ,Y00\n1, 1\n 2 ,\"1,5\"\n3,1,,x\n");
+        let marked: Vec<_> = marked
+            .expect_err("faults")
+            .into_iter()
+            .map(|fault| {
+                let (from, to) = fault.span.expect("a span");
+                (fault.line, fault.text[from..to].to_owned())
+            })
+            .collect();
+        let places = [(Some(2), "Y00"), (Some(4), "1,5"), (Some(5), "x")];
+        assert_eq!(marked, places.map(|(line, text)| (line, text.to_owned())));
         assert_eq!(
             faults("time_s,X00,Y00\n1,1\n0.5,0\nx,1\n-1,1\n2,2\n"),
             [

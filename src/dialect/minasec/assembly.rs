@@ -22,7 +22,11 @@ pub(super) fn sniff(beginning: &str) -> bool {
     for line in beginning.lines() {
         let mut words = split(line);
         take_address(&mut words);
-        let [mnemonic, operands @ ..] = &words[..] else { continue };
+        let (rest, pattern) = take_pattern(&words);
+        if is_head(&words) || (rest.is_empty() && pattern.is_some()) {
+            continue;
+        }
+        let [mnemonic, operands @ ..] = rest else { continue };
         seen += 1;
         if let (Some(opcode), [device]) = (Opcode::from_mnemonic(mnemonic), operands) {
             known += 1;
@@ -48,7 +52,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     for line in text.lines() {
         number = number.saturating_add(1);
         let mut words = split(line);
-        if words.is_empty() {
+        if words.is_empty() || is_head(&words) {
             continue;
         }
         let address = match take_address(&mut words) {
@@ -99,6 +103,14 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
         found.span = within(line, part).map(|range| (range.start, range.end));
         Err(found)
     };
+    let (words, pattern) = take_pattern(words);
+    if let ([], Some(word)) = (words, pattern) {
+        return if word.stores_to_input() {
+            fault("store-to-input", format!("{word} writes to an input"), DEVICES, "")
+        } else {
+            Ok(word)
+        };
+    }
     let (mnemonic, device) = match words {
         [mnemonic, device] => (*mnemonic, *device),
         [] => return fault("bare-address", "an address without an instruction".into(), FORM, ""),
@@ -140,7 +152,47 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
             words[1],
         );
     }
-    Ok(word)
+    match pattern {
+        Some(other) if other != word => fault(
+            "other-pattern",
+            format!("{word} is {}, the line has {}", pattern_of(word), pattern_of(other)),
+            "correct the instruction or the bits, or leave the bits out",
+            words[0],
+        ),
+        _ => Ok(word),
+    }
+}
+
+/// Takes the bit pattern behind off the words, if there is one: opcode and operand apart or together
+/// (`100 01000`, `10001000`).
+fn take_pattern<'w, 't>(words: &'w [&'t str]) -> (&'w [&'t str], Option<Word>) {
+    let bits = |text: &str, count: usize| {
+        let fits = text.len() == count && text.bytes().all(|b| matches!(b, b'0' | b'1'));
+        u8::from_str_radix(text, 2).ok().filter(|_| fits)
+    };
+    if let [rest @ .., opcode, operand] = words
+        && let (Some(opcode), Some(operand)) = (bits(opcode, 3), bits(operand, 5))
+    {
+        return (rest, Some(Word(opcode << 5 | operand)));
+    }
+    if let [rest @ .., pattern] = words
+        && let Some(pattern) = bits(pattern, 8)
+    {
+        return (rest, Some(Word(pattern)));
+    }
+    (words, None)
+}
+
+/// A word's bits, opcode and operand apart.
+fn pattern_of(word: Word) -> String {
+    format!("{:03b} {:05b}", word.0 >> 5, word.0 & 0x1F)
+}
+
+/// Whether a line is the head of the printed listing.
+fn is_head(words: &[&str]) -> bool {
+    let head = ["addr", "opcode", "operand", "binary"];
+    words.len() > 1
+        && words.iter().all(|word| head.iter().any(|one| word.eq_ignore_ascii_case(one)))
 }
 
 /// The words of a line without its comment.
@@ -173,12 +225,27 @@ fn take_address(words: &mut Vec<&str>) -> Option<Address> {
     Some(number.map_or(Address::TooLarge, Address::Number))
 }
 
+/// Writes the listing that the description prints: address, mnemonic, device, and the bits to set the switches by.
+#[must_use]
+pub fn write_listing(words: &[Word; WORDS]) -> String {
+    let mut out = "Addr  OPCODE  OPERAND  Binary\n".to_owned();
+    for (address, &word) in words[..used(words)].iter().enumerate() {
+        let (opcode, device) = (word.opcode().mnemonic(), word.device().to_string());
+        let _ = writeln!(out, "{address:>4}  {opcode:<6}  {device:<7}  {}", pattern_of(word));
+    }
+    out
+}
+
+/// How many words there are up to the last that is not empty, at least one.
+fn used(words: &[Word; WORDS]) -> usize {
+    words.iter().rposition(|&word| word != Word::default()).map_or(1, |last| last + 1)
+}
+
 /// Writes a program: a line for each word up to the last that is not empty, with its address.
 #[must_use]
 pub fn write(words: &[Word; WORDS]) -> String {
-    let used = words.iter().rposition(|&word| word != Word::default()).map_or(1, |last| last + 1);
     let mut out = String::new();
-    for (address, word) in words[..used].iter().enumerate() {
+    for (address, word) in words[..used(words)].iter().enumerate() {
         let _ = writeln!(out, "{address:>3}  {:<4} {}", word.opcode().mnemonic(), word.device());
     }
     out
@@ -212,6 +279,24 @@ mod tests {
         assert_eq!(source.lines.keys().copied().collect::<Vec<_>>(), [0, 1, 10, 11, 12]);
         assert_eq!(source.lines[&11], 6);
         assert_eq!(source.used(), 13);
+    }
+
+    #[test]
+    fn the_printed_listing_is_written_and_read_back() {
+        let source = read("a.asm", "LD X00\nOR Y00\nANDI X01\nST Y00\n").expect("a program");
+        let listing = write_listing(&source.words);
+        assert_eq!(
+            listing,
+            "Addr  OPCODE  OPERAND  Binary\n   0  LD      X00      000 00000\n   1  OR      Y00      100 01000\n   2  ANDI    X01      011 00001\n   3  ST      Y00      110 01000\n"
+        );
+        assert!(sniff(&listing));
+        assert_eq!(read("b.asm", &listing).expect("the listing").words, source.words);
+        let bits = "Addr Binary\n0 000 00000\n1 10001000\n2 01100001\n3 110 01000\n";
+        assert_eq!(read("c.asm", bits).expect("bits alone").words, source.words);
+        assert_eq!(
+            faults("0 LD X00 000 00001\n1 110 00000\n"),
+            [("other-pattern", Some(1)), ("store-to-input", Some(2)),]
+        );
     }
 
     #[test]

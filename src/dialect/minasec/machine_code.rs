@@ -22,15 +22,32 @@ pub(super) fn no_text(_beginning: &str) -> bool {
     false
 }
 
-/// Whether a file's bytes are the program memory: exactly 256, with bytes that no text has.
+/// What the memory ICs hold that the board takes (HM6116, HM6264, HM62256). The board grounds their addresses from
+/// A8 on, so the first 256 bytes are the program.
+const CHIPS: [usize; 3] = [2048, 8192, 32_768];
+
+/// Whether a file's bytes are the program memory, or a whole memory IC: of that length, with bytes that no text has;
+/// what the board cannot reach is empty, or repeats what it can.
 #[must_use]
 pub fn is_image(bytes: &[u8]) -> bool {
+    if CHIPS.contains(&bytes.len()) {
+        return is_image(&bytes[..WORDS]) && unreachable(bytes).is_none();
+    }
     let byte_order_mark = bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
     bytes.len() == WORDS
         && !byte_order_mark
         && bytes
             .iter()
             .any(|&byte| byte < 0x20 && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0C | 0x1A))
+}
+
+/// The first byte of a memory IC that the board cannot reach and that holds something of its own.
+fn unreachable(bytes: &[u8]) -> Option<usize> {
+    let uniform = |value: u8| bytes[WORDS..].iter().all(|&byte| byte == value);
+    if uniform(0) || uniform(0xFF) {
+        return None;
+    }
+    (WORDS..bytes.len()).find(|&at| bytes[at] != bytes[at % WORDS])
 }
 
 /// Whether the beginning of a file is Intel HEX.
@@ -58,12 +75,20 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
             "assemble the program again",
         ));
     }
-    if bytes.len() > WORDS {
+    let rest = CHIPS.contains(&bytes.len()).then(|| unreachable(bytes));
+    if let Some(Some(at)) = rest {
+        faults.push(Diagnostic::file(
+            "unreachable",
+            name,
+            format!("the byte at {at} is one that the board cannot reach, and is not empty"),
+            "the program counter has eight bits: give the memory's first 256 bytes alone",
+        ));
+    } else if bytes.len() > WORDS && rest.is_none() {
         faults.push(Diagnostic::file(
             "too-long",
             name,
             format!("the file has {} bytes, the program memory 256 words", bytes.len()),
-            "the program counter has eight bits: give the memory's first 256 bytes alone",
+            "give the memory's first 256 bytes, or a whole memory IC of 2048, 8192 or 32768",
         ));
     }
     for (address, &byte) in bytes.iter().take(WORDS).enumerate() {
@@ -80,6 +105,9 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
     let mut source = Source::new(name, super::HEX);
     let mut ended = false;
+    // The first byte that the board cannot reach, before all one that is not empty; and where the memory ends.
+    let mut outside: Option<(u32, &str, usize, bool)> = None;
+    let mut end = 0;
     let mut number = 0_u32;
     for line in text.lines() {
         number = number.saturating_add(1);
@@ -102,15 +130,13 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 for (address, byte) in (usize::from(offset)..).zip(value) {
                     if address < WORDS {
                         put(&mut source, address, byte, number, &mut faults);
-                    } else {
-                        faults.at(
-                            "too-long",
-                            number,
-                            line,
-                            &format!("address {address} is outside the program memory"),
-                            "the addresses are 0 to 255: the program counter has eight bits",
-                        );
-                        break;
+                        continue;
+                    }
+                    end = end.max(address + 1);
+                    let empty = matches!(byte, 0 | 0xFF);
+                    if !empty || outside.is_none() {
+                        outside =
+                            outside.filter(|_| empty).or(Some((number, line, address, empty)));
                     }
                 }
             }
@@ -132,6 +158,17 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 "the file was changed by hand or cut off: write it again",
             ),
         }
+    }
+    if let Some((number, line, address, empty)) = outside
+        && !(empty && CHIPS.contains(&end))
+    {
+        faults.at(
+            "too-long",
+            number,
+            line,
+            &format!("address {address} is outside the program memory"),
+            "the addresses are 0 to 255: the program counter has eight bits",
+        );
     }
     if !ended && !faults.any_error() {
         faults.push(Diagnostic::file(
@@ -185,6 +222,32 @@ pub fn write_hex(words: &[Word; WORDS]) -> String {
 mod tests {
     use super::*;
     use crate::dialect::minasec::assembly;
+
+    #[test]
+    fn a_whole_memory_ic_is_read_where_the_rest_says_nothing() {
+        let image = image();
+        for length in CHIPS {
+            for fill in [Some(0), Some(0xFF), None] {
+                let bytes: Vec<u8> = (0..length)
+                    .map(
+                        |at| if at < WORDS { image[at] } else { fill.unwrap_or(image[at % WORDS]) },
+                    )
+                    .collect();
+                assert!(is_image(&bytes));
+                let source = read_binary("a.bin", &bytes).expect("a program");
+                assert_eq!(source.words.map(|word| word.0), image);
+                let mut other = bytes.clone();
+                other[length - 1] = 0x55;
+                assert!(!is_image(&other));
+                assert_eq!(
+                    read_binary("a.bin", &other).expect_err("refused")[0].code,
+                    "unreachable"
+                );
+            }
+        }
+        let odd = vec![0; 1000];
+        assert_eq!(read_binary("a.bin", &odd).expect_err("refused")[0].code, "too-long");
+    }
 
     /// A program with every word that is not a store to an input.
     fn image() -> [u8; WORDS] {
