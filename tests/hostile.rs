@@ -10,6 +10,7 @@ mod common {
 
 use common::hostile::{Case, Random, case};
 use std::fs;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -91,7 +92,8 @@ fn run(case: &Case, directory: &Path) -> Run {
     for (name, bytes) in &case.files {
         fs::write(directory.join(name), bytes).expect("written");
     }
-    let errors = fs::File::create(directory.join("told")).expect("a new file");
+    let mut told = tempfile::tempfile().expect("a new file");
+    let errors = told.try_clone().expect("the file once more");
     let begun = Instant::now();
     let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
         .args(&case.arguments)
@@ -115,8 +117,10 @@ fn run(case: &Case, directory: &Path) -> Run {
         }
     };
     let time = begun.elapsed();
-    let told = fs::read(directory.join("told")).unwrap_or_default();
-    Run { code, time, memory, told: String::from_utf8_lossy(&told).into_owned() }
+    let mut text = Vec::new();
+    told.seek(SeekFrom::Start(0)).expect("its beginning");
+    told.read_to_end(&mut text).expect("what was told");
+    Run { code, time, memory, told: String::from_utf8_lossy(&text).into_owned() }
 }
 
 /// The most memory that a process has had, in kilobytes, where the system tells it.

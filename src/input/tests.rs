@@ -139,8 +139,8 @@ fn paths_that_give_nothing_or_the_same_twice() {
     let alone = std::slice::from_ref(&a);
     assert_eq!(gather(alone, &Ignore::default()).unwrap().inputs.len(), 1);
     let left = gather(alone, &ignoring(&["*.csv"])).unwrap_err();
-    assert_eq!(list(&left)[0], "left-out a.csv");
-    assert_eq!(left[1].code, "no-program");
+    let codes: Vec<_> = left.iter().map(|found| found.code).collect();
+    assert_eq!(codes, ["left-out", "no-program"]);
     assert!(Ignore::parse(["a["]).is_err());
 }
 

@@ -1,6 +1,7 @@
 //! Cases for hostile inputs: samples of every dialect and of every side file, changed at random.
 
 use std::fs;
+use std::ops::Range;
 use std::path::Path;
 
 /// A run: its files and its arguments.
@@ -63,7 +64,7 @@ const DUMP: &str = "$timescale 1 us $end\n$scope module m $end\n$var wire 1 ! sc
 const SCOPE: &str = "X,CH1,Start,Increment,\nSequence,Volt,-1.0e-03,1.0e-03,\n0,0.1,\n1,4.9,\n2,0.2,\n9,0.1,\n10,4.8,\n";
 const COMMENTS: &str =
     "\"Device Name\",\"Comment\"\n\"X0\",\"start\"\n\"M1\",\"mode\"\n\"D0\",\"count\"\n";
-const FACTS: &str = "[ranges]\nD0 = [0, 10]\nD1 = [0, 100]\n[interrupts]\nI0 = 2\n[io]\ninputs = 32\noutputs = 16\n";
+const FACTS: &str = "[ranges]\nD0 = [0, 10]\nD1 = [0, 100]\n[io]\ninputs = 32\noutputs = 16\n";
 const ASM: &str = "samples/minasec-u/test-program.asm";
 
 const SAMPLES: &[Sample] = &[
@@ -96,7 +97,7 @@ const SAMPLES: &[Sample] = &[
             ("a.il", File("samples/paper/program.il")),
             ("table.csv", File("samples/paper/table.csv")),
         ],
-        arguments: &["audit", "a.il", "--table", "table.csv", "--response"],
+        arguments: &["audit", "a.il", "--table", "table.csv"],
         heading: 0,
         searches: true,
     },
@@ -232,7 +233,7 @@ pub fn case(random: &mut Random, size: Option<usize>) -> Case {
         Ok(text) => {
             let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
             // What is blown up is changed less, or hardly any would be searched.
-            for _ in 0..=random.below(if size.is_some() { 2 } else { 4 }) {
+            for _ in 0..=random.below(if size.is_some() { 1 } else { 3 }) {
                 change(&mut lines, sample.heading, random);
             }
             if let Some(size) = size {
@@ -242,7 +243,7 @@ pub fn case(random: &mut Random, size: Option<usize>) -> Case {
         }
         Err(error) => error.into_bytes(),
     };
-    if random.once_in(12) {
+    if random.once_in(16) {
         damage(&mut files[0].1, random);
     }
     let mut arguments: Vec<String> = sample.arguments.iter().map(|&one| one.to_owned()).collect();
@@ -264,53 +265,90 @@ impl Source {
     }
 }
 
-/// One change behind the heading that leaves most programs programs.
+/// One change behind the heading; most leave a program a program.
 fn change(lines: &mut Vec<String>, heading: usize, random: &mut Random) {
     let heading = heading.min(lines.len().saturating_sub(1));
+    if lines.len() < heading + 2 {
+        return;
+    }
     let body = lines.len() - heading;
-    let at = heading + random.below(body);
-    let other = heading + random.below(body);
-    match random.below(10) {
+    let (at, other) = (heading + random.below(body), heading + random.below(body));
+    let rungs = rungs(lines, heading);
+    let (rung, next) = (random.pick(&rungs).clone(), random.pick(&rungs).clone());
+    match random.below(24) {
         // A number becomes another: a device, a constant, a count, a label, a time.
-        0..=4 => lines[at] = renumbered(&lines[at], random),
-        5 => lines[at] = borrowed(&lines[at], &lines[other], random),
-        6 => {
-            let line = lines[at].clone();
-            lines.insert(at, line);
+        0..=11 => lines[at] = renumbered(&lines[at], random),
+        12 | 13 => lines[at] = borrowed(&lines[at], &lines[other], random),
+        // A rung once more, in another place, or not at all.
+        14..=16 => {
+            let copy: Vec<String> = lines[rung].to_vec();
+            let copies = if random.once_in(8) { 40 } else { 1 };
+            for _ in 0..copies {
+                lines.splice(next.start..next.start, copy.iter().cloned());
+            }
         }
-        7 if body > 2 => {
+        17 | 18 => {
+            let taken: Vec<String> = lines.drain(rung).collect();
+            let to = (heading + random.below(body)).min(lines.len());
+            if random.once_in(2) {
+                lines.splice(to..to, taken);
+            }
+        }
+        19 | 20 if rung.end <= next.start => {
+            let taken: Vec<String> = lines.drain(rung.clone()).collect();
+            let to = next.start - rung.len();
+            lines.splice(to..to, taken);
+        }
+        // What breaks most of them.
+        21 => lines.swap(at, other),
+        22 => {
             lines.remove(at);
         }
-        8 => lines.swap(at, other),
         _ => {
-            // A piece from elsewhere, up to a dozen lines.
-            let length = (1 + random.below(12)).min(lines.len() - other);
-            let piece: Vec<String> = lines[other..other + length].to_vec();
-            lines.splice(at..at, piece);
+            let line = lines[at].clone();
+            lines.insert(other, line);
         }
     }
+}
+
+/// The rungs behind the heading: each begins with a line that loads. Where none does, lines.
+fn rungs(lines: &[String], heading: usize) -> Vec<Range<usize>> {
+    let loads = |line: &String| {
+        let line = line.trim_start_matches(|c: char| c.is_ascii_digit() || " \t\",".contains(c));
+        line.starts_with("LD")
+    };
+    let last = lines.len() - 1;
+    let mut starts: Vec<usize> = (heading..last).filter(|&at| loads(&lines[at])).collect();
+    if starts.is_empty() {
+        starts = (heading..last).collect();
+    }
+    let ends = starts.iter().skip(1).copied().chain([last]);
+    starts.iter().copied().zip(ends).map(|(from, to)| from..to.max(from)).collect()
 }
 
 /// The line with one of its numbers changed.
 fn renumbered(line: &str, random: &mut Random) -> String {
     let bytes = line.as_bytes();
-    let starts: Vec<usize> = (0..bytes.len())
-        .filter(|&at| bytes[at].is_ascii_digit() && (at == 0 || !bytes[at - 1].is_ascii_digit()))
-        .collect();
+    // A function's number must be its name's.
+    let begins = |&at: &usize| {
+        bytes[at].is_ascii_digit()
+            && (at == 0 || !(bytes[at - 1].is_ascii_digit() || bytes[at - 1] == b'('))
+    };
+    let starts: Vec<usize> = (0..bytes.len()).filter(begins).collect();
     if starts.is_empty() {
         return line.to_owned();
     }
     let from = *random.pick(&starts);
     let length = bytes[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();
     let old: u64 = line[from..from + length].parse().unwrap_or(0);
-    let new = match random.below(12) {
-        0 => "0".to_owned(),
-        1 => random.pick(&["32767", "32768", "65535", "4294967295", "99999999999"]).to_string(),
-        2 => format!("-{old}"),
-        3 => (old * 10).to_string(),
-        4 => old.saturating_sub(1).to_string(),
-        5..=7 => (old + 1).to_string(),
-        _ => random.below(30).to_string(),
+    let new = match random.below(30) {
+        0..=2 => "0".to_owned(),
+        3 => old.saturating_mul(10).to_string(),
+        4 => random.pick(&["32767", "32768", "65535", "4294967295", "99999999999"]).to_string(),
+        5 => format!("-{old}"),
+        6..=11 => old.saturating_sub(1).to_string(),
+        12..=20 => old.saturating_add(1).to_string(),
+        _ => random.below(8).to_string(),
     };
     // OMRON's lists and lists with addresses have numbers of a fixed width.
     let padded = if bytes[from] == b'0' { format!("{new:0>length$}") } else { new };
@@ -323,6 +361,10 @@ fn borrowed(line: &str, other: &str, random: &mut Random) -> String {
     let mut words: Vec<&str> = line.split(separator).collect();
     let others: Vec<&str> = other.split(separator).collect();
     let at = random.below(words.len());
+    let at = (0..words.len())
+        .rev()
+        .find(|&at| words[at].contains(|c: char| c.is_ascii_digit()))
+        .unwrap_or(at);
     words[at] = others.get(at).copied().unwrap_or_else(|| others[random.below(others.len())]);
     words.join(&separator.to_string())
 }
