@@ -3,8 +3,10 @@
 
 mod common;
 
-use common::melsec::together;
+use common::melsec::{decoded, together};
 use scanbound::dialect::melsec::device::Family;
+use scanbound::facts::Facts;
+use scanbound::program::Units;
 
 #[test]
 fn a_sum_of_the_fx_that_overflows_is_any_value() {
@@ -93,4 +95,115 @@ fn fast_counters_of_the_fx5_count_at_any_moment() {
     assert_eq!(together(Family::Fx5, held), 1);
     assert_eq!(together(Family::Fx5, "LD LC34; Op1; LDI LC34; Op2; END"), 2);
     assert_eq!(together(Family::Iqr, "LD LC35; Op1; LDI LC35; Op2; END"), 2);
+}
+
+#[test]
+fn a_step_ladder_may_be_kept_from_moving_on() {
+    let text = "LD X5; OUT M8040; STL S20; LD X0; Op1; SET S21; RET; LD X0; ANI S21; Op2; END";
+    assert_eq!(together(Family::Fx, text), 3);
+    assert_eq!(together(Family::Fx5, &text.replace("M8040", "SM8040")), 3);
+    assert_eq!(together(Family::Fx, &text.replace("M8040", "M40")), 2);
+    let out = text.replace("SET S21", "OUT S21");
+    assert_eq!(together(Family::Fx, &out), 3);
+    let by_ist = text.replace("OUT M8040", "IST X20 S40 S50").replace("X5", "X7");
+    assert_eq!(together(Family::Fx, &by_ist), 3);
+}
+
+#[test]
+fn what_runs_beside_the_program_reaches_as_far_as_its_operands_may_mean() {
+    for (family, text) in [
+        (Family::Fx, "LD Y0; Op1; LD X0; IST X20 S20 S29; LDI Y0; Op2; END"),
+        (Family::Fx5, "LD M1; Op1; LD X0; DZRN K5000 K500 K1 M0; LDI M1; Op2; END"),
+        (Family::Fx5, "LD Y0; Op1; LD X0; HIOEN K10 K1 K0; LDI Y0; Op2; END"),
+        (Family::Fx5, "LDI Y0; Op1; LD X0; DHIOEN K10 K1 K0; LD Y0; Op2; END"),
+        // An axis, by a number or in a word, puts out to what its parameters name.
+        (Family::Fx5, "LDI Y0; Op1; LD X0; DDRVI K5000 K500 K1 M0; LD Y0; Op2; END"),
+        (Family::Fx5, "LDI Y0; Op1; LD X0; DDRVI K5000 K500 D10 M0; LD Y0; Op2; END"),
+        (Family::Fx5, "LDI M1; Op1; LD X0; DRVA K5000 K500 K1 M0; LD M1; Op2; END"),
+        (Family::Fx5, "LDI Y4; Op1; LD X0; PLSY K10 K0 K1; LD Y4; Op2; END"),
+        (Family::Fx5, "LDI Y4; Op1; LD X0; PWM D0 D1 D2; LD Y4; Op2; END"),
+        (Family::Fx5, "LDI M1; Op1; LD X0; DSZR K100 K10 K1 M0; LD M1; Op2; END"),
+        (Family::Fx5, "LDI M1; Op1; LD X0; DDSZR D0 D2 K1 M0; LD M1; Op2; END"),
+        (Family::Fx5, "LDI Y4; Op1; LD X0; DPLSV K100 K2 M0; LD Y4; Op2; END"),
+        (Family::Fx5, "LDI M7; Op1; LD X0; DRVMUL K1 K1 K1 K0 M0; LD M7; Op2; END"),
+        (Family::Fx5, "LDI M1; Op1; LD X0; DRVTBL K1 K1 K5 M0; LD M1; Op2; END"),
+        (Family::L, "LDI Y0; Op1; LD X0; ICPWM1 D0 D2; LD Y0; Op2; END"),
+    ] {
+        assert_eq!(together(family, text), 3, "{text}");
+    }
+    // An output that is named is the only one.
+    let named = "LDI Y4; Op1; LD X0; PLSY K10 K0 Y0; LD Y4; Op2; END";
+    assert_eq!(together(Family::Fx, named), 2);
+    assert_eq!(together(Family::Fx, &named.replace("Y4", "Y0")), 3);
+}
+
+#[test]
+fn what_the_families_have_is_known() {
+    for (family, text) in [
+        (Family::Fx5, "STL S0; LD X0; SET S20; STL S20; LD X1; OUT Y0; RETSTL; END"),
+        (Family::Q, "LD X0; EDMOV E1.5 D0; EDMOV E1.5+100 D0; ED+ E1 D0 D4; END"),
+        (Family::Iqr, "LD X0; $MOVP_WS \"A\" D0; LENP_WS D0 D10; $+P_WS D0 D20 D40; END"),
+        (
+            Family::Q,
+            "LD X0; GP.READ U0 D0 D10 D20 M0; SP.CCPASET U3E0 D0 D2 M0; G.READ U1Z2 D0 D10 D20 M0; END",
+        ),
+        (
+            Family::Iqr,
+            "LD LTS0; AND LTC0; OR LSTS1; OR LSTC1; OR LCS2; OR LCC2; DMOV LTN0 D0; DMOV LSTN1 D2; DMOV LCN2 D4; END",
+        ),
+        (Family::Iqr, "LD X0; M.SVST H3E1 \"J1\" K0 M0 D0; MP.DDRD H3E1 D0 D10 D20 M0; END"),
+        (
+            Family::Q,
+            "LD X0; ECON D0 D4; EDCONP D4 D0; LOGTRG K1; LOGTRGR K1; EROMWR D0 ZR0 K1 M0; END",
+        ),
+        (Family::Q, "LDDT= D0 D3 K7; OR<> D9 K1; ANDTM>= D10 D13 H7; ORDT< D0 D3 K1; OUT Y0; END"),
+        (Family::Q, "LDPCHK \"SUB\"; OUT Y0; LD X0; CHKST; LD X1; OR X2; CHK; END"),
+        (
+            Family::Iqr,
+            "LD X0; UNIINFRD H0 D0 K1; EDZCP D0 D4 D8 M0; SERDATA D0 D10 D20 K5; DSERDATAP D0 D10 D20 K5; END",
+        ),
+        (
+            Family::Fx5,
+            "LD X0; SERMM D0 D10 D20 K5; DSERMM D0 D10 D20 K5; SERDATA D0 D10 D20 K5; SORTTBL D0 K5 K3 D100 K1; DSORTTBL2_U D0 K5 K3 D100 K1; RAMPF D0 D1 D2 K5; UDCNTF LC0 K100; LOGTRG K1; END",
+        ),
+        (
+            Family::Fx,
+            "LD X0; FLCRT K0 D0 K1 K1; FLDEL K0 D0 K1; FLWR D0 D10 D20 D30 K1; FLRD D0 D10 D20 D30 K1; FLCMD K1 K1; FLSTRD K1 D0 K1; END",
+        ),
+    ] {
+        together(family, text);
+    }
+    // Whatever the comparison says.
+    assert_eq!(together(Family::Q, "LDDT= D0 D3 K7; Op1; LDDT<> D0 D3 K7; Op2; END"), 3);
+    assert_eq!(together(Family::Iqr, "LD LTS0; Op1; LDI LT0; Op2; END"), 3);
+    let told = decoded(
+        Family::Q,
+        &[("MAIN", "LD X0; IX D0; LD M0; OUT Y0; IXEND; END")],
+        &Facts::default(),
+    )
+    .expect_err("not modelled");
+    assert!(told.contains("adds index registers to every device"), "{told}");
+}
+
+#[test]
+fn units_reach_as_far_as_the_instruction_can() {
+    let units = |family, text: &str| {
+        let program = decoded(family, &[("MAIN", text)], &Facts::default()).expect("good");
+        program.instructions[1].timing.clone().expect("is priced").units
+    };
+    for (family, text, want) in [
+        (Family::Q, "LD X0; Z.MRECV \"U0\" D0 D10 D20 M0; END", Units::AtMost(6517)),
+        (Family::Q, "LD X0; SP.FREAD U0 K0 D0 D10 D20 M0; END", Units::AtMost(65_535)),
+        (Family::Q, "LD X0; S.DEVLD D0 D10 K30000; END", Units::Exactly(30_000)),
+        (Family::Q, "LD X0; SP.DEVST D0 D10 K30000 M0; END", Units::Exactly(30_000)),
+        (Family::Q, "LD X0; PIDINIT D0; END", Units::AtMost(32)),
+        (Family::Q, "LD X0; PIDCONT D0; END", Units::AtMost(32)),
+        (Family::Q, "LD X0; COM; END", Units::AtMost(1_077_504)),
+        (Family::Q, "LD X0; S.ZCOM \"J1\"; END", Units::AtMost(1_077_504)),
+        (Family::Fx, "LD X0; RWER R0 K3000; END", Units::Exactly(3000)),
+        (Family::Fx, "LD X0; INITR R0 K2; END", Units::Exactly(2)),
+        (Family::Fx, "LD X0; LOGR D0 K5 R0 K1 D100; END", Units::Exactly(5)),
+    ] {
+        assert_eq!(units(family, text), want, "{text}");
+    }
 }

@@ -22,6 +22,8 @@ pub enum Role {
     Either,
     /// Takes a count or another number from it: a constant or a word (two words in 32-bit instructions).
     Count,
+    /// An output that pulses are put out to; where it is no bit, an axis whose parameters name outputs: any Y.
+    Axis,
     /// Takes it as a name or an address; it is not written.
     Other,
 }
@@ -229,7 +231,8 @@ impl Rows {
 /// Any area, where an entry lists what may be written besides.
 pub const EVERYWHERE: &str = "*";
 /// What begins the names of instructions that modules and networks bring.
-const DEDICATED: [&str; 10] = ["G.", "GP.", "Z.", "ZP.", "J.", "JP.", "D.", "DP.", "S.", "SP."];
+const DEDICATED: [&str; 12] =
+    ["G.", "GP.", "Z.", "ZP.", "J.", "JP.", "D.", "DP.", "S.", "SP.", "M.", "MP."];
 /// What of those, whatever the digits behind, writes no device of its own station but the operands: messages to and
 /// from other stations and modules, sockets, files, positioning, other CPUs, the clock. Sorted.
 const KEPT_TO_OPERANDS: [&str; 75] = [
@@ -244,8 +247,12 @@ const KEPT_TO_OPERANDS: [&str; 75] = [
 ];
 /// The class of those.
 const DEDICATED_CLASS: &str = "dedicated";
-/// No dedicated instruction moves more words: what a socket of a built-in Ethernet port sends or receives.
-const DEDICATED_WORDS: u64 = 5120;
+/// No dedicated instruction moves more words, but those of files: what MRECV of an Ethernet module receives (QJ71E71
+/// manual).
+const DEDICATED_WORDS: u64 = 6517;
+/// Instructions of files, and the words that these move: as many as their control data say.
+const OF_FILES: [&str; 2] = ["FREAD", "FWRITE"];
+const FILE_WORDS: u64 = 65_535;
 /// A mnemonic is worth suggesting if a letter in so many would have to change.
 const LETTERS_PER_SLIP: usize = 3;
 
@@ -284,17 +291,20 @@ pub fn also() -> impl Iterator<Item = &'static str> {
     CATALOG.values().flat_map(Rows::entries).flat_map(|entry| &entry.also).map(String::as_str)
 }
 
-/// The mnemonic whose pulse form this would be: `MOV` of `MOVP`, `+_U` of `+P_U`, `Z.OPEN` of `ZP.OPEN`.
+/// The mnemonic whose pulse form this would be: `MOV` of `MOVP`, `+_U` of `+P_U`, `$MOV_WS` of `$MOVP_WS`, `Z.OPEN`
+/// of `ZP.OPEN`.
 pub fn unpulsed(mnemonic: &str) -> Option<String> {
     if mnemonic.contains('.')
         && let Some((prefix, rest)) = mnemonic.split_once("P.")
     {
         return Some(format!("{prefix}.{rest}"));
     }
-    match mnemonic.strip_suffix("P_U") {
-        Some(base) => Some(format!("{base}_U")),
-        None => mnemonic.strip_suffix('P').map(str::to_owned),
+    for kind in ["_U", "_WS"] {
+        if let Some(base) = mnemonic.strip_suffix(kind) {
+            return base.strip_suffix('P').map(|base| format!("{base}{kind}"));
+        }
     }
+    mnemonic.strip_suffix('P').map(str::to_owned)
 }
 
 fn counts(entries: &[Entry]) -> Vec<usize> {
@@ -319,7 +329,7 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
         class: DEDICATED_CLASS,
         units: None,
         unit_size: 1,
-        most_units: Some(DEDICATED_WORDS),
+        most_units: Some(if OF_FILES.contains(&name) { FILE_WORDS } else { DEDICATED_WORDS }),
         operation: Operation::Forget,
         pulse: true,
         also,
@@ -341,7 +351,7 @@ pub fn close(mnemonic: &str) -> Option<String> {
 /// Reads a row of the file: mnemonic, pulse form, operands, class, units, effect, other areas. Operands are tokens
 /// `role:extent` apart by blanks.
 ///
-/// Roles: `s` read, `d` written, `sd` both, `sd?` both where it is a device, `n` count, `x` other. Extents: `b` a bit, `w` a word, `v` a
+/// Roles: `s` read, `d` written, `sd` both, `sd?` both where it is a device, `n` count, `a` axis, `x` other. Extents: `b` a bit, `w` a word, `v` a
 /// device, with a fixed number before (`7w`) or a counting operand, from 1, behind (`w*3`, `2w*3` for
 /// two words each, `b*^3` for two to its power, `w*?` for an unknown number); `e` a real (two words), `$` text.
 ///
@@ -409,6 +419,7 @@ fn operand(token: &str) -> Result<Operand, String> {
         "sd" => Role::Both,
         "sd?" => Role::Either,
         "n" => Role::Count,
+        "a" => Role::Axis,
         "x" => Role::Other,
         _ => return Err(format!("operand {token}")),
     };

@@ -12,6 +12,10 @@ pub enum Operand {
     Constant(i64),
     /// `E`, its IEEE 754 single.
     Real(u32),
+    /// `E`, past what a single can hold: of double precision.
+    Double,
+    /// `U3`: a module by the head of its inputs and outputs.
+    Module,
     /// A string without its quotes.
     Text(String),
     /// `P50`.
@@ -115,6 +119,7 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
         'E' if rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
             real(rest, text)
         }
+        'U' if is_module(rest) => Ok(Operand::Module),
         'P' if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Pointer),
         'I' if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Interrupt),
         'N' if numeric(rest) => match number(rest, Radix::Decimal, text)? {
@@ -150,10 +155,20 @@ fn real(rest: &str, text: &str) -> Result<Operand, String> {
     {
         number.insert(sign, 'E');
     }
-    match number.parse::<f32>() {
-        Ok(value) if value.is_finite() => Ok(Operand::Real(value.to_bits())),
+    match (number.parse::<f32>(), number.parse::<f64>()) {
+        (Ok(value), _) if value.is_finite() => Ok(Operand::Real(value.to_bits())),
+        (_, Ok(value)) if value.is_finite() => Ok(Operand::Double),
         _ => Err(format!("`{text}` is no real constant")),
     }
+}
+
+/// Whether behind `U` a module's head follows, `3E0` at most, perhaps with an index register.
+fn is_module(rest: &str) -> bool {
+    let (head, index) = rest.split_once('Z').unwrap_or((rest, "0"));
+    (1..=3).contains(&head.len())
+        && head.bytes().all(|b| b.is_ascii_hexdigit())
+        && !index.is_empty()
+        && index.bytes().all(|b| b.is_ascii_digit())
 }
 
 fn number(digits: &str, radix: Radix, text: &str) -> Result<u32, String> {

@@ -58,10 +58,9 @@ fn every_row_is_well_formed() {
     assert!(CATALOG.len() > 500);
     for entry in entries() {
         assert!(CLASSES.contains(&entry.class), "{}: {}", entry.mnemonic, entry.class);
-        let writes = entry
-            .operands
-            .iter()
-            .any(|it| matches!(it.role, Role::Destination | Role::Both | Role::Either));
+        let writes = entry.operands.iter().any(|it| {
+            matches!(it.role, Role::Destination | Role::Both | Role::Either | Role::Axis)
+        });
         let silent = matches!(entry.operation, Operation::Nothing | Operation::Free);
         assert_eq!(writes || !entry.also.is_empty(), !silent, "{}", entry.mnemonic);
     }

@@ -207,6 +207,10 @@ impl Decoder<'_> {
                     WordSource::Const((bits >> 16) as u16),
                 ]);
             }
+            // Whether a constant is made from the text or from a single is not known.
+            Operand::Real(_) | Operand::Double if words == 4 => {
+                return Some(self.unknown_words(text, words));
+            }
             Operand::Device(device) => device,
             _ => return self.no_number(text),
         };

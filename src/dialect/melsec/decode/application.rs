@@ -13,6 +13,8 @@ use crate::program::{
     When, WordSource, WordTarget, Write,
 };
 
+/// What makes all devices of a part of the program indexed ones.
+const INDEXES_ALL: [&str; 4] = ["IX", "IXEND", "IXDEV", "IXSET"];
 /// Blocks of more words than this are forgotten rather than followed.
 const MOST_WORDS: u32 = 512;
 
@@ -23,6 +25,16 @@ impl Decoder<'_> {
             Ok(found) => found,
             Err(NotFound::Unknown) if (self.options.is_user_instruction)(&raw.mnemonic) => {
                 return self.user(raw);
+            }
+            Err(NotFound::Unknown) if INDEXES_ALL.contains(&mnemonic) => {
+                return self.fault(
+                    "not-modelled",
+                    &raw.mnemonic,
+                    format!(
+                        "`{mnemonic}` adds index registers to every device between IX and IXEND"
+                    ),
+                    "write the index registers at the devices themselves",
+                );
             }
             Err(NotFound::Unknown) => {
                 self.output_here(mnemonic);
@@ -130,7 +142,9 @@ impl Decoder<'_> {
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
             fine &= match operand.role {
                 Role::Other => true,
-                Role::Source | Role::Count | Role::Either => self.operand(text).is_some(),
+                Role::Source | Role::Count | Role::Either | Role::Axis => {
+                    self.operand(text).is_some()
+                }
                 Role::Destination | Role::Both if entry.class == "dedicated" => {
                     self.operand(text).is_some()
                 }
@@ -378,8 +392,15 @@ impl Decoder<'_> {
     fn forget_all(&mut self, raw: &RawInstruction, entry: &Entry, when: When) -> Vec<Effect> {
         let mut effects = Vec::new();
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
-            if !matches!(operand.role, Role::Destination | Role::Both | Role::Either) {
-                continue;
+            match operand.role {
+                Role::Destination | Role::Both | Role::Either => {}
+                Role::Axis if self.is_bit(text) => {}
+                Role::Axis => {
+                    let region = Region::Area(const { area("Y") });
+                    effects.push(Effect { when, write: Write::Forget(region, self.choice()) });
+                    continue;
+                }
+                Role::Source | Role::Count | Role::Other => continue,
             }
             for region in self.reach(raw, entry, text, operand.extent) {
                 effects.push(Effect { when, write: Write::Forget(region, self.choice()) });
@@ -389,6 +410,19 @@ impl Decoder<'_> {
             self.approximate(format!("what {} writes is taken as any value", raw.mnemonic));
         }
         effects
+    }
+
+    /// Whether an operand names a bit device.
+    fn is_bit(&self, text: &str) -> bool {
+        let Ok(Operand::Device(device)) = parse(text, self.family) else { return false };
+        matches!(
+            device.place,
+            Place::At(Kind::Bit(_) | Kind::VolatileBit, _)
+                | Place::Indexed(Kind::Bit(_) | Kind::VolatileBit, _)
+                | Place::BitOf(..)
+                | Place::Indexed(_, true)
+                | Place::Fixed(_)
+        )
     }
 
     /// The cells that an operand reaches.

@@ -11,9 +11,16 @@ use crate::program::{
 /// As what a comparison contact reads its operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sort {
-    Integer { words: usize, signed: bool },
-    Real { words: usize },
+    Integer {
+        words: usize,
+        signed: bool,
+    },
+    Real {
+        words: usize,
+    },
     Text,
+    /// Dates or times of day, three words each, and which parts of them.
+    Clock,
 }
 
 impl Decoder<'_> {
@@ -25,11 +32,16 @@ impl Decoder<'_> {
             Sort::Integer { .. } => "compare-double",
             Sort::Real { .. } => "compare-real",
             Sort::Text => "compare-string",
+            Sort::Clock => "clock",
         };
         let join = self.join(join, mnemonic);
         let units = if sort == Sort::Text { Units::AtMost(LONGEST_TEXT) } else { Units::None };
         let key = timing(mnemonic, false, None, class, units, true);
-        let value = if self.takes(raw, 2) { self.compared(raw, sort, relation) } else { None };
+        let value = if self.takes(raw, if sort == Sort::Clock { 3 } else { 2 }) {
+            self.compared(raw, sort, relation)
+        } else {
+            None
+        };
         let value = value.unwrap_or(Logic::Const(false));
         self.add(Some(key), Vec::new(), Step::Logic { join, value });
         true
@@ -46,6 +58,7 @@ impl Decoder<'_> {
                 return self.unknown_comparison(raw, "a double-precision comparison");
             }
             Sort::Text => return self.compared_text(raw, left, right, relation),
+            Sort::Clock => return self.unknown_comparison(raw, "a comparison of dates or times"),
         };
         let (left, right) = (self.number(left, words), self.number(right, words));
         let (left, right) = (left?, right?);
@@ -138,6 +151,7 @@ pub(super) fn recognise(mnemonic: &str) -> Option<(Join, Sort, Relation)> {
         ("E", false) => Sort::Real { words: 2 },
         ("ED", false) => Sort::Real { words: 4 },
         ("$", false) => Sort::Text,
+        ("DT" | "TM", false) => Sort::Clock,
         _ => return None,
     };
     Some((join, sort, relation))

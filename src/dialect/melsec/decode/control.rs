@@ -26,7 +26,8 @@ impl Decoder<'_> {
             | "XCALL" => {
                 self.call(mnemonic, raw);
             }
-            "RET" if self.state.is_some() => self.step_ladder_ends(raw),
+            "RET" if self.state.is_some() => self.step_ladder_ends(mnemonic, raw),
+            "RETSTL" => self.step_ladder_ends(mnemonic, raw),
             "RET" | "SRET" | "IRET" => self.alone(mnemonic, raw, "call", Step::Return),
             "FEND" | "END" => {
                 if self.state.is_some() {

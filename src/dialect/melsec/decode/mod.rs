@@ -97,6 +97,8 @@ pub struct Decoder<'a> {
     turns_moves: bool,
     /// FX: with M8023 on, sums and differences of double words are of real numbers.
     sums_reals: bool,
+    /// FX, FX5: M8040, or IST, may keep a step ladder from moving on.
+    states_may_stay: bool,
     /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
     counts_elsewhere: bool,
     /// Files whose programs are called or stopped by their names.
@@ -175,6 +177,8 @@ impl<'a> Decoder<'a> {
             turns_moves: matches!(options.family, Family::Fx | Family::Fx5)
                 && touches(project, options.family, &[8024, 8160]),
             sums_reals: options.family == Family::Fx && touches(project, options.family, &[8023]),
+            states_may_stay: matches!(options.family, Family::Fx | Family::Fx5)
+                && (touches(project, options.family, &[8040]) || has(project, "IST")),
             counts_elsewhere: options.family == Family::Fx
                 && touches(project, options.family, &[8164]),
             may_rest: may_rest(project),
@@ -386,6 +390,12 @@ fn touches(project: &RawProject, family: Family, relays: &[u32]) -> bool {
     })
 }
 
+/// Whether the program has such an instruction.
+fn has(project: &RawProject, mnemonic: &str) -> bool {
+    let mut instructions = project.files.iter().flat_map(|file| &file.instructions);
+    instructions.any(|raw| raw.mnemonic.eq_ignore_ascii_case(mnemonic))
+}
+
 /// From here on the FX's relays are special ones.
 const FIRST_SPECIAL: u32 = 8000;
 
@@ -445,7 +455,7 @@ pub fn timing(
 pub fn key(mnemonic: &str, class: &'static str) -> TimingKey {
     // What always fires has one time: the dearer.
     let dearer = matches!(class, "nothing" | "loop")
-        || matches!(mnemonic, "RET" | "SRET" | "IRET" | "MCR" | "JMP");
+        || matches!(mnemonic, "RET" | "RETSTL" | "SRET" | "IRET" | "MCR" | "JMP");
     timing(mnemonic, false, None, class, Units::None, dearer)
 }
 

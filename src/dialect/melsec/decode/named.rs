@@ -61,6 +61,7 @@ impl Decoder<'_> {
                 Extent::Words(Amount::Fixed(words as u32))
             }
             Sort::Text => Extent::Text,
+            Sort::Clock => Extent::Words(Amount::Fixed(3)),
         });
         let is_contact = compared.is_some() || contact(&upper).is_some();
         let found = if is_contact { None } else { find(&upper, raw.operands.len()).ok() };

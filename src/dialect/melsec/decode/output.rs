@@ -63,7 +63,8 @@ impl Decoder<'_> {
                     let (Some(now), free) = (self.read_bit(target), self.free_bit()) else {
                         return;
                     };
-                    Logic::Any(vec![Logic::Condition, Logic::All(vec![now, free])])
+                    let moves = self.may_move_on(Logic::Condition);
+                    Logic::Any(vec![moves, Logic::All(vec![now, free])])
                 }
                 _ => Logic::Condition,
             };
@@ -174,6 +175,15 @@ impl Decoder<'_> {
                     None => return,
                 }
             }
+            _ if mnemonic == "SET" && self.state.is_some() && device.name == "S" => {
+                let Some(now) = self.read_bit(text) else { return };
+                let moves = self.may_move_on(Logic::Const(true));
+                let value = Logic::Any(vec![now, moves]);
+                match self.bit_effects(text, value, false) {
+                    Some(effects) => effects,
+                    None => return,
+                }
+            }
             _ => match self.bit_effects(text, Logic::Const(mnemonic == "SET"), false) {
                 Some(effects) => effects,
                 None => return,
@@ -219,6 +229,17 @@ impl Decoder<'_> {
             false,
         );
         self.add(Some(key), effects, Step::Act { fires });
+    }
+
+    /// What moves a step ladder on where a special relay may forbid that.
+    fn may_move_on(&mut self, moves: Logic) -> Logic {
+        if !self.states_may_stay {
+            return moves;
+        }
+        self.approximate(
+            "M8040 or IST may hold the step ladder: it is taken to move on or not".to_owned(),
+        );
+        Logic::All(vec![moves, self.free_bit()])
     }
 
     /// In a step ladder, setting a state resets the one that is left, at a moment that is not known.

@@ -19,6 +19,9 @@ impl Decoder<'_> {
             "ANB" | "ORB" => self.block(mnemonic, raw),
             "MPS" | "MRD" | "MPP" => self.branch(mnemonic, raw),
             "INV" | "MEP" | "MEF" | "EGP" | "EGF" => self.result(mnemonic, raw),
+            "LDPCHK" => self.program_check(mnemonic, raw, Join::Load),
+            "ANDPCHK" | "PCHK" => self.program_check(mnemonic, raw, Join::And),
+            "ORPCHK" => self.program_check(mnemonic, raw, Join::Or),
             _ => return false,
         }
         true
@@ -52,6 +55,16 @@ impl Decoder<'_> {
         }
         let value = if negated { value.not() } else { value };
         self.add(Some(key), effects, Step::Logic { join, value });
+    }
+
+    /// A contact that is true while a program runs.
+    fn program_check(&mut self, mnemonic: &str, raw: &RawInstruction, join: Join) {
+        let join = self.join(join, mnemonic);
+        self.takes(raw, 1);
+        self.approximate("whether a program runs is taken as true or false".to_owned());
+        let key = timing(mnemonic, false, None, "special", Units::None, true);
+        let value = self.free_bit();
+        self.add(Some(key), Vec::new(), Step::Logic { join, value });
     }
 
     /// How a contact joins, after noting where a rung begins.

@@ -130,8 +130,8 @@ impl Decoder<'_> {
         }
     }
 
-    pub(super) fn step_ladder_ends(&mut self, raw: &RawInstruction) {
+    pub(super) fn step_ladder_ends(&mut self, mnemonic: &str, raw: &RawInstruction) {
         self.close_state();
-        self.alone("RET", raw, "set", Step::Nothing);
+        self.alone(mnemonic, raw, "set", Step::Nothing);
     }
 }
