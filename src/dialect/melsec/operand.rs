@@ -155,9 +155,11 @@ fn real(rest: &str, text: &str) -> Result<Operand, String> {
     {
         number.insert(sign, 'E');
     }
-    match (number.parse::<f32>(), number.parse::<f64>()) {
-        (Ok(value), _) if value.is_finite() => Ok(Operand::Real(value.to_bits())),
-        (_, Ok(value)) if value.is_finite() => Ok(Operand::Double),
+    let is_plain = number.bytes().all(|b| b.is_ascii_digit() || b"+-.E".contains(&b));
+    match number.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(Operand::Real(value.to_bits())),
+        // More than a single can hold.
+        Ok(_) if is_plain => Ok(Operand::Double),
         _ => Err(format!("`{text}` is no real constant")),
     }
 }
