@@ -207,3 +207,30 @@ fn units_reach_as_far_as_the_instruction_can() {
         assert_eq!(units(family, text), want, "{text}");
     }
 }
+
+#[test]
+fn blocks_that_move_by_one_place_are_followed() {
+    for (family, text, want) in [
+        (
+            Family::Q,
+            "LD SM400; MOV K3 D0; MOV K4 D1; DSFL D0 K3; LD<> D1 K3; OR<> D2 K4; OR<> D0 K0; Op1; END",
+            0,
+        ),
+        (
+            Family::Q,
+            "LD SM400; MOV K3 D1; MOV K4 D2; DSFRP D0 K3; LD SM400; DSFR D0 K3; LD<> D2 K0; Op1; END",
+            0,
+        ),
+        (Family::Q, "LD SM400; SET M0; BSFL M0 K3; LDI M1; OR M0; Op1; END", 0),
+        (Family::Q, "LD SM400; SET M2; BSFR M0 K3; LDI M1; OR M2; Op1; END", 0),
+        (Family::Q, "LD= D1 K3; DSFL D0 D9; LD= D1 K4; Op1; END", 1),
+        (Family::Q, "LD= D0 K3; DSFL D0 K0; LD= D0 K4; Op1; END", 1),
+        (Family::Fx, "LD M8000; CMP K5 D0 M0; LDI M1; AND= D0 K5; Op1; END", 0),
+        (Family::Fx, "LD M8000; DCMP D0 K-1 M0; LD M2; ANDD>= D0 K-1; Op1; END", 0),
+        (Family::Fx5, "LD SM400; CMP_U H0FFFF D0 M0; LDI M0; AND= D0 K5; Op1; END", 0),
+        // What is compared lies among the bits.
+        (Family::Fx, "LD M8000; SET M1; CMP K1M0 K0 M0; LDI M0; Op1; END", 1),
+    ] {
+        assert_eq!(together(family, text), want, "{text}");
+    }
+}

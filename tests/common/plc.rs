@@ -1,6 +1,8 @@
 //! A small MELSEC PLC that runs list text as the manuals say, made from no part of the library: what it takes
 //! for a scan must never exceed the bound.
 
+mod data;
+
 use std::collections::BTreeMap;
 
 /// A device: area and number. Timer and counter contacts are areas of their own.
@@ -597,6 +599,9 @@ impl<'p, L: Luck> Plc<'p, L> {
     }
 
     fn apply(&mut self, name: &str, operands: &[Operand]) {
+        if self.data(name, operands) {
+            return;
+        }
         let words = 1 + u32::from(name.starts_with('D') && name != "DEC");
         let plain = if words == 2 { &name[1..] } else { name };
         let last = operands.last().expect("operands");

@@ -149,6 +149,12 @@ pub enum Operation {
     Shift1,
     /// The bit is inverted.
     Alternate,
+    /// Each of the counted units takes the place of the next higher one; the lowest becomes zero.
+    SlideUp,
+    /// Each takes the place of the next lower one; the highest becomes zero.
+    SlideDown,
+    /// Three bits: whether the first operand is larger than the second, equal, smaller.
+    Order,
 }
 
 /// One form of an instruction: a mnemonic with a number of operands.

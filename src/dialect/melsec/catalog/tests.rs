@@ -104,6 +104,16 @@ fn exact_operations_have_the_operands_they_need() {
             | Operation::Alternate => roles == [Role::Both],
             Operation::Clear => roles == [Role::Destination, Role::Count],
             Operation::ClearRange => roles == [Role::Destination, Role::Destination],
+            Operation::SlideUp | Operation::SlideDown => {
+                let amount = entry.operands[0].extent.amount();
+                roles == [Role::Both, Role::Count]
+                    && amount == Amount::Counted { unit: 1, operand: 1 }
+            }
+            Operation::Order => {
+                roles == [Role::Source, Role::Source, Role::Destination]
+                    && entry.operands[0].extent == entry.operands[1].extent
+                    && entry.operands[2].extent == Extent::Bits(Amount::Fixed(3))
+            }
             Operation::BitSet | Operation::BitReset => roles == [Role::Both, Role::Count],
         };
         assert!(fits, "{} {:?}", entry.mnemonic, entry.operation);

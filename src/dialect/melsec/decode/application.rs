@@ -179,6 +179,10 @@ impl Decoder<'_> {
                 let now = self.read_bit(&raw.operands[0])?;
                 Some(self.bit_effects(&raw.operands[0], now.not(), false)?)
             }
+            Operation::SlideUp | Operation::SlideDown => {
+                self.slide(raw, entry, entry.operation == Operation::SlideUp)?
+            }
+            Operation::Order => self.compare_to_bits(raw, entry)?,
             Operation::Forget | Operation::Swap => None,
             _ => self.arithmetic(raw, entry)?,
         };

@@ -12,6 +12,7 @@ mod output;
 mod overflow;
 mod ranges;
 mod rungs;
+mod slides;
 #[cfg(test)]
 mod tests;
 mod units;
