@@ -234,3 +234,24 @@ fn blocks_that_move_by_one_place_are_followed() {
         assert_eq!(together(family, text), want, "{text}");
     }
 }
+
+#[test]
+fn blocks_are_worked_out_element_by_element() {
+    let sum = "LD SM400; MOV K3 D1; MOV K4 D11; BK+ D0 D10 D20 K3; LD<> D21 K7; Op1; END";
+    let same = "LD SM400; MOV K3 D1; MOV K1 D0; BK- D0 K1 D0 K3; LD<> D1 K2; OR<> D0 K0; Op1; END";
+    for (family, text, want) in [
+        (Family::Q, sum, 0),
+        (Family::Fx, &*sum.replace("SM400", "M8000"), 1),
+        (Family::Q, same, 0),
+        // Written where it is read, at other places: the order is not told.
+        (Family::Q, "LD SM400; MOV K3 D0; BK+ D0 K1 D1 K3; LD<> D1 K4; Op1; END", 1),
+        (Family::Q, "LD SM400; MOV K3 D1; BKCMP= D0 K3 M0 K2; LDI M1; Op1; END", 0),
+        (Family::Fx, "LD M8000; DMOV K-3 D2; DBKCMP> K0 D0 M0 K2; LDI M1; Op1; END", 0),
+        (Family::Iqr, "LD SM400; MOV K-1 D0; BKCMP<_U D0 K3 M0 K1; LD M0; Op1; END", 0),
+        (Family::Q, "LD SM400; MOV K5 D0; BKXNR D0 D0 D9 K1; LD<> D9 K-1; Op1; END", 0),
+        (Family::Q, "LD SM400; MOV K5 D0; BKAND D0 K4 D9 K2; LD<> D9 K4; Op1; END", 0),
+        (Family::Q, "LD= D9 K0; BKAND D0 K4 D9 D30; LD= D9 K3; Op1; END", 1),
+    ] {
+        assert_eq!(together(family, text), want, "{text}");
+    }
+}

@@ -157,6 +157,16 @@ impl<'p, L: Luck> Plc<'p, L> {
         self.executed
     }
 
+    /// Runs one scan and tells what its devices hold then, of those that it came across.
+    pub fn left(mut self) -> BTreeMap<Device, u16> {
+        for file in 0..self.files.len() {
+            if self.routine(file, 0) == Ended::Scan {
+                break;
+            }
+        }
+        self.memory
+    }
+
     fn label(&self, file: usize, name: &str) -> usize {
         let lines = &self.files[file];
         lines.iter().position(|line| line.mnemonic == name).expect("the label exists")

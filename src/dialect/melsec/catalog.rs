@@ -153,6 +153,8 @@ pub enum Operation {
     SlideUp,
     /// Each takes the place of the next lower one; the highest becomes zero.
     SlideDown,
+    /// Each of the counted units of the third operand is worked out from those of the first two at its place.
+    Pairwise,
     /// Three bits: whether the first operand is larger than the second, equal, smaller.
     Order,
 }

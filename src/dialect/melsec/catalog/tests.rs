@@ -109,6 +109,10 @@ fn exact_operations_have_the_operands_they_need() {
                 roles == [Role::Both, Role::Count]
                     && amount == Amount::Counted { unit: 1, operand: 1 }
             }
+            Operation::Pairwise => {
+                roles == [Role::Source, Role::Source, Role::Destination, Role::Count]
+                    && entry.operands[0].extent == entry.operands[1].extent
+            }
             Operation::Order => {
                 roles == [Role::Source, Role::Source, Role::Destination]
                     && entry.operands[0].extent == entry.operands[1].extent

@@ -182,6 +182,7 @@ impl Decoder<'_> {
             Operation::SlideUp | Operation::SlideDown => {
                 self.slide(raw, entry, entry.operation == Operation::SlideUp)?
             }
+            Operation::Pairwise => self.pairwise(raw, entry)?,
             Operation::Order => self.compare_to_bits(raw, entry)?,
             Operation::Forget | Operation::Swap => None,
             _ => self.arithmetic(raw, entry)?,

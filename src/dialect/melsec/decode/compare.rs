@@ -121,6 +121,19 @@ impl Decoder<'_> {
     }
 }
 
+/// The relation of a symbol.
+pub(super) fn relation(symbol: &str) -> Option<Relation> {
+    Some(match symbol {
+        "=" => Relation::Equal,
+        "<>" => Relation::NotEqual,
+        "<" => Relation::Less,
+        "<=" | "=<" => Relation::LessOrEqual,
+        ">" => Relation::Greater,
+        ">=" | "=>" => Relation::GreaterOrEqual,
+        _ => return None,
+    })
+}
+
 /// Splits a comparison contact into how it joins, what it compares, and the relation.
 pub(super) fn recognise(mnemonic: &str) -> Option<(Join, Sort, Relation)> {
     let at = mnemonic.find(['=', '<', '>'])?;
@@ -129,15 +142,7 @@ pub(super) fn recognise(mnemonic: &str) -> Option<(Join, Sort, Relation)> {
         Some(symbol) => (symbol, true),
         None => (rest, false),
     };
-    let relation = match symbol {
-        "=" => Relation::Equal,
-        "<>" => Relation::NotEqual,
-        "<" => Relation::Less,
-        "<=" | "=<" => Relation::LessOrEqual,
-        ">" => Relation::Greater,
-        ">=" | "=>" => Relation::GreaterOrEqual,
-        _ => return None,
-    };
+    let relation = relation(symbol)?;
     let (join, kind) = if let Some(kind) = head.strip_prefix("LD") {
         (Join::Load, kind)
     } else if let Some(kind) = head.strip_prefix("AND") {

@@ -2,6 +2,7 @@
 
 mod access;
 mod application;
+mod blocks;
 mod compare;
 mod control;
 mod edges;
@@ -12,7 +13,6 @@ mod output;
 mod overflow;
 mod ranges;
 mod rungs;
-mod slides;
 #[cfg(test)]
 mod tests;
 mod units;
