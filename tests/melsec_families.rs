@@ -255,3 +255,15 @@ fn blocks_are_worked_out_element_by_element() {
         assert_eq!(together(family, text), want, "{text}");
     }
 }
+
+#[test]
+fn a_constant_text_fills_its_words_alone() {
+    for (text, want) in [
+        ("LD SM400; $MOV \"AB1\" D0; LD<> D0 H4241; OR<> D1 H31; Op1; END", 0),
+        ("LD SM400; $MOV \"AB\" D0; LD<> D0 H4241; OR D1.7; Op1; LD D1.8; Op2; END", 2),
+        ("LD= D3 K1; $MOV \"AB1\" D0; LD= D3 K2; Op1; END", 1),
+        ("LD= D3 K1; Op1; LD SM400; $MOV \"AB1\" D0; LD= D3 K2; Op2; END", 2),
+    ] {
+        assert_eq!(together(Family::Q, text), want, "{text}");
+    }
+}

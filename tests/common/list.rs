@@ -390,6 +390,15 @@ impl Generator<'_, '_> {
                         "XCH? D0 D1",
                         "BSET? D0 K1",
                         "BRST? D1 K15",
+                        "DSFL? D0 K3",
+                        "DSFR? D0 K2",
+                        "BSFL? M0 K3",
+                        "BSFR? M1 K3",
+                        "BK+? D0 K1 D0 K2",
+                        "BK-? D0 D1 D2 K1",
+                        "BKAND? D0 D1 D0 K1",
+                        "BKCMP=? D0 D1 M2 K1",
+                        "BKCMP<? K1 D0 M0 K3",
                     ])
                     .replace('?', pulse)
             }
@@ -402,6 +411,12 @@ impl Generator<'_, '_> {
                         "BMOV? D0 D1 D2",
                         "FMOV? K1 D0 D3",
                         "BSET? D0 D1",
+                        "BK+? D0 K1 D1 K2",
+                        "ROL? D0 K1",
+                        "SUM? D0 D1",
+                        "LIMIT? K-1 K2 D0 D1",
+                        "WTOB? D0 D1 K2",
+                        "DECO? D0 M0 K2",
                     ])
                     .replace('?', pulse)
             }

@@ -539,7 +539,7 @@ impl<'p, L: Luck> Plc<'p, L> {
                     }
                     return condition;
                 }
-                let pulse = name.len() > 1 && name.ends_with('P');
+                let pulse = name.len() > 1 && name.ends_with('P') && name != "SWAP";
                 let on = if pulse { self.edge(file, at, condition, true) } else { condition };
                 if on {
                     self.apply(name.strip_suffix('P').filter(|_| pulse).unwrap_or(name), operands);
@@ -659,9 +659,13 @@ impl<'p, L: Luck> Plc<'p, L> {
             }
             "BMOV" | "FMOV" => {
                 let count = self.number(last, 1).clamp(0, 16) as u32;
-                let (Operand::Device((from, f), None), Operand::Device((to, t), None)) =
-                    (&operands[0], &operands[1])
-                else {
+                let device = |plc: &mut Self, operand: &Operand| match *operand {
+                    Operand::Device(device, None) => Some(device),
+                    Operand::Device(device, index) => Some(plc.indexed(device, index)),
+                    _ => None,
+                };
+                let (from, to) = (device(self, &operands[0]), device(self, &operands[1]));
+                let (Some((from, f)), Some((to, t))) = (from, to) else {
                     // A constant fills.
                     let value = self.number(&operands[0], 1);
                     let Operand::Device((to, t), None) = operands[1] else { panic!("FMOV") };

@@ -155,6 +155,8 @@ pub enum Operation {
     SlideDown,
     /// Each of the counted units of the third operand is worked out from those of the first two at its place.
     Pairwise,
+    /// The second operand takes a text and a closing NUL.
+    Text,
     /// Three bits: whether the first operand is larger than the second, equal, smaller.
     Order,
 }

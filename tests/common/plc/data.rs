@@ -143,7 +143,7 @@ impl<L: Luck> Plc<'_, L> {
     fn blocks(&mut self, name: &str, operands: &[Operand]) -> bool {
         let count = match operands.last() {
             Some(Operand::Constant(count)) => *count as u32,
-            Some(operand @ Operand::Device(..)) => u32::from(self.word(operand, 0)),
+            Some(operand @ Operand::Device(_, None)) => u32::from(self.word(operand, 0)),
             _ => 0,
         };
         match name {
@@ -257,7 +257,7 @@ impl<L: Luck> Plc<'_, L> {
                 for _ in 0..places {
                     let value = self.word(&operands[0], 0);
                     let turned = if name == "ROL" {
-                        value << 1 | value >> 15
+                        value.rotate_left(1)
                     } else {
                         value >> 1 | (value & 1) << 15
                     };
@@ -269,7 +269,7 @@ impl<L: Luck> Plc<'_, L> {
                 let mut value = self.double(&operands[0], 0);
                 for _ in 0..places {
                     value = if name == "DROL" {
-                        value << 1 | value >> 31
+                        value.rotate_left(1)
                     } else {
                         value >> 1 | (value & 1) << 31
                     };

@@ -113,6 +113,10 @@ fn exact_operations_have_the_operands_they_need() {
                 roles == [Role::Source, Role::Source, Role::Destination, Role::Count]
                     && entry.operands[0].extent == entry.operands[1].extent
             }
+            Operation::Text => {
+                roles == [Role::Source, Role::Destination]
+                    && entry.operands.iter().all(|it| it.extent == Extent::Text)
+            }
             Operation::Order => {
                 roles == [Role::Source, Role::Source, Role::Destination]
                     && entry.operands[0].extent == entry.operands[1].extent

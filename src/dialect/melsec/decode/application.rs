@@ -183,6 +183,7 @@ impl Decoder<'_> {
                 self.slide(raw, entry, entry.operation == Operation::SlideUp)?
             }
             Operation::Pairwise => self.pairwise(raw, entry)?,
+            Operation::Text => self.constant_text(raw)?,
             Operation::Order => self.compare_to_bits(raw, entry)?,
             Operation::Forget | Operation::Swap => None,
             _ => self.arithmetic(raw, entry)?,

@@ -5,15 +5,18 @@ use super::access::{BitPlace, WordPlace};
 use super::compare::relation;
 use super::{Decoder, fired};
 use crate::dialect::melsec::catalog::{Amount, Entry, Extent};
-use crate::dialect::melsec::device::Family;
+use crate::dialect::melsec::device::{Family, Kind};
+use crate::dialect::melsec::operand::{Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{
-    BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Relation, WordSource,
-    WordTarget, Write,
+    BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Region, Relation,
+    WordSource, WordTarget, Write,
 };
 
 /// Blocks of more places than this are forgotten rather than followed.
 const MOST_PLACES: i64 = 512;
+/// No constant text is longer.
+const LONGEST_CONSTANT: usize = 32;
 
 impl Decoder<'_> {
     /// A block of bits or words, each taking its neighbour's place: towards the higher numbers or the lower ones. What
@@ -133,6 +136,40 @@ impl Decoder<'_> {
             fired(Write::Words(targets.to_vec(), result(pair)))
         };
         Some(Some(parts.map(write).collect()))
+    }
+
+    /// A constant text, two characters a word, the first in the low byte. Of the word in which nothing but the closing
+    /// NUL stands the high byte is not known.
+    pub(super) fn constant_text(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
+        let text = match parse(&raw.operands[0], self.family) {
+            Ok(Operand::Text(text)) if text.is_ascii() && text.len() <= LONGEST_CONSTANT => text,
+            _ => return Some(None),
+        };
+        let count = text.len() / 2 + 1;
+        let Place::At(Kind::Word(_), _) = self.device(&raw.operands[1])?.place else {
+            return Some(None);
+        };
+        let WordPlace::All(mut targets) = self.word_place(&raw.operands[1], count)? else {
+            return Some(None);
+        };
+        let is_even = text.len().is_multiple_of(2);
+        let last = if is_even { targets.pop() } else { None };
+        let mut bytes = text.into_bytes();
+        bytes.resize(2 * targets.len(), 0);
+        let words =
+            bytes.chunks(2).map(|two| WordSource::Const(u16::from_le_bytes([two[0], two[1]])));
+        let mut effects = Vec::new();
+        if !targets.is_empty() {
+            let words = Number::Words(words.collect());
+            effects.push(fired(Write::Words(targets, words)));
+        }
+        if let Some(WordTarget::Cell(cell)) = last {
+            let region = Region::Range { first: cell, count: 1 };
+            effects.push(fired(Write::Forget(region, self.choice())));
+            let no_bit = |bit| Write::Bit(BitTarget::WordBit(cell, bit), Logic::Const(false));
+            effects.extend((0..8).map(|bit| fired(no_bit(bit))));
+        }
+        Some(Some(effects))
     }
 
     /// The bits that tell whether the first number is larger, equal or smaller.

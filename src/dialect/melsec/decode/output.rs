@@ -146,9 +146,11 @@ impl Decoder<'_> {
                 let bit = |area| {
                     fired(Write::Bit(BitTarget::Cell(Cell { area, index }), Logic::Const(false)))
                 };
+                // Whether an input that stays on counts anew behind it is not known.
+                let coil = BitTarget::Cell(Cell { area: timed.coil, index });
                 vec![
                     bit(timed.contact),
-                    bit(timed.coil),
+                    fired(Write::Bit(coil, self.free_bit())),
                     fired(Write::Words(
                         vec![WordTarget::Cell(Cell { area: timed.value, index })],
                         zero(),
