@@ -209,7 +209,8 @@ impl Decoder<'_> {
             }
             // Whether a constant is made from the text or from a single is not known.
             Operand::Real(_) | Operand::Double if words == 4 => {
-                return Some(self.unknown_words(text, words));
+                self.approximate(format!("{text} is taken as any value where it is read"));
+                return Some((0..words).map(|_| self.free_word()).collect());
             }
             Operand::Device(device) => device,
             _ => return self.no_number(text),

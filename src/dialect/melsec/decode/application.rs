@@ -6,7 +6,7 @@ use crate::dialect::melsec::catalog::{
     Amount, EVERYWHERE, Entry, Extent, Found, NotFound, Operation, Role, close, find,
 };
 use crate::dialect::melsec::device::{Kind, area};
-use crate::dialect::melsec::operand::{Operand, Place, parse};
+use crate::dialect::melsec::operand::{self, Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::{
     BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Touched, Units,
@@ -420,7 +420,7 @@ impl Decoder<'_> {
 
     /// Whether an operand names a bit device.
     fn is_bit(&self, text: &str) -> bool {
-        let Ok(Operand::Device(device)) = parse(text, self.family) else { return false };
+        let Ok(operand::Operand::Device(device)) = parse(text, self.family) else { return false };
         matches!(
             device.place,
             Place::At(Kind::Bit(_) | Kind::VolatileBit, _)
