@@ -28,6 +28,7 @@
 //! moment (frames of calls and loop turns), any one value; two sources with the same id at the same
 //! moment have the same value.
 
+pub mod bulk;
 pub mod flow;
 pub mod interrupts;
 mod reads;
@@ -390,7 +391,8 @@ pub enum Step {
     ForEnd,
     /// A loop of which no sensible number of turns is known, taken in bulk: every instruction listed is
     /// charged so often at its dearer time, then the regions are forgotten (under `choice`), then each exit whose
-    /// choice's bit 0 is true is taken (the first such), else control goes behind `end`.
+    /// choice's bit 0 is true is taken (the first such), else control goes behind `end`. No result is left on the
+    /// stack or in a slot.
     Bulk {
         /// The matching `ForEnd`; what stands between is not run.
         end: usize,
@@ -400,8 +402,8 @@ pub enum Step {
         forgets: Vec<Region>,
         /// The choice of the values.
         choice: ChoiceId,
-        /// Ways out of the loop other than its end: choice and target.
-        exits: Vec<(ChoiceId, usize)>,
+        /// Ways out of it other than its end.
+        exits: Vec<(ChoiceId, Exit)>,
     },
     /// Opens a zone: until the zone ends, the zone's condition (whether this fired) holds off what stands in it.
     ZoneBegin {
@@ -417,6 +419,19 @@ pub enum Step {
     },
     /// Nothing: a label, a page break, no operation.
     Nothing,
+}
+
+/// A way out of what is taken in bulk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Exit {
+    /// To a later instruction of the same routine, as a jump.
+    To(usize),
+    /// As `Step::Return`.
+    Return,
+    /// As `Step::End`.
+    End,
+    /// As a `Step::Stop` that fires.
+    Stop,
 }
 
 impl Step {

@@ -4,10 +4,12 @@ mod common;
 
 use common::bound::{bound, bound_within};
 use common::ir::{Taste, generate};
-use common::search::holds;
+use common::search::{holds, none_above};
 use common::tape::{Tape, cases, on_tapes};
+use scanbound::program::bulk;
 use scanbound::replay::replay;
 use scanbound::solve::{Limits, Method};
+use scanbound::time::Picos;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 const PLAIN: Taste = Taste {
@@ -113,6 +115,26 @@ fn an_early_end_leaves_valid_bounds() {
                     ));
                 }
             }
+        }
+        Ok(())
+    });
+}
+
+/// Whatever is taken in bulk, no scan of the program as it stands takes longer than the bound.
+#[test]
+fn what_is_taken_in_bulk_bounds_every_scan() {
+    on_tapes(cases(300), 400, |tape| {
+        let (program, mut times) = generate(&mut Tape::new(tape), ALL);
+        for most in [0, 3, 10, 40] {
+            let mut fitted = program.clone();
+            bulk::fit(&mut fitted, most).map_err(|why| format!("{why:?}"))?;
+            let count = program.instructions.len();
+            times.resize(fitted.instructions.len(), (Picos::ZERO, Picos::ZERO));
+            // A rung that goes on behind a loop has no result there any more: refused, not misjudged.
+            let Ok(bound) = bound(&fitted, &times, Method::Auto) else { continue };
+            holds(&fitted, &times, &bound, 50)?;
+            none_above(&program, &times[..count].to_vec(), bound.upper, 100)
+                .map_err(|why| format!("at most {most}: {why}"))?;
         }
         Ok(())
     });

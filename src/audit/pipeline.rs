@@ -16,7 +16,7 @@ use crate::facts::{Facts, Part, StatedFactor};
 use crate::groups;
 use crate::model::{Assignment, Group, ScanModel, Values};
 use crate::price::{self, Prices};
-use crate::program::Program;
+use crate::program::{Program, bulk};
 use crate::replay::{Replay, replay};
 use crate::scan::{ScanError, scan_model};
 use crate::solve::{Limits, Maximum, Method, maximum};
@@ -61,6 +61,8 @@ pub struct Request<'a> {
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
+/// Loops and calls may add so many executed instructions to those that the program has.
+const MOST_UNROLLED: u64 = 200_000;
 /// A thousand hours.
 const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 /// So many wrong facts of a kind are told.
@@ -155,7 +157,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     stated::know_words(&program, request.facts)?;
 
     stage("pricing");
-    let prices = price::price(&program, &table, request.facts)?;
+    let mut prices = price::price(&program, &table, request.facts)?;
     let unused = unused_times(request.times, &program, &prices);
     let odd = stated::odd(&program, request.facts);
     stated::forget_unnamed(&mut program);
@@ -164,6 +166,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
         refuse_assumed(&program, &prices)?;
     }
 
+    fit(&mut program, &mut prices)?;
     stage("following the scan");
     let model =
         scan_model(&program, &prices.times()).map_err(|error| cannot_follow(&program, &error))?;
@@ -525,12 +528,25 @@ fn keep_in_range(table: &Table, prices: &Prices, model: &ScanModel) -> Result<()
     Err(Failure::from(Diagnostic::file("no-time", &table.name, message, help)))
 }
 
+/// Takes in bulk what has too many turns and calls to be followed.
+fn fit(program: &mut Program, prices: &mut Prices) -> Result<(), Failure> {
+    let fitted = bulk::fit(program, MOST_UNROLLED);
+    fitted.map_err(|bulk::TooOften { instruction }| {
+        cannot_follow(program, &ScanError::TooOften { instruction })
+    })?;
+    // What the program got on top costs nothing by itself.
+    prices.instructions.resize(program.instructions.len(), None);
+    Ok(())
+}
+
 fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
-    let (ScanError::TooLong { instruction, .. } | ScanError::NoResult { instruction }) = error;
+    let (ScanError::TooLong { instruction, .. }
+    | ScanError::TooOften { instruction }
+    | ScanError::NoResult { instruction }) = error;
     let at = &program.instructions[*instruction];
     let file = &program.files[at.place.file as usize].name;
     let help = match error {
-        ScanError::TooLong { .. } => {
+        ScanError::TooLong { .. } | ScanError::TooOften { .. } => {
             "state a smaller range for the word that counts the loop, or split the program"
         }
         ScanError::NoResult { .. } => {

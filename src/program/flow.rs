@@ -1,10 +1,7 @@
-//! Where control can go in a program: loops, jumps, calls, a routine's extent, and loops taken in bulk.
+//! Where control can go in a program: loops, jumps, calls, a routine's extent.
 
-use crate::program::{BitTarget, Cell, ChoiceId, Program, Region, Step, WordTarget, Write};
+use crate::program::{BitTarget, Cell, Program, Region, Step, WordTarget, Write};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// More single ranges of an area than this are forgotten as the whole area.
-const MOST_RANGES: usize = 256;
 
 /// What a step leads to, for every instruction where it does.
 fn leads(program: &Program, to: impl Fn(&Step) -> Option<usize>) -> Vec<(usize, usize)> {
@@ -143,74 +140,6 @@ fn unrolled_between(
     total
 }
 
-/// The loop between two instructions as one step that charges everything in it `turns` times; `None` if
-/// a return or an end stands in it, or it is beyond all numbers.
-pub fn bulk(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
-    let mut gathered = Gathered {
-        program,
-        charges: BTreeMap::new(),
-        regions: BTreeSet::new(),
-        targets: BTreeSet::new(),
-    };
-    gathered.gather(begin + 1, end, turns)?;
-    let Gathered { charges, regions, targets, .. } = gathered;
-    let mut choice = || {
-        program.choices += 1;
-        ChoiceId(program.choices - 1)
-    };
-    let exits = targets
-        .into_iter()
-        .filter(|target| *target > end)
-        .map(|target| (choice(), target))
-        .collect();
-    let choice = choice();
-    Some(Step::Bulk {
-        end,
-        charges: charges.into_iter().collect(),
-        forgets: merged(regions),
-        choice,
-        exits,
-    })
-}
-
-struct Gathered<'p> {
-    program: &'p Program,
-    charges: BTreeMap<usize, u64>,
-    regions: BTreeSet<Region>,
-    targets: BTreeSet<usize>,
-}
-
-impl Gathered<'_> {
-    fn gather(&mut self, from: usize, to: usize, times: u64) -> Option<()> {
-        let mut at = from;
-        while at <= to {
-            let charged = self.charges.entry(at).or_default();
-            *charged = charged.checked_add(times).filter(|&times| times < 1 << 40)?;
-            self.regions.extend(written(self.program, at));
-            match &self.program.instructions[at].step {
-                Step::ForBegin { most, end, .. } => {
-                    self.gather(at + 1, *end, times.checked_mul(u64::from(*most))?)?;
-                    at = *end;
-                }
-                Step::Call { target, .. } => {
-                    let last = extent(self.program, *target)?;
-                    // The routine's own return is no way out of the loop.
-                    self.gather(*target, last - 1, times)?;
-                    let charged = self.charges.entry(last).or_default();
-                    *charged = charged.checked_add(times)?;
-                }
-                Step::Jump { target, .. } => {
-                    self.targets.insert(*target);
-                }
-                Step::Return | Step::End | Step::Bulk { .. } => return None,
-                _ => {}
-            }
-            at += 1;
-        }
-        Some(())
-    }
-}
-
 /// The cells that an instruction's effects may write.
 pub fn written(program: &Program, at: usize) -> Vec<Region> {
     let one = |first| Region::Range { first, count: 1 };
@@ -243,24 +172,4 @@ pub fn written(program: &Program, at: usize) -> Vec<Region> {
 pub fn is_written(program: &Program, cell: Cell) -> bool {
     let written = (0..program.instructions.len()).flat_map(|at| written(program, at));
     written.into_iter().any(|region| region.holds(cell))
-}
-
-/// Areas of which many single ranges are listed, as a whole.
-fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
-    let mut ranges: BTreeMap<_, usize> = BTreeMap::new();
-    for region in &regions {
-        if let Region::Range { first, .. } = region {
-            *ranges.entry(first.area).or_default() += 1;
-        }
-    }
-    let is_many = |region: &Region| matches!(region, Region::Range { first, .. } if ranges[&first.area] > MOST_RANGES);
-    let mut merged: Vec<Region> =
-        regions.iter().copied().filter(|region| !is_many(region)).collect();
-    merged.extend(
-        ranges
-            .iter()
-            .filter(|(_, count)| **count > MOST_RANGES)
-            .map(|(&area, _)| Region::Area(area)),
-    );
-    merged
 }

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::program::{
-    Area, AreaId, BitSource, BitTarget, ChoiceId, Effect, Instruction, Interrupt, Join, Logic,
-    Place, Radix, Region, Step, When, WordSource, Write,
+    Area, AreaId, BitSource, BitTarget, ChoiceId, Effect, Exit, Instruction, Interrupt, Join,
+    Logic, Place, Radix, Region, Step, When, WordSource, Write,
 };
 
 const ON: u64 = 100;
@@ -374,7 +374,7 @@ fn a_loop_in_bulk_charges_the_dearer_times_forgets_and_leaves_by_its_first_open_
         charges: vec![(1, 7), (2, 3)],
         forgets: vec![Region::Range { first: bit(0), count: 1 }],
         choice: ChoiceId(0),
-        exits: vec![(ChoiceId(1), 4), (ChoiceId(2), 3)],
+        exits: vec![(ChoiceId(1), Exit::To(4)), (ChoiceId(2), Exit::To(3))],
     };
     let p = program(vec![step(bulk), act(), step(Step::ForEnd), ld(0), ld(1)]);
     let times =

@@ -2,7 +2,9 @@
 
 use super::state::State;
 use super::{Event, Free, Replay};
-use crate::program::{ChoiceId, Frame, Instruction, Join, Logic, Program, Region, Step, When};
+use crate::program::{
+    ChoiceId, Exit, Frame, Instruction, Join, Logic, Program, Region, Step, When,
+};
 use crate::time::Picos;
 use std::collections::BTreeMap;
 
@@ -236,8 +238,7 @@ impl<'p, F: Free> Machine<'p, F> {
             }
             Step::ForEnd => return self.end_turn(at),
             Step::Bulk { end, charges, forgets, choice, exits } => {
-                let to = self.bulk(*end, charges, forgets, *choice, exits);
-                return self.go(to);
+                return self.bulk(*end, charges, forgets, *choice, exits);
             }
             Step::ZoneBegin { level, .. } => self.routine().zones.push((*level, fired)),
             Step::ZoneEnd { level } => self.routine().zones.retain(|(open, _)| open < level),
@@ -300,15 +301,15 @@ impl<'p, F: Free> Machine<'p, F> {
         Next::Go(begin + 1)
     }
 
-    /// Charges a loop taken in bulk and gives the place where control goes on.
+    /// Charges what is taken in bulk and says where control goes on.
     fn bulk(
         &mut self,
         end: usize,
         charges: &[(usize, u64)],
         forgets: &[Region],
         choice: ChoiceId,
-        exits: &[(ChoiceId, usize)],
-    ) -> usize {
+        exits: &[(ChoiceId, Exit)],
+    ) -> Next {
         for &(instruction, repetitions) in charges {
             let (on, off) = self.times[instruction];
             self.charge(instruction, on >= off, on.max(off).times(repetitions));
@@ -316,6 +317,15 @@ impl<'p, F: Free> Machine<'p, F> {
         for &region in forgets {
             self.state.forget(region, choice);
         }
-        exits.iter().find(|(exit, _)| self.state.choose_bit(*exit)).map_or(end + 1, |exit| exit.1)
+        let routine = self.routine();
+        routine.stack.clear();
+        routine.slots.clear();
+        match exits.iter().find(|(exit, _)| self.state.choose_bit(*exit)) {
+            None => self.go(end + 1),
+            Some((_, Exit::To(target))) => self.go(*target),
+            Some((_, Exit::Return)) => Next::Return,
+            Some((_, Exit::End)) => Next::End,
+            Some((_, Exit::Stop)) => Next::Stop,
+        }
     }
 }

@@ -10,8 +10,8 @@ mod word;
 
 use crate::model::{Charge, Lit, ScanModel, Unbounded};
 use crate::program::{
-    BitSource, Cell, ChoiceId, Effect, Frame, Join, Logic, Program, Region, Relation, Source, Step,
-    When, WordSource, Write,
+    BitSource, Cell, ChoiceId, Effect, Exit, Frame, Join, Logic, Program, Region, Relation, Source,
+    Step, When, WordSource, Write,
 };
 use crate::time::Picos;
 use memory::Memory;
@@ -27,6 +27,12 @@ pub enum ScanError {
         /// The limit.
         most: usize,
         /// The instruction at which it was passed.
+        instruction: usize,
+    },
+    /// Calls and loops multiply so that no number can tell how long an instruction runs.
+    #[error("calls and loops make this run more often than can be counted")]
+    TooOften {
+        /// The instruction.
         instruction: usize,
     },
     /// A result is used that differs in depth by the path taken: the front end let through what is no rung.
@@ -330,11 +336,12 @@ impl Run<'_> {
             }
             Step::ForEnd => {}
             Step::Bulk { end, charges, forgets, choice, exits } => {
-                self.bulk(act, charges, forgets, *choice);
-                for &(choice, target) in exits {
+                self.bulk(act, charges, forgets, *choice)?;
+                act.results = Results::default();
+                for &(choice, exit) in exits {
                     let taken = self.logic(&Logic::Bit(BitSource::Free(choice)), Lit::TRUE, at);
                     let fired = self.memory.circuit().and(act.active, taken);
-                    self.jump(act, target, taken, fired);
+                    self.leave(act, exit, taken, fired);
                 }
                 return Ok(end + 1);
             }
@@ -387,6 +394,20 @@ impl Run<'_> {
         act.landings.insert(target, landing);
     }
 
+    /// Takes control out of what was taken in bulk where `fires` holds.
+    fn leave(&mut self, act: &mut Activation, exit: Exit, fires: Lit, fired: Lit) {
+        if let Exit::To(target) = exit {
+            return self.jump(act, target, fires, fired);
+        }
+        let circuit = self.memory.circuit();
+        act.active = circuit.and(act.active, !fires);
+        match exit {
+            Exit::Return => act.returned = circuit.or(act.returned, fired),
+            Exit::Stop => self.stopped = circuit.or(self.stopped, fired),
+            Exit::End | Exit::To(_) => {}
+        }
+    }
+
     /// Runs a loop turn by turn, each where the count reaches it.
     fn turns(
         &mut self,
@@ -436,10 +457,11 @@ impl Run<'_> {
         charges: &[(usize, u64)],
         forgets: &[Region],
         choice: ChoiceId,
-    ) {
+    ) -> Result<(), ScanError> {
         for &(instruction, times) in charges {
             let (on, off) = self.times[instruction];
-            let cost = on.max(off).times(times);
+            let cost = on.max(off).0.checked_mul(times).map(Picos);
+            let cost = cost.ok_or(ScanError::TooOften { instruction })?;
             if cost > Picos::ZERO {
                 let frames = self.frames.clone();
                 let (reached, fires) = (act.active, act.active);
@@ -450,6 +472,7 @@ impl Run<'_> {
         for &region in forgets {
             self.memory.forget(region, act.active, &self.frames, choice);
         }
+        Ok(())
     }
 
     /// Holds the start value of one or two words within a signed range.

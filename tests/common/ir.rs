@@ -3,9 +3,9 @@
 use super::bound::Times;
 use super::tape::Tape;
 use scanbound::program::{
-    Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Compare, Effect, Instruction,
-    Interrupt, Join, Logic, Number, Place, Program, Radix, Reading, Region, Relation, StartRange,
-    Step, When, WordSource, WordTarget, Write,
+    Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Compare, Effect, Exit,
+    Instruction, Interrupt, Join, Logic, Number, Place, Program, Radix, Reading, Region, Relation,
+    StartRange, Step, When, WordSource, WordTarget, Write,
 };
 use scanbound::time::Picos;
 
@@ -268,7 +268,7 @@ impl Generator<'_, '_> {
         let charges = vec![(charged, 1 + self.tape.below(3) as u64), (end, 2)];
         let forgets = (0..self.tape.below(3)).map(|_| self.region()).collect();
         let choice = self.fresh();
-        let exits: Vec<_> = (0..self.tape.below(3)).map(|_| (self.fresh(), 0)).collect();
+        let exits: Vec<_> = (0..self.tape.below(3)).map(|_| (self.fresh(), Exit::To(0))).collect();
         for exit in 0..exits.len() {
             let items = 1 + self.tape.below(3);
             pending.push(Pending { at: begin, exit: Some(exit), items });
@@ -513,7 +513,7 @@ impl Generator<'_, '_> {
 fn aim(step: &mut Step, exit: Option<usize>, to: usize) {
     match (step, exit) {
         (Step::Jump { target, .. }, None) => *target = to,
-        (Step::Bulk { exits, .. }, Some(exit)) => exits[exit].1 = to,
+        (Step::Bulk { exits, .. }, Some(exit)) => exits[exit].1 = Exit::To(to),
         _ => unreachable!("only jumps and loops in bulk are aimed"),
     }
 }

@@ -3,6 +3,7 @@
 use super::control::{MOST_NESTED, MOST_TURNS};
 use super::{Counts, Decoder};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::program::bulk;
 use crate::program::flow;
 use crate::program::{Program, Step};
 
@@ -192,10 +193,9 @@ impl Decoder<'_> {
             }
             let turns = if unknown { MOST_TURNS } else { most };
             behind = end;
-            let Some(bulk) = flow::bulk(&mut self.program, begin, end, u64::from(turns)) else {
+            let Some(step) = bulk::bulk(&mut self.program, begin, end, u64::from(turns)) else {
                 let message =
-                    "this loop is too large to follow turn by turn and is left in its middle"
-                        .to_owned();
+                    "loops and calls multiply to more turns here than can be counted".to_owned();
                 self.fault_at(
                     begin,
                     "loop",
@@ -204,7 +204,7 @@ impl Decoder<'_> {
                 );
                 continue;
             };
-            self.program.instructions[begin].step = bulk;
+            self.program.instructions[begin].step = step;
             self.program.approximations.push(crate::program::Approximation {
                 instruction: begin,
                 what: format!("the loop is charged {turns} times at its dearest, and what it writes is taken as any value"),

@@ -1,0 +1,466 @@
+//! Loops and routines taken in bulk: charged as often as they can run, at their dearest, without being followed.
+//!
+//! Loops in loops and calls in calls multiply, so what a scan executes is counted before it is followed. Where the
+//! count is beyond what can be followed, the innermost loops and routines that are too large are taken in bulk.
+
+use super::flow::{self, written};
+use super::{Approximation, ChoiceId, Exit, Instruction, Program, Region, Step};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// More single ranges of an area than this are forgotten as the whole area.
+const MOST_RANGES: usize = 256;
+
+/// Below this size nothing is taken in bulk by itself: then it is the whole program.
+const SMALLEST: u64 = 64;
+
+/// All charges of what is taken in bulk together are at most so many; beyond, the whole program is taken in bulk.
+const MOST_CHARGES: usize = 4_000_000;
+
+/// Loops and calls multiply beyond all numbers here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooOften {
+    /// The instruction.
+    pub instruction: usize,
+}
+
+/// The loop between two instructions as one step that charges everything in it `turns` times; `None` if it runs
+/// more often than can be counted.
+pub fn bulk(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
+    let gathered = Shape::of(program).gather(program, begin + 1, end, turns).ok()?;
+    Some(gathered.step(program, end))
+}
+
+/// Takes loops, routines and interrupts in bulk, so that at most `most` instructions more than the program has are
+/// executed in a scan. What was taken in bulk is listed as an approximation.
+///
+/// # Errors
+/// Where loops and calls multiply beyond all numbers.
+pub fn fit(program: &mut Program, most: u64) -> Result<(), TooOften> {
+    let shape = Shape::of(program);
+    let most = most.saturating_add(program.instructions.len() as u64);
+    let mut limit = most;
+    loop {
+        let plan = shape.plan(program, limit);
+        if plan.total <= most {
+            return if plan.is_empty() { Ok(()) } else { shape.carry_out(program, &plan) };
+        }
+        limit /= 8;
+        if limit < SMALLEST {
+            return whole(program, "loops and calls multiply to more than can be followed");
+        }
+    }
+}
+
+/// Takes the whole program in bulk: the sum of all that can run, each at its dearest.
+///
+/// # Errors
+/// Where loops and calls multiply beyond all numbers.
+pub fn whole(program: &mut Program, why: &str) -> Result<(), TooOften> {
+    let shape = Shape::of(program);
+    for index in 0..program.mains.len() {
+        let main = program.mains[index].clone();
+        let Some(last) = main.end.checked_sub(1).filter(|&last| last >= main.start) else {
+            continue;
+        };
+        let gathered = shape.gather(program, main.start, last, 1)?;
+        let at = program.instructions.len();
+        stub(program, gathered, main.start, Step::End);
+        program.mains[index] = at..program.instructions.len();
+        program.approximations.push(Approximation {
+            instruction: main.start,
+            what: format!("{why}: all that can run from here is charged at its dearer time, whatever excludes it"),
+        });
+    }
+    for index in 0..program.interrupts.len() {
+        shape.interrupt(program, index)?;
+    }
+    Ok(())
+}
+
+/// What is to be taken in bulk.
+#[derive(Default)]
+struct Plan {
+    loops: BTreeSet<usize>,
+    routines: BTreeSet<usize>,
+    interrupts: BTreeSet<usize>,
+    /// So many instructions are executed then.
+    total: u64,
+}
+
+impl Plan {
+    fn is_empty(&self) -> bool {
+        self.loops.is_empty() && self.routines.is_empty() && self.interrupts.is_empty()
+    }
+}
+
+/// The routines of a program and how they call each other.
+struct Shape {
+    /// The last instruction of each routine that is called, by its first.
+    ends: BTreeMap<usize, usize>,
+    /// The routines, each before those that it calls.
+    order: Vec<usize>,
+    /// Where each stands in that order.
+    place: BTreeMap<usize, usize>,
+}
+
+impl Shape {
+    fn of(program: &Program) -> Shape {
+        let calls = flow::calls(program);
+        let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
+        let last = program.instructions.len().saturating_sub(1);
+        let ends: BTreeMap<usize, usize> = entries
+            .into_iter()
+            .map(|entry| (entry, flow::extent(program, entry).unwrap_or(last)))
+            .collect();
+        let inside = |entry: usize, end: usize| {
+            let from = calls.partition_point(|&(at, _)| at < entry);
+            let to = calls.partition_point(|&(at, _)| at <= end);
+            calls[from..to].iter().map(|&(_, target)| target).collect::<BTreeSet<usize>>()
+        };
+        let mut graph = petgraph::graphmap::DiGraphMap::<usize, ()>::new();
+        for (&entry, &end) in &ends {
+            graph.add_node(entry);
+            for target in inside(entry, end) {
+                graph.add_edge(entry, target, ());
+            }
+        }
+        let order = petgraph::algo::toposort(&graph, None).unwrap_or_default();
+        let place = order.iter().enumerate().map(|(place, &entry)| (entry, place)).collect();
+        Shape { ends, order, place }
+    }
+
+    /// What to take in bulk so that nothing by itself executes more than `limit` instructions.
+    fn plan(&self, program: &Program, limit: u64) -> Plan {
+        let mut plan = Plan::default();
+        let mut sizes: BTreeMap<usize, u64> = BTreeMap::new();
+        for &entry in self.order.iter().rev() {
+            let mut size = self.size(program, entry, self.ends[&entry], limit, &sizes, &mut plan);
+            if size > limit {
+                plan.routines.insert(entry);
+                // No more than the program has, each instruction once.
+                size = self.reached(program, entry).len() as u64;
+            }
+            sizes.insert(entry, size);
+        }
+        for main in program.mains.iter().filter(|main| !main.is_empty()) {
+            let size = self.size(program, main.start, main.end - 1, limit, &sizes, &mut plan);
+            plan.total = plan.total.saturating_add(size);
+        }
+        for (index, interrupt) in program.interrupts.iter().enumerate() {
+            let last = program.instructions.len() - 1;
+            let end = flow::extent(program, interrupt.entry).unwrap_or(last);
+            let mut size = self.size(program, interrupt.entry, end, limit, &sizes, &mut plan);
+            let all = size.saturating_mul(u64::from(interrupt.times));
+            if all > limit.max(size) {
+                plan.interrupts.insert(index);
+            } else {
+                size = all;
+            }
+            plan.total = plan.total.saturating_add(size);
+        }
+        plan
+    }
+
+    /// How many instructions run between two, both included, with what is planned so far.
+    fn size(
+        &self,
+        program: &Program,
+        from: usize,
+        to: usize,
+        limit: u64,
+        sizes: &BTreeMap<usize, u64>,
+        plan: &mut Plan,
+    ) -> u64 {
+        let mut total = 0u64;
+        let mut at = from;
+        while at <= to {
+            let more = match &program.instructions[at].step {
+                Step::ForBegin { most, end, .. } => {
+                    let begin = std::mem::replace(&mut at, *end);
+                    let turn = self.size(program, begin + 1, *end, limit, sizes, plan);
+                    let all = turn.saturating_mul(u64::from(*most));
+                    if all > limit {
+                        plan.loops.insert(begin);
+                        (*end - begin) as u64
+                    } else {
+                        all
+                    }
+                }
+                Step::Bulk { end, charges, .. } => {
+                    at = *end;
+                    charges.len() as u64
+                }
+                Step::Call { target, .. } => sizes.get(target).copied().unwrap_or(0),
+                _ => 0,
+            };
+            total = total.saturating_add(more).saturating_add(1);
+            at += 1;
+        }
+        total
+    }
+
+    /// The routine's instructions and those of all that it calls.
+    fn reached(&self, program: &Program, entry: usize) -> BTreeSet<usize> {
+        let mut found = BTreeSet::new();
+        let mut open = vec![entry];
+        let mut seen: BTreeSet<usize> = BTreeSet::from([entry]);
+        while let Some(entry) = open.pop() {
+            for at in entry..=self.ends[&entry] {
+                found.insert(at);
+                if let Step::Call { target, .. } = program.instructions[at].step
+                    && seen.insert(target)
+                {
+                    open.push(target);
+                }
+            }
+        }
+        found
+    }
+
+    fn carry_out(&self, program: &mut Program, plan: &Plan) -> Result<(), TooOften> {
+        // All is gathered from the program as it was: nothing is charged twice.
+        let (mut loops, mut routines) = (Vec::new(), Vec::new());
+        let (mut charges, mut endless) = (0, false);
+        let mut keep = |gathered: &Gathered| {
+            charges += gathered.charges.len();
+            endless |= gathered.endless;
+            charges <= MOST_CHARGES && !gathered.endless
+        };
+        for &begin in &plan.loops {
+            let Step::ForBegin { most, end, .. } = program.instructions[begin].step else {
+                continue;
+            };
+            let gathered = self.gather(program, begin + 1, end, u64::from(most))?;
+            if keep(&gathered) {
+                loops.push((begin, end, most, gathered));
+            }
+        }
+        for &entry in &plan.routines {
+            let mut gathered = self.gather(program, entry, self.ends[&entry], 1)?;
+            gathered.own.clear();
+            if keep(&gathered) {
+                routines.push((entry, gathered));
+            }
+        }
+        if charges > MOST_CHARGES || endless {
+            return whole(program, "loops and calls multiply to more than can be followed");
+        }
+        for &index in &plan.interrupts {
+            self.interrupt(program, index)?;
+        }
+        let mut stubs: BTreeMap<usize, usize> = BTreeMap::new();
+        for (entry, gathered) in routines {
+            stubs.insert(entry, program.instructions.len());
+            stub(program, gathered, entry, Step::Return);
+            program.approximations.push(Approximation {
+                instruction: entry,
+                what: "the routine and all that it calls run more often than can be followed: each call of it is charged at its dearest, and what it writes is taken as any value".to_owned(),
+            });
+        }
+        for instruction in &mut program.instructions {
+            if let Step::Call { target, .. } = &mut instruction.step
+                && let Some(&stub) = stubs.get(target)
+            {
+                *target = stub;
+            }
+        }
+        for (begin, end, turns, gathered) in loops {
+            program.instructions[begin].step = gathered.step(program, end);
+            program.approximations.push(Approximation {
+                instruction: begin,
+                what: format!("followed turn by turn the scan has too many instructions: the loop is charged {turns} times at its dearest, and what it writes is taken as any value"),
+            });
+        }
+        Ok(())
+    }
+
+    /// Takes all runs of an interrupt routine in bulk.
+    fn interrupt(&self, program: &mut Program, index: usize) -> Result<(), TooOften> {
+        let (entry, times) = (program.interrupts[index].entry, program.interrupts[index].times);
+        if times == 0 {
+            return Ok(());
+        }
+        let last = program.instructions.len() - 1;
+        let end = flow::extent(program, entry).unwrap_or(last);
+        let mut gathered = self.gather(program, entry, end, u64::from(times))?;
+        gathered.own.clear();
+        program.interrupts[index].entry = program.instructions.len();
+        program.interrupts[index].times = 1;
+        stub(program, gathered, entry, Step::Return);
+        program.approximations.push(Approximation {
+            instruction: entry,
+            what: format!("the interrupt routine is charged {times} times at its dearest"),
+        });
+        Ok(())
+    }
+
+    /// What the instructions between two, both included, may cost and do when they run `times` times.
+    fn gather(
+        &self,
+        program: &Program,
+        from: usize,
+        to: usize,
+        times: u64,
+    ) -> Result<Gathered, TooOften> {
+        let mut gathered = Gathered::default();
+        // By their place in the order, so that each routine is looked at once, behind all that call it.
+        let mut called: BTreeMap<usize, u64> = BTreeMap::new();
+        self.span(program, from, to, times, &mut gathered, &mut called)?;
+        gathered.own = gathered.ways(program, to);
+        while let Some((place, times)) = called.pop_first() {
+            let entry = self.order[place];
+            self.span(program, entry, self.ends[&entry], times, &mut gathered, &mut called)?;
+        }
+        gathered.finish(program);
+        Ok(gathered)
+    }
+
+    fn span(
+        &self,
+        program: &Program,
+        from: usize,
+        to: usize,
+        times: u64,
+        gathered: &mut Gathered,
+        called: &mut BTreeMap<usize, u64>,
+    ) -> Result<(), TooOften> {
+        let mut at = from;
+        while at <= to {
+            let too_often = TooOften { instruction: at };
+            let add = |sum: &mut u64, more: u64| -> Result<(), TooOften> {
+                *sum = sum.checked_add(more).ok_or(too_often)?;
+                Ok(())
+            };
+            add(gathered.charges.entry(at).or_default(), times)?;
+            match &program.instructions[at].step {
+                Step::ForBegin { most, end, .. } => {
+                    let turns = times.checked_mul(u64::from(*most)).ok_or(too_often)?;
+                    self.span(program, at + 1, *end, turns, gathered, called)?;
+                    at = *end;
+                }
+                Step::Bulk { end, charges, .. } => {
+                    for &(charged, often) in charges {
+                        let often = often.checked_mul(times).ok_or(too_often)?;
+                        add(gathered.charges.entry(charged).or_default(), often)?;
+                    }
+                    at = *end;
+                }
+                Step::Call { target, .. } => {
+                    let place = *self.place.get(target).ok_or(too_often)?;
+                    add(called.entry(place).or_default(), times)?;
+                }
+                _ => {}
+            }
+            at += 1;
+        }
+        Ok(())
+    }
+}
+
+/// What is taken in bulk.
+#[derive(Default)]
+struct Gathered {
+    /// How often each instruction is charged.
+    charges: BTreeMap<usize, u64>,
+    /// What may be written.
+    regions: BTreeSet<Region>,
+    /// The ways out of what was gathered itself, not out of what it calls.
+    own: BTreeSet<Exit>,
+    /// The ways out of the scan or the main routine, from wherever.
+    out: BTreeSet<Exit>,
+    /// Control may go round for ever in it.
+    endless: bool,
+}
+
+impl Gathered {
+    /// The ways out to what lies behind the instruction at `to`.
+    fn ways(&self, program: &Program, to: usize) -> BTreeSet<Exit> {
+        let mut found = BTreeSet::new();
+        for &at in self.charges.keys() {
+            match &program.instructions[at].step {
+                Step::Jump { target, .. } if *target > to => {
+                    found.insert(Exit::To(*target));
+                }
+                Step::Return => {
+                    found.insert(Exit::Return);
+                }
+                Step::Bulk { exits, .. } => {
+                    found.extend(exits.iter().map(|&(_, exit)| exit).filter(|exit| match exit {
+                        Exit::To(target) => *target > to,
+                        _ => true,
+                    }))
+                }
+                _ => {}
+            }
+        }
+        found
+    }
+
+    fn finish(&mut self, program: &Program) {
+        for &at in self.charges.keys() {
+            self.regions.extend(written(program, at));
+            match &program.instructions[at].step {
+                Step::End => {
+                    self.out.insert(Exit::End);
+                }
+                Step::Stop { .. } => {
+                    self.out.insert(Exit::Stop);
+                }
+                Step::Bulk { exits, .. } => {
+                    let out = exits.iter().map(|&(_, exit)| exit);
+                    self.out.extend(out.filter(|exit| matches!(exit, Exit::End | Exit::Stop)));
+                }
+                Step::Unbounded { .. } => self.endless = true,
+                _ => {}
+            }
+        }
+    }
+
+    fn step(self, program: &mut Program, end: usize) -> Step {
+        let mut choice = || {
+            program.choices += 1;
+            ChoiceId(program.choices - 1)
+        };
+        let exits = self.own.union(&self.out).map(|&exit| (choice(), exit)).collect();
+        let choice = choice();
+        Step::Bulk {
+            end,
+            charges: self.charges.into_iter().collect(),
+            forgets: merged(self.regions),
+            choice,
+            exits,
+        }
+    }
+}
+
+/// Puts what was gathered behind the program, followed by `then`, which costs nothing there.
+fn stub(program: &mut Program, gathered: Gathered, of: usize, then: Step) {
+    let at = program.instructions.len();
+    let bulk = gathered.step(program, at);
+    for step in [bulk, then] {
+        let Instruction { place, block, text, .. } = &program.instructions[of];
+        let (place, block, text) = (*place, *block, text.clone());
+        let instruction = Instruction { place, block, text, timing: None, effects: vec![], step };
+        program.instructions.push(instruction);
+    }
+}
+
+/// Areas of which many single ranges are listed, as a whole.
+fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
+    let mut ranges: BTreeMap<_, usize> = BTreeMap::new();
+    for region in &regions {
+        if let Region::Range { first, .. } = region {
+            *ranges.entry(first.area).or_default() += 1;
+        }
+    }
+    let is_many = |region: &Region| matches!(region, Region::Range { first, .. } if ranges[&first.area] > MOST_RANGES);
+    let mut merged: Vec<Region> =
+        regions.iter().copied().filter(|region| !is_many(region)).collect();
+    merged.extend(
+        ranges
+            .iter()
+            .filter(|(_, count)| **count > MOST_RANGES)
+            .map(|(&area, _)| Region::Area(area)),
+    );
+    merged
+}
