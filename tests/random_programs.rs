@@ -123,7 +123,7 @@ fn an_early_end_leaves_valid_bounds() {
 /// Whatever is taken in bulk, no scan of the program as it stands takes longer than the bound.
 #[test]
 fn what_is_taken_in_bulk_bounds_every_scan() {
-    on_tapes(cases(300), 400, |tape| {
+    on_tapes(cases(100), 400, |tape| {
         let (program, mut times) = generate(&mut Tape::new(tape), ALL);
         for most in [0, 3, 10, 40] {
             let mut fitted = program.clone();

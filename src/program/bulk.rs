@@ -62,7 +62,9 @@ pub fn whole(program: &mut Program, why: &str) -> Result<(), TooOften> {
         let Some(last) = main.end.checked_sub(1).filter(|&last| last >= main.start) else {
             continue;
         };
-        let gathered = shape.gather(program, main.start, last, 1)?;
+        let mut gathered = shape.gather(program, main.start, last, 1)?;
+        // Whatever leads out of it leads to its end, which is next.
+        gathered.own.clear();
         let at = program.instructions.len();
         stub(program, gathered, main.start, Step::End);
         program.mains[index] = at..program.instructions.len();
