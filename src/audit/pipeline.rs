@@ -5,7 +5,7 @@ use super::assemble::{Findings, constant_charges};
 use super::method;
 use super::search::Search;
 use super::stated;
-use super::unbounded::loops;
+use super::unbounded::{self, loops};
 use crate::budget::{Budget, Cut};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::melsec::decode::DecodeOptions;
@@ -18,6 +18,7 @@ use crate::model::{Assignment, Group, ScanModel, Values};
 use crate::price::{self, Prices};
 use crate::program::{Program, bulk};
 use crate::replay::{Replay, replay};
+use crate::scan::reach::scan_model_fitted;
 use crate::scan::{ScanError, scan_model};
 use crate::solve::{Limits, Maximum, Method, maximum};
 use crate::table::{Evidence, Factor, Override, StatedClock, Table};
@@ -63,6 +64,8 @@ pub struct Request<'a> {
 
 /// Loops and calls may add so many executed instructions to those that the program has.
 const MOST_UNROLLED: u64 = 200_000;
+/// The model of a scan may have so many nodes and questions to words, and four more for each instruction.
+const MOST_NODES: usize = 2_000_000;
 /// A thousand hours.
 const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 /// So many wrong facts of a kind are told.
@@ -128,6 +131,8 @@ pub struct Followed {
     warnings: Vec<Diagnostic>,
     /// The stages that the time limit or the user cut short.
     cuts: Vec<Cut>,
+    /// The model is the sum of all that can run, and says nothing of what can run together.
+    whole: bool,
     /// The shortest timer, where a timer that a scan starts is taken not to run out in it.
     shortest_timer: Option<Picos>,
 }
@@ -166,10 +171,8 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
         refuse_assumed(&program, &prices)?;
     }
 
-    fit(&mut program, &mut prices)?;
     stage("following the scan");
-    let model =
-        scan_model(&program, &prices.times()).map_err(|error| cannot_follow(&program, &error))?;
+    let (model, whole) = model_of(&mut program, &mut prices, &budget)?;
     keep_in_range(&table, &prices, &model)?;
     let groups = groups::groups(&model);
     let shortest_timer = match &project {
@@ -178,7 +181,18 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     };
     let shortest_timer = shortest_timer.map(|tenths| Picos(TENTH).times(u64::from(tenths)));
     let cuts = budget.cuts();
-    Ok(Followed { start, program, table, prices, model, groups, warnings, cuts, shortest_timer })
+    Ok(Followed {
+        start,
+        program,
+        table,
+        prices,
+        model,
+        groups,
+        warnings,
+        cuts,
+        whole,
+        shortest_timer,
+    })
 }
 
 /// An audit and what it was found in.
@@ -196,8 +210,18 @@ pub struct Concluded {
 /// # Errors
 /// That the analysis and the interpreter disagree.
 pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, Failure> {
-    let Followed { start, program, table, prices, model, groups, warnings, cuts, shortest_timer } =
-        followed;
+    let Followed {
+        start,
+        program,
+        table,
+        prices,
+        model,
+        groups,
+        warnings,
+        cuts,
+        whole,
+        shortest_timer,
+    } = followed;
     let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
     let deadline = budget.deadline();
     let stage = |name| (request.progress)(Progress::Stage(name));
@@ -215,7 +239,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         deadline,
         doubtful_from: shortest_timer,
     };
-    let (mut maxima, ended_early) = search.run();
+    let (mut maxima, ended_early) = if whole { search.sums() } else { search.run() };
     let open: Vec<&Maximum> = maxima.iter().filter(|found| found.lower < found.upper).collect();
     if let (false, false) = (open.is_empty(), ended_early) {
         let apart: Picos = open.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
@@ -254,7 +278,10 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         method::confirm(&mut audit, request, &model, &groups, &maxima, deadline)?;
     }
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
-    let loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
+    let mut loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
+    if whole {
+        loops.open = unbounded::unasked(&program);
+    }
     audit.doubts.extend(loops.found.iter().map(|one| {
         format!(
             "a scan can go round the loop to line {} without end: nothing bounds it",
@@ -284,8 +311,18 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     audit.cuts = budget.cuts();
     audit.elapsed = start.elapsed();
     let cuts = audit.cuts.clone();
-    let followed =
-        Followed { start, program, table, prices, model, groups, warnings, cuts, shortest_timer };
+    let followed = Followed {
+        start,
+        program,
+        table,
+        prices,
+        model,
+        groups,
+        warnings,
+        cuts,
+        whole,
+        shortest_timer,
+    };
     Ok(Concluded { audit, followed, maxima })
 }
 
@@ -528,25 +565,52 @@ fn keep_in_range(table: &Table, prices: &Prices, model: &ScanModel) -> Result<()
     Err(Failure::from(Diagnostic::file("no-time", &table.name, message, help)))
 }
 
-/// Takes in bulk what has too many turns and calls to be followed.
-fn fit(program: &mut Program, prices: &mut Prices) -> Result<(), Failure> {
-    let fitted = bulk::fit(program, MOST_UNROLLED);
-    fitted.map_err(|bulk::TooOften { instruction }| {
-        cannot_follow(program, &ScanError::TooOften { instruction })
-    })?;
+/// The model of a scan, and whether it is no more than the sum of all that can run: where the time is over, or
+/// nothing less fits. What has too many turns and calls to be followed is taken in bulk.
+fn model_of(
+    program: &mut Program,
+    prices: &mut Prices,
+    budget: &Budget<'_>,
+) -> Result<(ScanModel, bool), Failure> {
+    let too_often = |bulk::TooOften { instruction }| ScanError::TooOften { instruction };
+    let fitted = bulk::fit(program, MOST_UNROLLED).map_err(too_often);
+    fitted.map_err(|error| cannot_follow(program, &error))?;
     // What the program got on top costs nothing by itself.
     prices.instructions.resize(program.instructions.len(), None);
-    Ok(())
+    let most = MOST_NODES + 4 * program.instructions.len();
+    let followed = scan_model_fitted(program, &prices.times(), most, &|| budget.reached());
+    let why = match followed {
+        Ok(Some(model)) => return Ok((model, false)),
+        Ok(None) => "the values that the program works out take too much to follow",
+        Err(ScanError::Ended { .. }) => {
+            budget.cut(
+                "following the scan",
+                "the bound is the sum of all that can run, each at its dearer time",
+            );
+            "the time was over before the scan was followed"
+        }
+        Err(error) => return Err(cannot_follow(program, &error)),
+    };
+    let summed = bulk::whole(program, why).map_err(too_often);
+    summed.map_err(|error| cannot_follow(program, &error))?;
+    prices.instructions.resize(program.instructions.len(), None);
+    let model = scan_model(program, &prices.times());
+    Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
 }
 
 fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
     let (ScanError::TooLong { instruction, .. }
     | ScanError::TooOften { instruction }
+    | ScanError::Grown { instruction, .. }
+    | ScanError::Ended { instruction }
     | ScanError::NoResult { instruction }) = error;
     let at = &program.instructions[*instruction];
     let file = &program.files[at.place.file as usize].name;
     let help = match error {
-        ScanError::TooLong { .. } | ScanError::TooOften { .. } => {
+        ScanError::TooLong { .. }
+        | ScanError::TooOften { .. }
+        | ScanError::Grown { .. }
+        | ScanError::Ended { .. } => {
             "state a smaller range for the word that counts the loop, or split the program"
         }
         ScanError::NoResult { .. } => {

@@ -1,7 +1,7 @@
 //! The groups' maxima, as far as they are wanted.
 
 use super::{Progress, Request};
-use crate::model::{Group, ScanModel};
+use crate::model::{Assignment, Group, ScanModel};
 use crate::price::Prices;
 use crate::solve::{Limits, Maximum, maxima, methods};
 use crate::time::Picos;
@@ -98,6 +98,17 @@ impl Search<'_> {
         }
         let open = found.iter().any(|maximum: &Maximum| maximum.lower < maximum.upper);
         (found, open && stop.into_inner())
+    }
+
+    /// Nothing but each group's sum, where no more is asked.
+    pub fn sums(&self) -> (Vec<Maximum>, bool) {
+        let best = Assignment(vec![0; self.model.variables.len()]);
+        let sum = |group: &Group| {
+            let times = group.charges.iter().map(|&charge| self.model.charges[charge].dearer());
+            let lower = self.model.cost(&group.charges, &best);
+            Maximum { upper: times.sum(), lower, best: best.clone(), calls: 0 }
+        };
+        (self.groups.iter().map(sum).collect(), false)
     }
 
     /// Which groups are searched side by side, one range after the other.

@@ -7,7 +7,7 @@ use crate::program::{Program, Step};
 use crate::replay::replay;
 use crate::solve::{Limits, Method, maximum};
 use crate::time::Picos;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What is known of the loops.
 pub struct Loops {
@@ -73,6 +73,14 @@ pub fn loops(
         kept.map(|(shown, _)| shown.clone()).collect()
     };
     Ok(Loops { found: take(true), open: take(false) })
+}
+
+/// All loops of the program, where none was asked about.
+pub fn unasked(program: &Program) -> Vec<LoopUse> {
+    let steps = program.instructions.iter().enumerate();
+    let endless = steps.filter(|(_, one)| matches!(one.step, Step::Unbounded { .. }));
+    let found: BTreeSet<LoopUse> = endless.map(|(at, _)| shown(program, at)).collect();
+    found.into_iter().collect()
 }
 
 fn shown(program: &Program, at: usize) -> LoopUse {

@@ -4,7 +4,7 @@
 //! count is beyond what can be followed, the innermost loops and routines that are too large are taken in bulk.
 
 use super::flow::{self, written};
-use super::{Approximation, ChoiceId, Exit, Instruction, Program, Region, Step};
+use super::{Approximation, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// More single ranges of an area than this are forgotten as the whole area.
@@ -51,7 +51,8 @@ pub fn fit(program: &mut Program, most: u64) -> Result<(), TooOften> {
     }
 }
 
-/// Takes the whole program in bulk: the sum of all that can run, each at its dearest.
+/// Takes the whole program in bulk: the sum of all that can run, each at its dearest. Whether it can run together,
+/// or run at all, is left open.
 ///
 /// # Errors
 /// Where loops and calls multiply beyond all numbers.
@@ -65,7 +66,12 @@ pub fn whole(program: &mut Program, why: &str) -> Result<(), TooOften> {
         let mut gathered = shape.gather(program, main.start, last, 1)?;
         // Whatever leads out of it leads to its end, which is next.
         gathered.own.clear();
+        // Whether it runs at all is left open, so that nothing of it is known to happen.
         let at = program.instructions.len();
+        program.choices += 1;
+        let runs = Logic::Bit(BitSource::Free(ChoiceId(program.choices - 1)));
+        let past = Step::Jump { fires: runs.not(), target: at + 2 };
+        append(program, main.start, past);
         stub(program, gathered, main.start, Step::End);
         program.mains[index] = at..program.instructions.len();
         program.approximations.push(Approximation {
@@ -439,12 +445,15 @@ impl Gathered {
 fn stub(program: &mut Program, gathered: Gathered, of: usize, then: Step) {
     let at = program.instructions.len();
     let bulk = gathered.step(program, at);
-    for step in [bulk, then] {
-        let Instruction { place, block, text, .. } = &program.instructions[of];
-        let (place, block, text) = (*place, *block, text.clone());
-        let instruction = Instruction { place, block, text, timing: None, effects: vec![], step };
-        program.instructions.push(instruction);
-    }
+    [bulk, then].into_iter().for_each(|step| append(program, of, step));
+}
+
+/// Puts a step behind the program that belongs to an instruction of it.
+fn append(program: &mut Program, of: usize, step: Step) {
+    let Instruction { place, block, text, .. } = &program.instructions[of];
+    let (place, block, text) = (*place, *block, text.clone());
+    let instruction = Instruction { place, block, text, timing: None, effects: vec![], step };
+    program.instructions.push(instruction);
 }
 
 /// Areas of which many single ranges are listed, as a whole.

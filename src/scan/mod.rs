@@ -6,6 +6,7 @@
 mod expression;
 mod memory;
 mod number;
+pub mod reach;
 mod word;
 
 use crate::model::{Charge, Lit, ScanModel, Unbounded};
@@ -15,7 +16,8 @@ use crate::program::{
 };
 use crate::time::Picos;
 use memory::Memory;
-use std::collections::BTreeMap;
+use reach::Reach;
+use std::collections::{BTreeMap, BTreeSet};
 use word::Word;
 
 /// Why a program has no scan model.
@@ -35,6 +37,21 @@ pub enum ScanError {
         /// The instruction.
         instruction: usize,
     },
+    /// The model grows beyond what it may take. Where the values that an instruction reads take much to follow, it
+    /// may do without.
+    #[error("the values that the program works out take too much to follow")]
+    Grown {
+        /// The instruction at which that was given up, or how many there were.
+        instruction: usize,
+        /// The instructions whose values took much.
+        dear: BTreeSet<usize>,
+    },
+    /// It was ended from outside.
+    #[error("ended before the scan was followed to its end")]
+    Ended {
+        /// The instruction at which it was.
+        instruction: usize,
+    },
     /// A result is used that differs in depth by the path taken: the front end let through what is no rung.
     #[error("the rung's result depends on the way control came here")]
     NoResult {
@@ -49,11 +66,24 @@ pub type Times<'a> = &'a [(Picos, Picos)];
 /// More executed instructions in one scan than this are refused (calls and loops unrolled).
 const MOST_EXECUTED: usize = 10_000_000;
 
-/// Executes one scan of the program symbolically.
+/// Executes one scan of the program symbolically, however much that takes.
 ///
 /// # Errors
 /// If calls and loops multiply beyond what can be followed, or the program is not well formed.
 pub fn scan_model(program: &Program, times: Times<'_>) -> Result<ScanModel, ScanError> {
+    scan_model_within(program, times, &Reach::default())
+}
+
+/// The same within limits.
+///
+/// # Errors
+/// If it grows beyond the limits, calls and loops multiply beyond what can be followed, or the program is not well
+/// formed.
+pub fn scan_model_within(
+    program: &Program,
+    times: Times<'_>,
+    reach: &Reach<'_>,
+) -> Result<ScanModel, ScanError> {
     let mut run = Run {
         program,
         times,
@@ -61,7 +91,10 @@ pub fn scan_model(program: &Program, times: Times<'_>) -> Result<ScanModel, Scan
         frames: Vec::new(),
         stopped: Lit::FALSE,
         executed: 0,
+        reach,
+        dear: BTreeSet::new(),
     };
+    run.memory.words.allowance = usize::MAX;
     for range in &program.ranges {
         run.constrain(&range.cells, range.low, range.high);
     }
@@ -82,7 +115,11 @@ pub fn scan_model(program: &Program, times: Times<'_>) -> Result<ScanModel, Scan
             run.frames.pop();
         }
     }
-    Ok(run.memory.model)
+    if run.dear.is_empty() && run.memory.words.given_up == 0 {
+        return Ok(run.memory.model);
+    }
+    let instruction = run.dear.first().copied().unwrap_or(0);
+    Err(ScanError::Grown { instruction, dear: run.dear })
 }
 
 /// Which choices are read as a word somewhere; the others are single bits.
@@ -137,6 +174,10 @@ struct Run<'p> {
     stopped: Lit,
     /// How many instructions were executed.
     executed: usize,
+    /// How much it may take.
+    reach: &'p Reach<'p>,
+    /// The instructions that took more than one may.
+    dear: BTreeSet<usize>,
 }
 
 impl Run<'_> {
@@ -168,7 +209,11 @@ impl Run<'_> {
                 }
                 continue;
             }
-            at = self.instruction(act, at)?;
+            let before = self.taken();
+            self.memory.words.allowance = self.reach.once;
+            let next = self.instruction(act, at)?;
+            self.look(at, before)?;
+            at = next;
         }
         Ok(())
     }
@@ -200,6 +245,30 @@ impl Run<'_> {
         }
         met.taken = circuit.or(met.taken, taken);
         met
+    }
+
+    /// What was taken so far: nodes of the circuit, and questions to words.
+    fn taken(&self) -> usize {
+        self.memory.model.circuit.nodes().len() + self.memory.words.spent
+    }
+
+    /// Holds what an instruction took against what it may take.
+    fn look(&mut self, at: usize, before: usize) -> Result<(), ScanError> {
+        const LOOK: usize = 256;
+        let taken = self.taken();
+        let runs_others =
+            matches!(self.program.instructions[at].step, Step::ForBegin { .. } | Step::Call { .. });
+        if taken - before > self.reach.once && !runs_others {
+            self.dear.insert(at);
+        }
+        if taken > self.reach.all {
+            let dear = std::mem::take(&mut self.dear);
+            return Err(ScanError::Grown { instruction: at, dear });
+        }
+        if self.executed.is_multiple_of(LOOK) && (self.reach.ended)() {
+            return Err(ScanError::Ended { instruction: at });
+        }
+        Ok(())
     }
 
     /// Runs one instruction; where to go on.
@@ -418,6 +487,7 @@ impl Run<'_> {
         most: u32,
         end: usize,
     ) -> Result<(), ScanError> {
+        let given_up = self.memory.words.given_up;
         let count = self.word(count, at);
         let mut done = Lit::FALSE;
         for turn in 0..most {
@@ -436,6 +506,10 @@ impl Run<'_> {
                         0x7FFF,
                     ),
                 };
+                if self.memory.words.given_up > given_up {
+                    self.dear.insert(at);
+                    break;
+                }
                 let circuit = self.memory.circuit();
                 let finished = circuit.and(act.active, !more);
                 done = circuit.or(done, finished);

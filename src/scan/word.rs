@@ -23,6 +23,13 @@ pub struct Words {
     known: FxHashMap<Node, Word>,
     ranges: FxHashMap<Range, Lit>,
     bits: FxHashMap<Word, [Lit; 16]>,
+    /// What may still be spent on the questions of the instruction at work.
+    pub allowance: usize,
+    /// What was spent on questions so far.
+    pub spent: usize,
+    /// How many questions were given up since they took more than was allowed. Their answers are made up, so the
+    /// model that they stand in is of no use.
+    pub given_up: u32,
 }
 
 /// The question whether a word, unsigned, lies between two values, both included.
@@ -108,6 +115,9 @@ impl Words {
             if self.answer(range).is_some() {
                 open.pop();
                 continue;
+            }
+            if !self.spend(1) {
+                return self.made_up(circuit);
             }
             let (parts, missing) = self.parts(range);
             if missing {
@@ -204,6 +214,9 @@ impl Words {
             if open.len() > before {
                 continue;
             }
+            if !self.spend(16) {
+                return std::array::from_fn(|_| self.made_up(circuit));
+            }
             let bits = match self.node(word) {
                 Node::Const(value) => std::array::from_fn(|i| Lit::constant(value >> i & 1 == 1)),
                 Node::Free(variable) => {
@@ -224,6 +237,20 @@ impl Words {
             open.pop();
         }
         self.bits[&word]
+    }
+
+    /// Takes off what is allowed; false if that is used up.
+    fn spend(&mut self, work: usize) -> bool {
+        self.spent += work;
+        let enough = self.allowance >= work;
+        self.allowance = self.allowance.saturating_sub(work);
+        enough
+    }
+
+    /// An answer that nothing else depends on, in place of one that took too much.
+    fn made_up(&mut self, circuit: &mut Circuit) -> Lit {
+        self.given_up += 1;
+        circuit.atom(Atom::Bit(VarId(u32::MAX - self.given_up)))
     }
 
     fn node(&self, word: Word) -> Node {
@@ -278,7 +305,8 @@ mod tests {
 
     /// Checks a word against a function of one free word, for all questions at some values.
     fn check(build: impl Fn(&mut Words, &mut Circuit, Word) -> Word, meaning: impl Fn(u16) -> u16) {
-        let (mut words, mut circuit) = (Words::default(), Circuit::default());
+        let (mut words, mut circuit) =
+            (Words { allowance: usize::MAX, ..Words::default() }, Circuit::default());
         let free = words.free(VarId(0));
         let word = build(&mut words, &mut circuit, free);
         let edges = [0, 1, 2, 5, 6, 99, 100, 101, 0x7FFF, 0x8000, 0xFFFE, 0xFFFF];
@@ -345,7 +373,8 @@ mod tests {
 
     #[test]
     fn a_chain_of_many_writes_does_not_exhaust_the_stack() {
-        let (mut words, mut circuit) = (Words::default(), Circuit::default());
+        let (mut words, mut circuit) =
+            (Words { allowance: usize::MAX, ..Words::default() }, Circuit::default());
         let mut word = words.free(VarId(0));
         for v in 1..200_000 {
             let condition = circuit.atom(Atom::Bit(VarId(v)));
