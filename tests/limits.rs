@@ -22,6 +22,15 @@ struct Case {
 
 impl Case {
     fn audit(&self, limit: Option<Picos>, threads: usize) -> Audit {
+        self.audit_within(limit, threads, None)
+    }
+
+    fn audit_within(
+        &self,
+        limit: Option<Picos>,
+        threads: usize,
+        time_limit: Option<Duration>,
+    ) -> Audit {
         let request = Request {
             inputs: &self.inputs,
             dialect: None,
@@ -35,7 +44,7 @@ impl Case {
             method: Method::Auto,
             trace: false,
             confirm: false,
-            time_limit: None,
+            time_limit,
             limit,
             cancelled: &|| false,
             progress: &|_| {},
@@ -101,4 +110,68 @@ fn points_that_are_not_stated_are_judged_as_by_the_whole_search() {
     let inputs = vec![Input { name: "pools.il".to_owned(), bytes: text.into() }];
     let table = Table::parse("table", table.as_bytes()).expect("a table").table;
     Case { inputs, table, facts: Facts::default() }.check();
+}
+
+fn list(text: String, interrupts: u32) -> Case {
+    let mut facts = Facts { inputs: Some(64), outputs: Some(64), ..Facts::default() };
+    if text.contains("IRET") {
+        facts.interrupts.insert("I0".to_owned(), interrupts);
+    }
+    let inputs = vec![Input { name: "a.il".to_owned(), bytes: text.into() }];
+    Case { inputs, table: Table::builtin("qnudv").expect("a table"), facts }
+}
+
+/// Whether something was taken wider, in words that hold this.
+fn wider(audit: &Audit, words: &str) -> bool {
+    audit.approximations.iter().any(|one| one.what.contains(words))
+}
+
+#[test]
+fn what_multiplies_is_counted_before_it_is_followed() {
+    let routines = 20;
+    let mut calls = "LD X0\nCALL P0\nFEND\n".to_owned();
+    for n in 0..routines {
+        let next = format!("CALL P{}\n", n + 1).repeat(2);
+        let body = if n + 1 < routines { next } else { "OUT Y0\n".to_owned() };
+        calls += &format!("P{n}\nLD X0\n{body}RET\n");
+    }
+    let calls = list(calls + "END\n", 0).audit(None, 1);
+    assert!(wider(&calls, "the routine and all that it calls run more often"));
+    // 2^20 runs of the last routine, none of them cheaper than a nanosecond.
+    assert!(calls.bound.upper > Picos(1_000 << 19));
+
+    let routine = "LD X0\nOUT Y0\nFEND\nI0\nLD X1\nINC D0\nIRET\nEND\n";
+    let once = list(routine.to_owned(), 1).audit(None, 1).bound;
+    let often = list(routine.to_owned(), u32::MAX).audit(None, 1);
+    assert!(wider(&often, "4294967295 times at its dearest"));
+    let each = Picos((often.bound.upper.0 - once.upper.0) / u64::from(u32::MAX - 1));
+    assert!(each > Picos::ZERO && each < once.upper, "{each}");
+
+    let turns = format!("{}LD X0\nINC D0\n{}END\n", "FOR K30000\n".repeat(2), "NEXT\n".repeat(2));
+    assert!(list(turns, 0).audit(None, 1).bound.upper > Picos(900_000_000 * 1_000));
+}
+
+#[test]
+fn values_that_take_too_much_are_given_up_where_they_are_read() {
+    let sums: String = (0..1000).map(|n| format!("LD X{:X}\nINC D0\n", n % 64)).collect();
+    let audit = list(sums + "LD= D0 K5\nOUT Y0\nEND\n", 0).audit(None, 2);
+    assert!(wider(&audit, "what is read here takes too much to follow"));
+    assert!(audit.bound.upper > Picos::ZERO);
+}
+
+#[test]
+fn a_limit_that_strikes_before_there_is_a_model_leaves_the_sum_of_all_that_can_run() {
+    let files = plant::plant(2, 7).into_iter().enumerate();
+    let inputs = files.map(|(n, text)| Input { name: format!("{n}.il"), bytes: text.into() });
+    let facts = Facts { inputs: Some(64), outputs: Some(64), ..Facts::default() };
+    let table = Table::builtin("qnudv").expect("a table");
+    let case = Case { inputs: inputs.collect(), table, facts };
+    let whole = case.audit(None, 2);
+    let ended = case.audit_within(None, 2, Some(Duration::ZERO));
+    assert_eq!(ended.bound.upper, whole.bound.naive);
+    assert!(ended.bound.lower <= whole.bound.lower && !ended.bound.exact());
+    let stages: Vec<&str> = ended.cuts.iter().map(|cut| cut.stage).collect();
+    assert_eq!(stages, ["following the scan", "searching"]);
+    let check = Check::new(&ended, whole.bound.upper, Margin::default());
+    assert!(matches!(check.verdict, Verdict::Undecided(_)));
 }

@@ -8,6 +8,7 @@ use common::search::{holds, none_above};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::program::bulk;
 use scanbound::replay::replay;
+use scanbound::scan::reach::scan_model_fitted;
 use scanbound::solve::{Limits, Method};
 use scanbound::time::Picos;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -123,7 +124,7 @@ fn an_early_end_leaves_valid_bounds() {
 /// Whatever is taken in bulk, no scan of the program as it stands takes longer than the bound.
 #[test]
 fn what_is_taken_in_bulk_bounds_every_scan() {
-    on_tapes(cases(100), 400, |tape| {
+    on_tapes(cases(60), 400, |tape| {
         let (program, mut times) = generate(&mut Tape::new(tape), ALL);
         for most in [0, 3, 10, 40] {
             let mut fitted = program.clone();
@@ -137,5 +138,31 @@ fn what_is_taken_in_bulk_bounds_every_scan() {
                 .map_err(|why| format!("at most {most}: {why}"))?;
         }
         Ok(())
+    });
+}
+
+/// Whatever a model may take, no scan of the program as it stands takes longer than the bound.
+#[test]
+fn what_is_given_up_bounds_every_scan() {
+    on_tapes(cases(60), 400, |tape| {
+        let (program, mut times) = generate(&mut Tape::new(tape), ALL);
+        let count = program.instructions.len();
+        let told = |why: scanbound::scan::ScanError| why.to_string();
+        let mut given_up = 0;
+        for all in [0, 20, 60, 200, 600] {
+            let mut wider = program.clone();
+            times.truncate(count);
+            let model = scan_model_fitted(&mut wider, &times, all, &|| false).map_err(told)?;
+            if model.is_none() {
+                bulk::whole(&mut wider, "for the test").map_err(|why| format!("{why:?}"))?;
+                times.resize(wider.instructions.len(), (Picos::ZERO, Picos::ZERO));
+            }
+            given_up += wider.approximations.len();
+            let bound = bound(&wider, &times, Method::Auto).map_err(told)?;
+            holds(&wider, &times, &bound, 50)?;
+            none_above(&program, &times[..count].to_vec(), bound.upper, 100)
+                .map_err(|why| format!("within {all}: {why}"))?;
+        }
+        if given_up == 0 { Err("nothing was given up".to_owned()) } else { Ok(()) }
     });
 }

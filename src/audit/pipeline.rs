@@ -64,8 +64,12 @@ pub struct Request<'a> {
 
 /// Loops and calls may add so many executed instructions to those that the program has.
 const MOST_UNROLLED: u64 = 200_000;
-/// The model of a scan may have so many nodes and questions to words, and four more for each instruction.
-const MOST_NODES: usize = 2_000_000;
+/// The model of a scan may have so many nodes and questions to words, ...
+const NODES: usize = 1_000_000;
+/// ... so many more for each instruction that is executed, ...
+const NODES_EACH: usize = 48;
+/// ... and no more than so many.
+const MOST_NODES: usize = 8_000_000;
 /// A thousand hours.
 const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 /// So many wrong facts of a kind are told.
@@ -574,10 +578,11 @@ fn model_of(
 ) -> Result<(ScanModel, bool), Failure> {
     let too_often = |bulk::TooOften { instruction }| ScanError::TooOften { instruction };
     let fitted = bulk::fit(program, MOST_UNROLLED).map_err(too_often);
-    fitted.map_err(|error| cannot_follow(program, &error))?;
+    let executed = fitted.map_err(|error| cannot_follow(program, &error))?;
     // What the program got on top costs nothing by itself.
     prices.instructions.resize(program.instructions.len(), None);
-    let most = MOST_NODES + 4 * program.instructions.len();
+    let executed = usize::try_from(executed).unwrap_or(usize::MAX);
+    let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);
     let followed = scan_model_fitted(program, &prices.times(), most, &|| budget.reached());
     let why = match followed {
         Ok(Some(model)) => return Ok((model, false)),

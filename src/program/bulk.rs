@@ -31,22 +31,26 @@ pub fn bulk(program: &mut Program, begin: usize, end: usize, turns: u64) -> Opti
 }
 
 /// Takes loops, routines and interrupts in bulk, so that at most `most` instructions more than the program has are
-/// executed in a scan. What was taken in bulk is listed as an approximation.
+/// executed in a scan: how many there are at most. What was taken in bulk is listed as an approximation.
 ///
 /// # Errors
 /// Where loops and calls multiply beyond all numbers.
-pub fn fit(program: &mut Program, most: u64) -> Result<(), TooOften> {
+pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
     let shape = Shape::of(program);
     let most = most.saturating_add(program.instructions.len() as u64);
     let mut limit = most;
     loop {
         let plan = shape.plan(program, limit);
         if plan.total <= most {
-            return if plan.is_empty() { Ok(()) } else { shape.carry_out(program, &plan) };
+            if !plan.is_empty() {
+                shape.carry_out(program, &plan)?;
+            }
+            return Ok(plan.total);
         }
         limit /= 8;
         if limit < SMALLEST {
-            return whole(program, "loops and calls multiply to more than can be followed");
+            whole(program, "loops and calls multiply to more than can be followed")?;
+            return Ok(program.instructions.len() as u64);
         }
     }
 }

@@ -173,7 +173,7 @@ impl<'p> Memory<'p> {
             }
         }
         indices.reverse();
-        self.words.spent += holes.len() / 8 + indices.len();
+        self.words.spent += holes.len() / 64 + indices.len() / 8;
         let happened: Vec<Lit> =
             indices.iter().map(|&i| self.model.forgotten[i as usize].happened).collect();
         let happened = self.model.circuit.any(happened);

@@ -94,7 +94,6 @@ pub fn scan_model_within(
         reach,
         dear: BTreeSet::new(),
     };
-    run.memory.words.allowance = usize::MAX;
     for range in &program.ranges {
         run.constrain(&range.cells, range.low, range.high);
     }
@@ -115,7 +114,8 @@ pub fn scan_model_within(
             run.frames.pop();
         }
     }
-    if run.dear.is_empty() && run.memory.words.given_up == 0 {
+    // What took much and was followed all the same is as good as any.
+    if run.memory.words.given_up == 0 {
         return Ok(run.memory.model);
     }
     let instruction = run.dear.first().copied().unwrap_or(0);

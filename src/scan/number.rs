@@ -282,8 +282,7 @@ mod tests {
     fn free_numbers_compare_as_integers_do() {
         for relation in RELATIONS {
             for signed in [false, true] {
-                let (mut words, mut circuit) =
-                    (Words { allowance: usize::MAX, ..Words::default() }, Circuit::default());
+                let (mut words, mut circuit) = (Words::default(), Circuit::default());
                 let free: Vec<Word> = (0..4).map(|v| words.free(VarId(v))).collect();
                 let single =
                     compare(&mut words, &mut circuit, relation, signed, &free[..1], &free[1..2]);
@@ -318,8 +317,7 @@ mod tests {
                 for (low, high) in
                     VALUES.into_iter().zip(VALUES.into_iter().rev()).chain(VALUES.map(|v| (v, v)))
                 {
-                    let (mut words, mut circuit) =
-                        (Words { allowance: usize::MAX, ..Words::default() }, Circuit::default());
+                    let (mut words, mut circuit) = (Words::default(), Circuit::default());
                     let free: Vec<Word> = (0..2).map(|v| words.free(VarId(v))).collect();
                     let constant: Vec<Word> = [low, high].map(|v| words.constant(v)).to_vec();
                     let right =
@@ -358,8 +356,7 @@ mod tests {
     #[test]
     fn plain_reals_compare_as_singles_and_others_freely() {
         for relation in RELATIONS {
-            let (mut words, mut circuit) =
-                (Words { allowance: usize::MAX, ..Words::default() }, Circuit::default());
+            let (mut words, mut circuit) = (Words::default(), Circuit::default());
             let free: Vec<Word> = (0..4).map(|v| words.free(VarId(v))).collect();
             let special = circuit.atom(crate::model::Atom::Bit(VarId(4)));
             let lit =
@@ -390,8 +387,7 @@ mod tests {
                 Some((0xFFFF, 0xFFFF)),
                 Some((5, 0x7FFF)),
             ] {
-                let (mut words, mut circuit) =
-                    (Words { allowance: usize::MAX, ..Words::default() }, Circuit::default());
+                let (mut words, mut circuit) = (Words::default(), Circuit::default());
                 let free: Vec<Word> = (0..4).map(|v| words.free(VarId(v))).collect();
                 let right = match constant {
                     Some((low, high)) => vec![words.constant(low), words.constant(high)],

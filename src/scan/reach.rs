@@ -42,17 +42,7 @@ pub fn scan_model_fitted(
     all: usize,
     ended: &dyn Fn() -> bool,
 ) -> Result<Option<ScanModel>, ScanError> {
-    fitted(program, times, all, &ONCE, ended)
-}
-
-fn fitted(
-    program: &mut Program,
-    times: Times<'_>,
-    all: usize,
-    limits: &[usize],
-    ended: &dyn Fn() -> bool,
-) -> Result<Option<ScanModel>, ScanError> {
-    for &once in limits {
+    for once in ONCE {
         for _ in 0..ROUNDS {
             match scan_model_within(program, times, &Reach { once, all, ended }) {
                 Ok(model) => return Ok(Some(model)),

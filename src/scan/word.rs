@@ -17,7 +17,7 @@ enum Node {
 }
 
 /// All symbolic words of a scan, equal ones shared, and what was already asked of them.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Words {
     nodes: Vec<Node>,
     known: FxHashMap<Node, Word>,
@@ -35,6 +35,21 @@ pub struct Words {
 /// The question whether a word, unsigned, lies between two values, both included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Range(Word, u16, u16);
+
+impl Default for Words {
+    /// No words, and no limit to what a question may take.
+    fn default() -> Self {
+        Words {
+            nodes: Vec::new(),
+            known: FxHashMap::default(),
+            ranges: FxHashMap::default(),
+            bits: FxHashMap::default(),
+            allowance: usize::MAX,
+            spent: 0,
+            given_up: 0,
+        }
+    }
+}
 
 impl Words {
     /// A constant.
@@ -305,8 +320,7 @@ mod tests {
 
     /// Checks a word against a function of one free word, for all questions at some values.
     fn check(build: impl Fn(&mut Words, &mut Circuit, Word) -> Word, meaning: impl Fn(u16) -> u16) {
-        let (mut words, mut circuit) =
-            (Words { allowance: usize::MAX, ..Words::default() }, Circuit::default());
+        let (mut words, mut circuit) = (Words::default(), Circuit::default());
         let free = words.free(VarId(0));
         let word = build(&mut words, &mut circuit, free);
         let edges = [0, 1, 2, 5, 6, 99, 100, 101, 0x7FFF, 0x8000, 0xFFFE, 0xFFFF];
@@ -373,8 +387,7 @@ mod tests {
 
     #[test]
     fn a_chain_of_many_writes_does_not_exhaust_the_stack() {
-        let (mut words, mut circuit) =
-            (Words { allowance: usize::MAX, ..Words::default() }, Circuit::default());
+        let (mut words, mut circuit) = (Words::default(), Circuit::default());
         let mut word = words.free(VarId(0));
         for v in 1..200_000 {
             let condition = circuit.atom(Atom::Bit(VarId(v)));
