@@ -175,3 +175,17 @@ fn a_limit_that_strikes_before_there_is_a_model_leaves_the_sum_of_all_that_can_r
     let check = Check::new(&ended, whole.bound.upper, Margin::default());
     assert!(matches!(check.verdict, Verdict::Undecided(_)));
 }
+
+#[test]
+fn the_time_that_small_groups_leave_over_goes_to_the_others() {
+    // A deadline that is far away, and groups of which each gets a small share of it first.
+    let files = plant::plant(3, 7).into_iter().enumerate();
+    let inputs = files.map(|(n, text)| Input { name: format!("{n}.il"), bytes: text.into() });
+    let facts = Facts { inputs: Some(64), outputs: Some(64), ..Facts::default() };
+    let table = Table::builtin("qnudv").expect("a table");
+    let case = Case { inputs: inputs.collect(), table, facts };
+    let whole = case.audit(None, 2);
+    let limited = case.audit_within(None, 2, Some(Duration::from_secs(600)));
+    assert_eq!(limited.bound, whole.bound);
+    assert!(limited.cuts.is_empty());
+}

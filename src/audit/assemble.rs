@@ -13,7 +13,7 @@ use crate::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, Var
 use crate::price::{Price, Prices};
 use crate::program::{Place, Program};
 use crate::replay::{Event, Replay};
-use crate::solve::{Maximum, exclusions};
+use crate::solve::{Limits, Maximum, exclusions};
 use crate::table::{Evidence, Table};
 use crate::time::Picos;
 use std::cmp::Reverse;
@@ -33,6 +33,8 @@ pub struct Findings<'a> {
     pub maxima: &'a [Maximum],
     /// The best assignments of all groups together.
     pub assignment: &'a Assignment,
+    /// What ends the search for reasons.
+    pub limits: &'a Limits<'a>,
 }
 
 /// The charges that no assignment changes.
@@ -216,7 +218,7 @@ impl Findings<'_> {
         let block =
             |charge: usize| self.program.instructions[self.model.charges[charge].instruction].block;
         if !wanted.is_empty() {
-            let reasons = exclusions(self.model, group, self.assignment, &wanted);
+            let reasons = exclusions(self.model, group, self.assignment, &wanted, self.limits);
             for ((rung, charge), reason) in missing.into_iter().zip(reasons) {
                 found[rung].0.exclusion = reason.map(|others| Exclusion {
                     blocks: BTreeSet::from_iter(others.iter().map(|&other| block(other)))

@@ -74,6 +74,8 @@ const MOST_NODES: usize = 8_000_000;
 const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 /// So many wrong facts of a kind are told.
 const MOST_TOLD: usize = 100;
+/// So long a scan that keeps what is stated is looked for where the time is over.
+const GRACE: Duration = Duration::from_secs(2);
 /// A tenth of a second.
 const TENTH: u64 = 100_000_000_000;
 
@@ -177,7 +179,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
 
     stage("following the scan");
     let (model, whole) = model_of(&mut program, &mut prices, &budget)?;
-    keep_in_range(&table, &prices, &model)?;
+    keep_in_range(&program, &table, &prices, &model)?;
     let groups = groups::groups(&model);
     let shortest_timer = match &project {
         Project::Flowchart(source) => source.shortest_timer(),
@@ -256,13 +258,14 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
             ),
         );
     }
-    let assignment = together(request, &model, &groups, &mut maxima)?;
+    let assignment = together(request, &budget, &model, &groups, &mut maxima)?;
 
     stage("replaying");
     let witness = groups::witness(&model, &assignment);
     let replayed = replay(&program, &times, &witness);
     confirm(&program, &model, &groups, &maxima, &assignment, &replayed)?;
 
+    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
     let findings = Findings {
         program: &program,
         table: &table,
@@ -271,6 +274,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         groups: &groups,
         maxima: &maxima,
         assignment: &assignment,
+        limits: &limits,
     };
     let mut audit = findings.audit(warnings.clone());
     audit.ended_early = ended_early;
@@ -281,7 +285,6 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         stage("confirming");
         method::confirm(&mut audit, request, &model, &groups, &maxima, deadline)?;
     }
-    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
     let mut loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
     if whole {
         loops.open = unbounded::unasked(&program);
@@ -555,7 +558,12 @@ fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
 }
 
 /// Refuses a scan so long that sums of its times leave the range of times: no PLC has one.
-fn keep_in_range(table: &Table, prices: &Prices, model: &ScanModel) -> Result<(), Failure> {
+fn keep_in_range(
+    program: &Program,
+    table: &Table,
+    prices: &Prices,
+    model: &ScanModel,
+) -> Result<(), Failure> {
     let dearest = model.charges.iter().map(|charge| charge.dearer());
     let terms = prices.overhead.iter().map(|term| term.time);
     let points = prices.points.iter().filter_map(|points| points.most.as_ref());
@@ -566,7 +574,17 @@ fn keep_in_range(table: &Table, prices: &Prices, model: &ScanModel) -> Result<()
     }
     let message = format!("the times of one scan add up to more than {LONGEST_SCAN}");
     let help = "look at the times in the table, and at how often loops run";
-    Err(Failure::from(Diagnostic::file("no-time", &table.name, message, help)))
+    let most = model.charges.iter().max_by_key(|charge| charge.dearer());
+    let most = most.filter(|charge| u128::from(charge.dearer().0) * 2 > sum);
+    let Some(charge) = most else {
+        return Err(Failure::from(Diagnostic::file("no-time", &table.name, message, help)));
+    };
+    // One instruction makes up most of it: that is the place.
+    let at = &program.instructions[charge.instruction];
+    let file = &program.files[at.place.file as usize].name;
+    let message = format!("{message}: this here to {}", charge.dearer().best_text());
+    let fault = Diagnostic::line("no-time", file, at.place.line, &at.text, message, help);
+    Err(Failure::from(fault.at_step(at.place.step)))
 }
 
 /// The model of a scan, and whether it is no more than the sum of all that can run: where the time is over, or
@@ -630,6 +648,7 @@ fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
 /// keeps the stated facts.
 fn together(
     request: &Request<'_>,
+    budget: &Budget<'_>,
     model: &ScanModel,
     groups: &[Group],
     maxima: &mut [Maximum],
@@ -645,13 +664,13 @@ fn together(
         let constraints = Group { charges: Vec::new(), ..group.clone() };
         // A search that ended before it found any allowed scan has no best one.
         if !holds(model, group, &maximum.best) {
-            maximum.best = allowed(request, model, &constraints)?;
+            maximum.best = allowed(request, budget, model, &constraints)?;
             maximum.lower = model.cost(&group.charges, &maximum.best);
         }
         take(group, &maximum.best);
     }
     if let Some(rest) = groups::unpriced(model, groups) {
-        take(&rest, &allowed(request, model, &rest)?);
+        take(&rest, &allowed(request, budget, model, &rest)?);
     }
     Ok(all)
 }
@@ -667,12 +686,25 @@ fn holds(model: &ScanModel, group: &Group, assignment: &Assignment) -> bool {
 /// Some assignment that keeps the constraints of a group without charges.
 fn allowed(
     request: &Request<'_>,
+    budget: &Budget<'_>,
     model: &ScanModel,
     constraints: &Group,
 ) -> Result<Assignment, Failure> {
-    let found = maximum(model, constraints, Method::Auto, &Limits::default()).best;
+    // Nearly always found at once, so it is looked for even where the time is over.
+    let least = Instant::now() + GRACE;
+    let deadline = budget.deadline().map(|end| end.max(least));
+    let limits = Limits { deadline, ..Limits::default() };
+    let found = maximum(model, constraints, Method::Auto, &limits).best;
     if holds(model, constraints, &found) {
         return Ok(found);
+    }
+    if deadline.is_some_and(|end| Instant::now() >= end) {
+        return Err(Failure::from(Diagnostic::file(
+            "time",
+            request.inputs.first().map_or("", |input| &input.name),
+            "in the time given no scan was found that keeps all the stated ranges",
+            "give it more time (--time-limit), or state less",
+        )));
     }
     Err(Failure::from(Diagnostic::file(
         "facts",
@@ -776,7 +808,8 @@ mod tests {
         let Concluded { followed, mut maxima, .. } =
             conclude(followed, &request).expect("an audit");
         let Followed { program, prices, model, groups, .. } = &followed;
-        let assignment = together(&request, model, groups, &mut maxima).expect("a scan");
+        let budget = Budget::new(followed.start, None, request.cancelled, Vec::new());
+        let assignment = together(&request, &budget, model, groups, &mut maxima).expect("a scan");
         let times = prices.times();
         let mut replayed = replay(program, &times, &groups::witness(model, &assignment));
         let confirmed = |maxima: &[Maximum], replayed: &Replay| {

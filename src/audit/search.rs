@@ -3,7 +3,8 @@
 use super::{Progress, Request};
 use crate::model::{Assignment, Group, ScanModel};
 use crate::price::Prices;
-use crate::solve::{Limits, Maximum, maxima, methods};
+use crate::solve::trace::Trace;
+use crate::solve::{Engine, Limits, Maximum, Method, maxima, methods};
 use crate::time::Picos;
 use std::ops::Range;
 use std::sync::Mutex;
@@ -59,6 +60,20 @@ impl Known {
     }
 }
 
+fn is_open(maximum: &Maximum) -> bool {
+    maximum.lower < maximum.upper
+}
+
+/// Takes what a further search found where it is better.
+fn better(known: &mut Maximum, again: Maximum) {
+    let calls = known.calls + again.calls;
+    let upper = known.upper.min(again.upper);
+    if again.lower >= known.lower {
+        *known = again;
+    }
+    (known.calls, known.upper) = (calls, upper);
+}
+
 impl Search<'_> {
     /// The maximum of every group, in their order; and whether the search ended because it was decided before
     /// whether a scan takes longer than the request's limit.
@@ -96,8 +111,48 @@ impl Search<'_> {
             let (groups, methods) = (&self.groups[round.clone()], &methods[round.clone()]);
             found.extend(maxima(self.model, groups, methods, &limits, &each));
         }
-        let open = found.iter().any(|maximum: &Maximum| maximum.lower < maximum.upper);
+        self.again(&mut found, &methods, &known, &cancelled);
+        let open = found.iter().any(is_open);
         (found, open && stop.into_inner())
+    }
+
+    /// Searches the groups that are open again, as long as there is time that the others left over.
+    fn again(
+        &self,
+        found: &mut [Maximum],
+        methods: &[Method],
+        known: &Mutex<Known>,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) {
+        let Some(end) = self.deadline else { return };
+        loop {
+            let open: Vec<usize> =
+                (0..found.len()).filter(|&group| is_open(&found[group])).collect();
+            let start = Instant::now();
+            if open.is_empty() || cancelled() || start >= end {
+                return;
+            }
+            let groups: Vec<Group> = open.iter().map(|&group| self.groups[group].clone()).collect();
+            let methods: Vec<Method> = open.iter().map(|&group| methods[group]).collect();
+            let each = |group: usize, upper: Picos, lower: Picos| {
+                let Ok(mut known) = known.lock() else { return };
+                let (most, least) = known.bounds[open[group]];
+                known.put(open[group], upper.min(most), lower.max(least));
+                self.tell(open[group], &known);
+            };
+            let (deadline, trace) = (Some(end), self.request.trace);
+            let limits = Limits { deadline, cancelled, trace, ..Limits::default() };
+            let again = maxima(self.model, &groups, &methods, &limits, &each);
+            for (&group, again) in open.iter().zip(again) {
+                better(&mut found[group], again);
+            }
+            // A search that ends open before its time does so every time.
+            if start.elapsed() < (end - start) / 2
+                && found.iter().filter(|one| is_open(one)).count() == open.len()
+            {
+                return;
+            }
+        }
     }
 
     /// Nothing but each group's sum, where no more is asked.
@@ -106,7 +161,14 @@ impl Search<'_> {
         let sum = |group: &Group| {
             let times = group.charges.iter().map(|&charge| self.model.charges[charge].dearer());
             let lower = self.model.cost(&group.charges, &best);
-            Maximum { upper: times.sum(), lower, best: best.clone(), calls: 0 }
+            Maximum {
+                upper: times.sum(),
+                lower,
+                best: best.clone(),
+                calls: 0,
+                engine: Engine::Cores,
+                trace: Trace::default(),
+            }
         };
         (self.groups.iter().map(sum).collect(), false)
     }

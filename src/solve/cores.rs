@@ -47,6 +47,9 @@ pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
 
 /// The same with smallest parts of so many variables.
 fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
+    if bounds.limits().reached() {
+        return;
+    }
     let clauses = Clauses::new(problem);
     let mut ledger = Ledger::new(Formula::new(&clauses), clauses.variables);
     for (item, &guard) in problem.items.iter().zip(&clauses.items) {

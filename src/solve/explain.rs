@@ -13,22 +13,26 @@ const EFFORT: u64 = 10_000;
 
 /// For each wanted charge (an index into `ScanModel::charges`) that does not cost its most under the
 /// assignment: charges that do and together keep it from it, none of them to spare; empty if it never can.
-/// `None` if the charge costs its most, or nothing keeps it from that, or no reason is found in short time.
+/// `None` if the charge costs its most, or nothing keeps it from that, or no reason is found in short time and within
+/// the limits.
 #[must_use]
 pub fn exclusions(
     model: &ScanModel,
     group: &Group,
     assignment: &Assignment,
     wanted: &[usize],
+    limits: &Limits<'_>,
 ) -> Vec<Option<Vec<usize>>> {
+    if limits.reached() {
+        return vec![None; wanted.len()];
+    }
     let problem = Problem::with_negations(model, group);
     let values = problem.circuit.evaluate(assignment);
     let mut running: Vec<usize> =
         (0..problem.items.len()).filter(|&item| values.get(problem.items[item].guard)).collect();
     running.sort_by_key(|&item| Reverse(problem.items[item].weight));
     let clauses = Clauses::new(&problem);
-    let limits = Limits::default();
-    let mut judge = Judge::new(&clauses, &limits);
+    let mut judge = Judge::new(&clauses, limits);
     wanted
         .iter()
         .map(|charge| {
@@ -101,7 +105,7 @@ mod tests {
         }
         b.model.constraints.push(!x[3]);
         let best = Assignment(vec![1, 1, 1, 0]);
-        let found = exclusions(&b.model, &b.group(), &best, &[0, 2, 4, 5]);
+        let found = exclusions(&b.model, &b.group(), &best, &[0, 2, 4, 5], &Limits::default());
         // Charge 2 is excluded by 0 and by 3, of which the dearer is named; 4 by 0 alone; 5 by the constraint.
         assert_eq!(found, [None, Some(vec![0]), Some(vec![0]), Some(vec![])]);
     }
@@ -113,6 +117,6 @@ mod tests {
         b.charge(Lit::TRUE, x, 3, 0);
         b.charge(Lit::TRUE, y, 3, 0);
         let best = Assignment(vec![1, 0]);
-        assert_eq!(exclusions(&b.model, &b.group(), &best, &[1]), [None]);
+        assert_eq!(exclusions(&b.model, &b.group(), &best, &[1], &Limits::default()), [None]);
     }
 }
