@@ -6,6 +6,7 @@ mod deciding;
 #[cfg(test)]
 pub mod fixture;
 pub mod method;
+mod modelling;
 mod names;
 mod pipeline;
 mod questions;

@@ -3,6 +3,7 @@
 use super::Audit;
 use super::assemble::{Findings, constant_charges};
 use super::method;
+use super::modelling::{keep_in_range, model_of};
 use super::search::Search;
 use super::stated;
 use super::unbounded::{self, loops};
@@ -16,10 +17,8 @@ use crate::facts::{Facts, Part, StatedFactor};
 use crate::groups;
 use crate::model::{Assignment, Group, ScanModel, Values};
 use crate::price::{self, Prices};
-use crate::program::{Program, bulk};
+use crate::program::Program;
 use crate::replay::{Replay, replay};
-use crate::scan::reach::scan_model_fitted;
-use crate::scan::{ScanError, scan_model};
 use crate::solve::{Limits, Maximum, Method, maximum};
 use crate::table::{Evidence, Factor, Override, StatedClock, Table};
 use crate::time::Picos;
@@ -62,16 +61,6 @@ pub struct Request<'a> {
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
-/// Loops and calls may add so many executed instructions to those that the program has.
-const MOST_UNROLLED: u64 = 200_000;
-/// The model of a scan may have so many nodes and questions to words, ...
-const NODES: usize = 1_000_000;
-/// ... so many more for each instruction that is executed, ...
-const NODES_EACH: usize = 48;
-/// ... and no more than so many.
-const MOST_NODES: usize = 8_000_000;
-/// A thousand hours.
-const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 /// So many wrong facts of a kind are told.
 const MOST_TOLD: usize = 100;
 /// So long a scan that keeps what is stated is looked for where the time is over.
@@ -555,93 +544,6 @@ fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
         faults.push(Diagnostic::file("assumed-time", "", message, help));
     }
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
-}
-
-/// Refuses a scan so long that sums of its times leave the range of times: no PLC has one.
-fn keep_in_range(
-    program: &Program,
-    table: &Table,
-    prices: &Prices,
-    model: &ScanModel,
-) -> Result<(), Failure> {
-    let dearest = model.charges.iter().map(|charge| charge.dearer());
-    let terms = prices.overhead.iter().map(|term| term.time);
-    let points = prices.points.iter().filter_map(|points| points.most.as_ref());
-    let all = dearest.chain(terms).chain(points.map(|most| most.more));
-    let sum: u128 = all.map(|time| u128::from(time.0)).sum();
-    if sum <= u128::from(LONGEST_SCAN.0) {
-        return Ok(());
-    }
-    let message = format!("the times of one scan add up to more than {LONGEST_SCAN}");
-    let help = "look at the times in the table, and at how often loops run";
-    let most = model.charges.iter().max_by_key(|charge| charge.dearer());
-    let most = most.filter(|charge| u128::from(charge.dearer().0) * 2 > sum);
-    let Some(charge) = most else {
-        return Err(Failure::from(Diagnostic::file("no-time", &table.name, message, help)));
-    };
-    // One instruction makes up most of it: that is the place.
-    let at = &program.instructions[charge.instruction];
-    let file = &program.files[at.place.file as usize].name;
-    let message = format!("{message}: this here to {}", charge.dearer().best_text());
-    let fault = Diagnostic::line("no-time", file, at.place.line, &at.text, message, help);
-    Err(Failure::from(fault.at_step(at.place.step)))
-}
-
-/// The model of a scan, and whether it is no more than the sum of all that can run: where the time is over, or
-/// nothing less fits. What has too many turns and calls to be followed is taken in bulk.
-fn model_of(
-    program: &mut Program,
-    prices: &mut Prices,
-    budget: &Budget<'_>,
-) -> Result<(ScanModel, bool), Failure> {
-    let too_often = |bulk::TooOften { instruction }| ScanError::TooOften { instruction };
-    let fitted = bulk::fit(program, MOST_UNROLLED).map_err(too_often);
-    let executed = fitted.map_err(|error| cannot_follow(program, &error))?;
-    // What the program got on top costs nothing by itself.
-    prices.instructions.resize(program.instructions.len(), None);
-    let executed = usize::try_from(executed).unwrap_or(usize::MAX);
-    let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);
-    let followed = scan_model_fitted(program, &prices.times(), most, &|| budget.reached());
-    let why = match followed {
-        Ok(Some(model)) => return Ok((model, false)),
-        Ok(None) => "the values that the program works out take too much to follow",
-        Err(ScanError::Ended { .. }) => {
-            budget.cut(
-                "following the scan",
-                "the bound is the sum of all that can run, each at its dearer time",
-            );
-            "the time was over before the scan was followed"
-        }
-        Err(error) => return Err(cannot_follow(program, &error)),
-    };
-    let summed = bulk::whole(program, why).map_err(too_often);
-    summed.map_err(|error| cannot_follow(program, &error))?;
-    prices.instructions.resize(program.instructions.len(), None);
-    let model = scan_model(program, &prices.times());
-    Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
-}
-
-fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
-    let (ScanError::TooLong { instruction, .. }
-    | ScanError::TooOften { instruction }
-    | ScanError::Grown { instruction, .. }
-    | ScanError::Ended { instruction }
-    | ScanError::NoResult { instruction }) = error;
-    let at = &program.instructions[*instruction];
-    let file = &program.files[at.place.file as usize].name;
-    let help = match error {
-        ScanError::TooLong { .. }
-        | ScanError::TooOften { .. }
-        | ScanError::Grown { .. }
-        | ScanError::Ended { .. } => {
-            "state a smaller range for the word that counts the loop, or split the program"
-        }
-        ScanError::NoResult { .. } => {
-            "a rung begins with LD; a jump must not go into the middle of one"
-        }
-    };
-    let fault = Diagnostic::line("scan", file, at.place.line, &at.text, error.to_string(), help);
-    Failure::from(fault.at_step(at.place.step))
 }
 
 /// The groups' best assignments in one, since they share no variable; and what else it takes for a scan that
