@@ -17,7 +17,7 @@ use crate::time::Picos;
 pub use crate::table::Evidence;
 pub use networks::NetworkUse;
 use refresh::Refresh;
-pub use refresh::{MorePoints, UnstatedBase, UnstatedPoints, more_points, points_seen, unsure};
+pub use refresh::{MorePoints, UnstatedBase, UnstatedPoints, more_points, own_points, unsure};
 use touched::Cells;
 
 /// The two times of an instruction.

@@ -99,3 +99,50 @@ fn a_report_takes_the_old_ones_place_whole() {
     let left = std::fs::read_dir(directory.path()).expect("a directory").count();
     assert_eq!(left, 1, "no half-written file is left behind");
 }
+
+/// Every file of Rust below a directory.
+fn sources(directory: &Path, found: &mut Vec<std::path::PathBuf>) {
+    for entry in std::fs::read_dir(directory).expect("a directory") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|kind| kind == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// The options that a text names: two dashes and a word.
+fn options(text: &str) -> std::collections::BTreeSet<String> {
+    let words = text.split("--").skip(1).map(|rest| {
+        let end = rest.find(|c: char| !(c.is_ascii_lowercase() || c == '-')).unwrap_or(rest.len());
+        rest[..end].trim_end_matches('-').to_owned()
+    });
+    words.filter(|word| word.len() > 1).collect()
+}
+
+#[test]
+fn messages_name_options_that_there_are() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let help =
+        |arguments: &[&str]| String::from_utf8(scanbound(arguments, root).stdout).expect("text");
+    let all = help(&["--help"]);
+    let commands = all.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
+    let commands = commands.take_while(|line| line.starts_with("  "));
+    let mut known = options(&all);
+    for command in commands.filter_map(|line| line.split_whitespace().next()) {
+        known.extend(options(&help(&[command, "--help"])));
+    }
+    assert!(known.contains("time") && known.contains("facts"));
+    let mut files = Vec::new();
+    sources(&root.join("src"), &mut files);
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("text");
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for line in code.lines().filter(|line| line.contains('"')) {
+            for option in options(line) {
+                assert!(known.contains(&option), "{}: --{option}: {line}", file.display());
+            }
+        }
+    }
+}

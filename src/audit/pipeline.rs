@@ -159,7 +159,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     stage("pricing");
     let mut prices = price::price(&program, &table, request.facts)?;
     let unused = unused_times(request.times, &program, &prices);
-    let odd = stated::odd(&program, request.facts);
+    let odd = stated::odd(&program, &table, request.facts);
     stated::forget_unnamed(&mut program);
     let warnings = [request.warnings, &found, &unused, &odd].concat();
     if request.strict_times {

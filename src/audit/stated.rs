@@ -2,10 +2,11 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::facts::{Facts, Part};
-use crate::price::points_seen;
+use crate::price::own_points;
 use crate::program::{
     AreaId, BitSource, Cell, Program, Region, Source, StartRange, WordSource, flow,
 };
+use crate::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// So many facts are told of.
@@ -31,7 +32,7 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
 
 /// Warns of ranges of words that the program does not name, and of fewer points than it names.
 #[must_use]
-pub fn odd(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
+pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     if !program.ranges.is_empty() {
         let named = Named::of(program);
@@ -59,9 +60,13 @@ pub fn odd(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
             warnings.push(Diagnostic::file("unused-fact", "", message, "").warning());
         }
     }
-    for (side, area, stated) in [("input", "X", facts.inputs), ("output", "Y", facts.outputs)] {
+    let sides = [
+        ("input", "X", facts.inputs, &table.most_inputs),
+        ("output", "Y", facts.outputs, &table.most_outputs),
+    ];
+    for (side, area, stated, most) in sides {
         let Some(stated) = stated else { continue };
-        let (seen, why) = points_seen(program, side, area);
+        let (seen, why) = own_points(program, side, area, most.as_ref());
         if stated < seen {
             let message = format!("{stated} {side} points are stated, but the program shows {why}");
             let help = "state all the points that the CPU refreshes";

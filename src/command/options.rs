@@ -36,7 +36,7 @@ pub struct ProjectOptions {
     /// The dialect [default: found from the content]
     #[arg(long, value_name = "NAME", value_parser = values::dialect())]
     dialect: Option<String>,
-    /// What the program does not say: ranges of words, interrupts, I/O points (TOML)
+    /// What the program does not say: ranges of words, interrupts, I/O points and bases, networks (TOML)
     #[arg(long, value_name = "FILE")]
     facts: Option<PathBuf>,
     /// How often an interrupt routine runs in one scan at most; may be repeated

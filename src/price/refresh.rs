@@ -270,7 +270,8 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
 const MOST_TOLD: usize = 100;
 
 /// The points that the program is seen to use among those that the CPU can have: what lies beyond is a network's.
-fn own_points(
+#[must_use]
+pub fn own_points(
     program: &Program,
     side: &str,
     area: &str,
@@ -287,8 +288,7 @@ fn own_points(
 }
 
 /// How many points the program is seen to use, and how that was found.
-#[must_use]
-pub fn points_seen(program: &Program, side: &str, area: &str) -> (u32, String) {
+fn points_seen(program: &Program, side: &str, area: &str) -> (u32, String) {
     let counted =
         program.points.map(|[inputs, outputs]| if side == "input" { inputs } else { outputs });
     match (counted, highest(program, area)) {

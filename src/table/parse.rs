@@ -267,7 +267,9 @@ impl<'a> Reader<'a> {
             let known = Column::ALL.into_iter().find(|column| column.name() == name);
             let twice =
                 known.is_some_and(|column| std::mem::replace(&mut seen[column as usize], true));
-            if twice {
+            if twice && self.faults.len() >= MOST_FAULTS {
+                self.unlisted += 1;
+            } else if twice {
                 let message = format!("the column {name} stands twice");
                 let help = "leave one of the two";
                 let text = shown(line);
