@@ -152,11 +152,18 @@ fn what_networks_refresh_is_never_proved_unless_it_is_priced() {
 #[test]
 fn points_beyond_the_cpus_own_are_not_charged_as_local() {
     let own = table("@base,qnudv\n@factor,1,,,,stated,\n");
-    let audit = audited("LD X1F1F\nOUT Y0\nEND\n", &own, "");
-    assert_eq!(audit.points[0].taken, 4096);
-    assert_eq!(audit.points[0].time, Picos(256 * 5_000_000));
-    assert_eq!(audit.points[0].most.as_ref().map(|most| most.more), Some(Picos::ZERO));
-    assert!(audit.points[0].why.contains("of 7968 used"), "{}", audit.points[0].why);
+    let inputs = |text: &str| {
+        let audit = audited(text, &own, "");
+        let own = &audit.points[0];
+        let more = own.most.as_ref().map(|most| most.more.0);
+        assert_eq!(own.time.0 + more.unwrap_or(0), 256 * 5_000_000, "{text}");
+        (own.taken, own.why.clone())
+    };
+    let why = "48 input points, since X2F is the highest input among the CPU's own 4096".to_owned();
+    assert_eq!(inputs("LD X2F\nAND X1F1F\nOUT Y0\nEND\n"), (48, why));
+    assert_eq!(inputs("LD X1F1F\nOUT Y0\nEND\n").0, 0);
+    assert_eq!(inputs("LD SM400\nMOV K4XFF8 D0\nEND\n").0, 4096);
+    assert_eq!(inputs("LD XFFF\nOUT M0\nMOV D0 D1\nEND\n").0, 4096);
 }
 
 #[test]

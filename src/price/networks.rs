@@ -94,16 +94,20 @@ pub fn used(program: &Program, table: &Table) -> Vec<NetworkUse> {
 /// A longer range has no known end: of it the first cell alone is named.
 const MOST_CELLS: u32 = 1 << 24;
 
+/// How many cells a range of so many is known to name.
+pub fn known_length(count: u32) -> u32 {
+    if count > MOST_CELLS { 1 } else { count }
+}
+
 /// Whether an instruction that names the one region is seen to use the other. What may be anywhere shows nothing.
 fn meet(cells: Region, named: Region) -> bool {
-    let length = |count: u32| if count > MOST_CELLS { 1 } else { count };
     match (cells, named) {
         (Region::Area(area), Region::Area(other)) => area == other,
         (Region::Area(area), Region::Range { first, .. }) => area == first.area,
         (Region::Range { first: a, count: n }, Region::Range { first: b, count: m }) => {
             let end = |cell: Cell, count: u32| u64::from(cell.index) + u64::from(count);
             a.area == b.area
-                && u64::from(a.index) < end(b, length(m))
+                && u64::from(a.index) < end(b, known_length(m))
                 && u64::from(b.index) < end(a, n)
         }
         _ => false,
@@ -111,7 +115,7 @@ fn meet(cells: Region, named: Region) -> bool {
 }
 
 /// Calls back with every region that an instruction reads, writes or has among its operands.
-fn each_region(instruction: &Instruction, each: &mut impl FnMut(Region)) {
+pub fn each_region(instruction: &Instruction, each: &mut impl FnMut(Region)) {
     let mut range = |first: Cell, count: u32| each(Region::Range { first, count });
     instruction.each_read(&mut |source| match source {
         Source::Bit(BitSource::Cell(cell) | BitSource::WordBit(cell, _))

@@ -1,10 +1,10 @@
 //! The refresh of inputs and outputs: what it is charged, and where nobody stated how many points there are.
 
-use super::touched::Cells;
+use super::networks::{each_region, known_length};
 use super::{Evidence, OverheadTerm, charged};
 use crate::diagnostic::Diagnostic;
 use crate::facts::{Facts, Part};
-use crate::program::{AreaId, Cell, Program};
+use crate::program::{AreaId, Cell, Program, Region};
 use crate::table::{MostPoints, Row, Table};
 use crate::time::Picos;
 use std::collections::BTreeSet;
@@ -269,7 +269,8 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
 /// So many wrong bases of a side are told.
 const MOST_TOLD: usize = 100;
 
-/// The points that the program is seen to use among those that the CPU can have: what lies beyond is a network's.
+/// How many points the program is seen to use among those that the CPU can have, and how that was found: what lies
+/// beyond is a network's.
 #[must_use]
 pub fn own_points(
     program: &Program,
@@ -277,43 +278,52 @@ pub fn own_points(
     area: &str,
     most: Option<&MostPoints>,
 ) -> (u32, String) {
-    let (seen, why) = points_seen(program, side, area);
-    match most.filter(|most| most.points < seen) {
-        Some(most) => (
-            most.points,
-            format!("all {} {side} points that the CPU can have, of {seen} used", most.points),
-        ),
-        None => (seen, why),
+    let most = most.map(|most| most.points);
+    let counted = program.points.map(|[inputs, outputs]| match side {
+        "input" => inputs,
+        _ => outputs,
+    });
+    if let Some(seen) = counted {
+        let own = most.map_or(seen, |most| seen.min(most));
+        let why = format!("{own} {side} points in the words that the program uses as {side}s");
+        return (own, why);
     }
+    let Some(highest) = highest(program, area, most) else {
+        return (0, format!("the program uses no {side}"));
+    };
+    let points = highest.cell.index.saturating_add(1).div_ceil(16).saturating_mul(16);
+    let own = most.map_or(points, |most| points.min(most));
+    let name = program.cell_name(highest.cell);
+    let which = match most.filter(|_| highest.beyond) {
+        Some(most) => format!("among the CPU's own {most}"),
+        None => "used".to_owned(),
+    };
+    (own, format!("{own} {side} points, since {name} is the highest {side} {which}"))
 }
 
-/// How many points the program is seen to use, and how that was found.
-fn points_seen(program: &Program, side: &str, area: &str) -> (u32, String) {
-    let counted =
-        program.points.map(|[inputs, outputs]| if side == "input" { inputs } else { outputs });
-    match (counted, highest(program, area)) {
-        (Some(points), _) => (
-            points,
-            format!("{points} {side} points in the words that the program uses as {side}s"),
-        ),
-        (None, None) => (0, format!("the program uses no {side}")),
-        (None, Some(cell)) => {
-            let points = cell.index.saturating_add(1).div_ceil(16).saturating_mul(16);
-            let name = program.cell_name(cell);
-            (points, format!("{points} {side} points, since {name} is the highest {side} used"))
-        }
-    }
+/// The highest cell of an area that instructions name below a limit, and whether they name cells beyond.
+struct Highest {
+    cell: Cell,
+    beyond: bool,
 }
 
-/// The highest cell of an area that an instruction names.
-fn highest(program: &Program, area_name: &str) -> Option<Cell> {
-    let mine =
-        |area: AreaId| program.areas[usize::from(area.0)].name.eq_ignore_ascii_case(area_name);
-    program
-        .instructions
-        .iter()
-        .flat_map(|instruction| Cells::of(instruction, 1).areas)
-        .filter(|of| mine(of.area))
-        .filter_map(|of| Some(Cell { area: of.area, index: of.highest? }))
-        .max_by_key(|cell| cell.index)
+fn highest(program: &Program, area_name: &str, below: Option<u32>) -> Option<Highest> {
+    let at = program.areas.iter().position(|area| area.name.eq_ignore_ascii_case(area_name))?;
+    let area = AreaId(u16::try_from(at).ok()?);
+    let (mut last, mut beyond) = (None, false);
+    for instruction in &program.instructions {
+        each_region(instruction, &mut |region| {
+            let Region::Range { first, count } = region else { return };
+            if first.area != area || count == 0 {
+                return;
+            }
+            let end = first.index.saturating_add(known_length(count));
+            beyond |= below.is_some_and(|below| end > below);
+            let end = below.map_or(end, |below| end.min(below));
+            if first.index < end {
+                last = last.max(Some(end - 1));
+            }
+        });
+    }
+    Some(Highest { cell: Cell { area, index: last? }, beyond })
 }
