@@ -27,6 +27,8 @@ pub struct Price {
     pub on: Picos,
     /// When it is reached and does not fire.
     pub off: Picos,
+    /// When it fires and handles no unit, where the number of units is not known; else the same as `on`.
+    pub least: Picos,
     /// The weakest evidence among the rows used; that of the table's factor stands in [`Prices::factor`].
     pub evidence: Evidence,
     /// The rows used, joined by ` + `.
@@ -72,6 +74,13 @@ impl Prices {
     #[must_use]
     pub fn times(&self) -> Vec<(Picos, Picos)> {
         let times = |price: &Option<Price>| price.as_ref().map(|price| (price.on, price.off));
+        self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
+    }
+
+    /// The same where it is not known how many units an instruction handles: without any.
+    #[must_use]
+    pub fn least_times(&self) -> Vec<(Picos, Picos)> {
+        let times = |price: &Option<Price>| price.as_ref().map(|price| (price.least, price.off));
         self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
     }
 
@@ -244,6 +253,8 @@ fn with_extras<'a>(
     for (tag, &times) in tags.iter().filter(|(tag, _)| told.as_ref() != Some(tag)) {
         if let Some(extra) = table.row(&format!("@+{tag}")) {
             sum.add(extra, times, units);
+            // How many cells are touched depends on the count.
+            sum.counted += u128::from(extra.on.0) * u128::from(times);
         }
     }
     sum
@@ -254,6 +265,8 @@ fn with_extras<'a>(
 struct Sum<'a> {
     on: u128,
     off: u128,
+    /// The part of the on-time that depends on the count.
+    counted: u128,
     evidence: Evidence,
     rows: Vec<&'a str>,
     counts_units: bool,
@@ -266,6 +279,7 @@ impl<'a> Sum<'a> {
         let mut sum = Sum {
             on: 0,
             off: 0,
+            counted: 0,
             evidence: row.evidence,
             rows: Vec::new(),
             counts_units: false,
@@ -280,6 +294,7 @@ impl<'a> Sum<'a> {
         let wide = u128::from;
         self.on += wide(row.on.0) * wide(times) + wide(row.per_unit.0) * wide(units);
         self.off += wide(row.off.0) * wide(times);
+        self.counted += wide(row.per_unit.0) * wide(units);
         self.evidence = self.evidence.min(row.evidence);
         self.counts_units |= row.per_unit != Picos::ZERO;
         self.rows.push(&row.name);
@@ -298,12 +313,15 @@ impl<'a> Sum<'a> {
         let evidence = self.evidence.min(stated.evidence);
         let counts_units = self.counts_units | stated.counts_units;
         let rows = [stated.rows, self.rows].concat();
-        Sum { on, off, evidence, rows, counts_units, ..self }
+        let counted = self.counted.max(stated.counted);
+        Sum { on, off, counted, evidence, rows, counts_units, ..self }
     }
 
     fn price(self, table: &Table) -> Result<Price, NoPrice> {
         let fit = |time: u128| u64::try_from(time).ok().and_then(|time| table.scaled(Picos(time)));
+        let counted = if self.at_most_units.is_some() { self.counted } else { 0 };
         Ok(Price {
+            least: fit(self.on.saturating_sub(counted)).ok_or(NoPrice::TooLarge)?,
             on: fit(self.on).ok_or(NoPrice::TooLarge)?,
             off: fit(self.off).ok_or(NoPrice::TooLarge)?,
             evidence: self.evidence,

@@ -27,12 +27,16 @@
 //! not reached costs nothing. What a program cannot tell is a *choice*: a `Free` source has, at one
 //! moment (frames of calls and loop turns), any one value; two sources with the same id at the same
 //! moment have the same value.
+//!
+//! That is what the upper bound is found on. What a choice really is says [`meaning`].
 
 pub mod bulk;
 pub mod flow;
 pub mod interrupts;
+pub mod meaning;
 mod reads;
 
+pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
 
 use std::collections::BTreeMap;
@@ -404,6 +408,8 @@ pub enum Step {
         choice: ChoiceId,
         /// Ways out of it other than its end.
         exits: Vec<(ChoiceId, Exit)>,
+        /// How it really runs, for a loop: the count of the `ForBegin` that it stands for, its least and its most.
+        turns: Option<(WordSource, u32, u32)>,
     },
     /// Opens a zone: until the zone ends, the zone's condition (whether this fired) holds off what stands in it.
     ZoneBegin {
@@ -592,6 +598,10 @@ pub struct Program {
     pub blocks: u32,
     /// How many choices there are: ids are below this.
     pub choices: u32,
+    /// What is known of choices' values; of one that is not named here nothing is.
+    pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
+    /// What may change while an operation reads it: no exact choice is worked out from it.
+    pub volatile: Vec<Region>,
     /// What was taken wider than it is.
     pub approximations: Vec<Approximation>,
     /// Names of cells that have none of their own, such as what an instruction remembers.

@@ -171,6 +171,19 @@ impl Check {
         Check { limit, margin, upper, lower, assumed, most_assumed: None, verdict }
     }
 
+    /// The same where only a scan refutes to which a run from power-up was found.
+    #[must_use]
+    pub fn if_reached(mut self, audit: &Audit) -> Check {
+        if self.verdict == Verdict::Refuted && audit.unbounded.is_empty() && !audit.reached {
+            let reason = format!(
+                "a scan takes {}, but no run from power-up to the state in which it starts was found (--refute reached)",
+                audit.possible()
+            );
+            self.verdict = Verdict::Undecided(vec![reason]);
+        }
+        self
+    }
+
     /// The same on the condition that no more than a share of the time that decides is assumed. A loop without end
     /// needs no times.
     #[must_use]

@@ -41,12 +41,15 @@ fn the_parts_add_up_to_the_bound() {
         let report = json(sample);
         let scan = &report["scan"];
         let constant = ps(&scan["always_ps"]) + ps(&scan["overhead_ps"]);
-        for key in ["upper_ps", "lower_ps"] {
-            let groups: u64 = list(&report["groups"]).iter().map(|group| ps(&group[key])).sum();
-            assert_eq!(ps(&scan[key]), constant + groups, "{sample:?}");
-        }
+        let sum = |key: &str| -> u64 {
+            list(&report["groups"]).iter().map(|group| ps(&group[key])).sum()
+        };
+        assert_eq!(ps(&scan["upper_ps"]), constant + sum("upper_ps"), "{sample:?}");
+        assert!(ps(&scan["lower_ps"]) <= constant + sum("lower_ps"), "{sample:?}");
         assert!(ps(&scan["upper_ps"]) <= ps(&scan["naive_ps"]));
-        assert_eq!(scan["exact"], true, "{sample:?} is small enough");
+        assert_eq!(scan["model_ps"], scan["upper_ps"], "{sample:?} is small enough");
+        // Where the model's scan is one that a PLC makes, it is the longest.
+        assert_eq!(scan["exact"] == true, scan["stands_between"].is_null(), "{sample:?}");
         let overhead: u64 = list(&report["overhead"]).iter().map(|term| ps(&term["ps"])).sum();
         assert_eq!(ps(&scan["overhead_ps"]), overhead);
     }
@@ -65,7 +68,8 @@ fn a_groups_charges_add_up_to_what_its_best_scan_costs() {
                     (false, true) => ps(&charge["off_ps"]),
                     (false, false) => 0,
                 };
-                assert_eq!(ps(&charge["cost_ps"]), expected);
+                // Where it is not known how many units it handles, or whether it fires, it costs the least.
+                assert!(ps(&charge["cost_ps"]) <= expected);
             }
         }
     }
@@ -105,7 +109,7 @@ fn mnemonics_and_project_text_of_one_program_have_one_bound() {
         };
         assert_eq!(of(&text), of(&project), "{key}");
     }
-    assert_eq!(text["scan"]["exact"], Value::Bool(true));
+    assert_eq!(text["scan"]["model_ps"], text["scan"]["upper_ps"]);
     assert_eq!(text["program"]["dialect"], "omron-cx");
     assert_eq!(project["program"]["dialect"], "omron-cxt");
     assert_eq!(text["program"]["blocks"], project["program"]["blocks"]);

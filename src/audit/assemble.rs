@@ -1,8 +1,10 @@
 //! Puts together what a report shows from what the stages found.
 
 use super::deciding::{deciding, depends_on};
+use super::executed::{Executed, started};
 use super::method::SearchUse;
 use super::names::Names;
+use super::real::Found;
 use super::response::Delay;
 use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
@@ -35,6 +37,8 @@ pub struct Findings<'a> {
     pub assignment: &'a Assignment,
     /// What ends the search for reasons.
     pub limits: &'a Limits<'a>,
+    /// The dearest scan that was run really, and from what it starts; `None` if it is that of the assignment.
+    pub real: Option<&'a Found>,
 }
 
 /// The charges that no assignment changes.
@@ -48,10 +52,11 @@ impl Findings<'_> {
         let names = Names::new(self.program);
         let constant = constant_charges(self.model);
         let values = self.model.circuit.evaluate(self.assignment);
-        let pick = |charges: &[usize]| {
-            charges.iter().map(|&charge| self.charge(charge, &values, &names)).collect()
+        let executed = self.real.map(|found| Executed::of(self.program, &found.best));
+        let pick = |charges: &[usize], executed: Option<&Executed>| {
+            charges.iter().map(|&charge| self.charge(charge, &values, executed, &names)).collect()
         };
-        let always: Vec<ChargeUse> = pick(&constant);
+        let always: Vec<ChargeUse> = pick(&constant, None);
         let uses = self.uses();
         let overhead: Vec<OverheadUse> = self
             .prices
@@ -71,7 +76,10 @@ impl Findings<'_> {
             .zip(self.maxima)
             .map(|(group, maximum)| {
                 let explain = Audit::is_main(maximum.upper, &bound);
-                self.group(group, maximum, pick(&group.charges), &names, &uses, explain)
+                {
+                    let charges = pick(&group.charges, executed.as_ref());
+                    self.group(group, maximum, charges, &names, &uses, explain)
+                }
             })
             .collect();
         for (index, group) in groups.iter_mut().enumerate() {
@@ -84,12 +92,14 @@ impl Findings<'_> {
             instructions: self.program.files.iter().map(|file| file.count).sum(),
             blocks: self.program.blocks,
             clocked: None,
-            table: self.table(&values, &bound, &overhead),
+            table: self.table(&values, executed.as_ref(), &bound, &overhead),
             bound,
             overhead,
             always,
             groups,
             witness: self.witness(&names),
+            reached: false,
+            stands_between: None,
             path: Vec::new(),
             unbounded: Vec::new(),
             facts: self.program.facts.clone(),
@@ -111,9 +121,12 @@ impl Findings<'_> {
         let overhead: Picos = overhead.iter().map(|term| term.time).sum();
         let groups: Picos = self.maxima.iter().map(|maximum| maximum.upper).sum();
         let lower: Picos = self.maxima.iter().map(|maximum| maximum.lower).sum();
+        let model = always + overhead + lower;
+        let real = self.real.map(|found| overhead + found.best.replay.total);
         Bound {
             upper: always + overhead + groups,
-            lower: always + overhead + lower,
+            lower: real.unwrap_or(model),
+            model,
             naive: overhead + self.model.charges.iter().map(|charge| charge.dearer()).sum(),
             always,
             overhead,
@@ -138,10 +151,20 @@ impl Findings<'_> {
         replayed.events.iter().filter(priced).map(step).collect()
     }
 
-    fn charge(&self, index: usize, values: &Values, names: &Names<'_>) -> ChargeUse {
+    fn charge(
+        &self,
+        index: usize,
+        values: &Values,
+        executed: Option<&Executed>,
+        names: &Names<'_>,
+    ) -> ChargeUse {
         let charge = &self.model.charges[index];
         let instruction = &self.program.instructions[charge.instruction];
         let price = self.prices.instructions[charge.instruction].as_ref();
+        let (reached, runs, cost) = match executed {
+            None => (values.get(charge.reached), values.get(charge.fires), charge.cost(values)),
+            Some(executed) => executed.at(charge.instruction, &charge.frames),
+        };
         ChargeUse {
             at: place(instruction.place),
             block: instruction.block,
@@ -149,9 +172,9 @@ impl Findings<'_> {
             via: names.via(&charge.frames),
             on: charge.on,
             off: charge.off,
-            runs: values.get(charge.fires),
-            reached: values.get(charge.reached),
-            cost: charge.cost(values),
+            runs,
+            reached,
+            cost,
             row: price.map_or(String::new(), |price| price.row.clone()),
             evidence: price.map_or(Evidence::Published, |price| price.evidence),
         }
@@ -190,7 +213,10 @@ impl Findings<'_> {
             devices: devices.into_iter().map(|(device, _)| device).collect(),
             ties,
             upper: maximum.upper,
-            lower: maximum.lower,
+            lower: match self.real {
+                Some(_) => charges.iter().map(|charge| charge.cost).sum(),
+                None => maximum.lower,
+            },
             naive: charges.iter().map(|charge| charge.on.max(charge.off)).sum(),
             solver_calls: maximum.calls,
             rungs: self.rungs(group, &charges, names, explain),
@@ -286,7 +312,9 @@ impl Findings<'_> {
     fn witness(&self, names: &Names<'_>) -> Vec<FreeValue> {
         let charges: Vec<usize> =
             self.groups.iter().flat_map(|group| group.charges.iter().copied()).collect();
-        let matters = deciding(self.model, self.assignment, &charges);
+        let started = self.real.map(|found| started(self.model, found));
+        let assignment = started.as_ref().unwrap_or(self.assignment);
+        let matters = deciding(self.model, assignment, &charges);
         let mut variables: Vec<usize> = self
             .groups
             .iter()
@@ -301,7 +329,7 @@ impl Findings<'_> {
                 let name = names.free(variable);
                 let times = known.entry(name.clone()).or_default();
                 *times += 1;
-                let word = self.assignment.0[index];
+                let word = assignment.0[index];
                 FreeValue {
                     name: match *times {
                         1 => name,
@@ -321,7 +349,13 @@ impl Findings<'_> {
         found
     }
 
-    fn table(&self, values: &Values, bound: &Bound, overhead: &[OverheadUse]) -> TableUse {
+    fn table(
+        &self,
+        values: &Values,
+        executed: Option<&Executed>,
+        bound: &Bound,
+        overhead: &[OverheadUse],
+    ) -> TableUse {
         let assumed = |price: &&Price| price.evidence == Evidence::Assumed;
         let mut rows: Vec<AssumedUse> = Vec::new();
         let mut known: BTreeMap<&str, usize> = BTreeMap::new();
@@ -346,9 +380,16 @@ impl Findings<'_> {
             });
             row_of.push(row);
         }
-        for charge in &self.model.charges {
-            if let Some(row) = row_of[charge.instruction] {
-                rows[row].time += charge.cost(values);
+        let costs: Vec<(usize, Picos)> = match executed {
+            None => {
+                let charges = self.model.charges.iter();
+                charges.map(|charge| (charge.instruction, charge.cost(values))).collect()
+            }
+            Some(executed) => executed.costs().collect(),
+        };
+        for (instruction, cost) in costs {
+            if let Some(row) = row_of[instruction] {
+                rows[row].time += cost;
             }
         }
         let mut assumed = rows;

@@ -98,6 +98,7 @@ pub fn fixture() -> Audit {
         bound: Bound {
             upper: Picos(452_500_000),
             lower: us(442),
+            model: us(442),
             naive: Picos(492_500_000),
             always: us(12),
             overhead: us(200),
@@ -144,6 +145,8 @@ pub fn fixture() -> Audit {
             FreeValue { matters: false, ..free("X1F", "", Value::Bit(false)) },
             FreeValue { at_start: false, ..free("T0 contact", "遅延", Value::Bit(true)) },
         ],
+        reached: false,
+        stands_between: None,
         path: Vec::new(),
         unbounded: Vec::new(),
         facts: vec!["D100 is -10 to 10 when the scan starts".to_owned()],

@@ -1,8 +1,10 @@
 //! The result of an audit, with everything that a report shows already worked out.
 
+mod asked;
 mod assemble;
 mod condition;
 mod deciding;
+mod executed;
 #[cfg(test)]
 pub mod fixture;
 pub mod method;
@@ -10,6 +12,7 @@ mod modelling;
 mod names;
 mod pipeline;
 mod questions;
+mod real;
 pub mod response;
 mod search;
 mod stated;
@@ -55,6 +58,10 @@ pub struct Audit {
     pub groups: Vec<GroupUse>,
     /// The scan that costs `Bound::lower`, by what is free in it.
     pub witness: Vec<FreeValue>,
+    /// Whether a run from power-up to the scan that costs `Bound::lower` was found.
+    pub reached: bool,
+    /// Why the scan that costs `Bound::lower` is followed no further, or may cost more than it is known to.
+    pub stands_between: Option<String>,
     /// Its way through the program, where not everything runs once; else empty.
     pub path: Vec<PathStep>,
     /// Loops that a scan can go round for ever. If there are any, no scan time is a bound: the figures are those
@@ -167,8 +174,10 @@ impl Audit {
 pub struct Bound {
     /// No scan takes longer.
     pub upper: Picos,
-    /// A scan that was replayed takes this long.
+    /// A scan that nothing known here excludes takes this long, run as the PLC runs it.
     pub lower: Picos,
+    /// The dearest scan that the model allows, as far as it was found: it may need values that are not known here.
+    pub model: Picos,
     /// Every charge at the dearer of its two times, and the overhead.
     pub naive: Picos,
     /// The charges that no assignment changes.

@@ -1,10 +1,11 @@
 //! The road from source text to an audit.
 
 use super::Audit;
-use super::assemble::{Findings, constant_charges};
+use super::asked::{Asked, Searched};
+use super::assemble::Findings;
+use super::executed::stands_between;
 use super::method;
 use super::modelling::{keep_in_range, model_of};
-use super::search::Search;
 use super::stated;
 use super::unbounded::{self, loops};
 use crate::budget::{Budget, Cut};
@@ -18,7 +19,10 @@ use crate::groups;
 use crate::model::{Assignment, Group, ScanModel, Values};
 use crate::price::{self, Prices};
 use crate::program::Program;
-use crate::replay::{Replay, replay};
+use crate::program::meaning::Knowledge;
+use crate::replay::Replay;
+use crate::scan::reach::Reach;
+use crate::scan::{Side, scan_model_knowing};
 use crate::solve::{Limits, Maximum, Method, maximum};
 use crate::table::{Evidence, Factor, Override, StatedClock, Table};
 use crate::time::Picos;
@@ -223,18 +227,43 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     let times = prices.times();
 
     stage("searching");
-    let zeros = Assignment(vec![0; model.variables.len()]);
-    let constant = prices.overhead_sum() + model.cost(&constant_charges(&model), &zeros);
-    let search = Search {
+    let doubtful_from = shortest_timer;
+    let asked = Asked {
         request,
+        program: &program,
         prices: &prices,
-        model: &model,
-        groups: &groups,
-        constant,
-        deadline,
-        doubtful_from: shortest_timer,
+        budget: &budget,
+        doubtful_from,
+        whole,
     };
-    let (mut maxima, ended_early) = if whole { search.sums() } else { search.run() };
+    let mut searched = asked.search(model, groups, &Knowledge::new())?;
+
+    stage("running it");
+    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
+    let least = prices.least_times();
+    let reals = super::real::Search { program: &program, least: &least, limits };
+    let found = reals.run(&searched.witness, searched.upper).map_err(Failure::Internal)?;
+    let closer = found.best.replay.total < searched.upper && !found.knowledge.is_empty();
+    let grown = |knowledge| {
+        let reach = Reach { once: usize::MAX, all: MOST_LEARNED, ended: &|| budget.reached() };
+        scan_model_knowing(&program, &times, knowledge, Side::Above, &reach).ok()
+    };
+    if closer
+        && !whole
+        && let Some(model) = grown(&found.knowledge)
+    {
+        // What was learned of operations makes the bound closer, too.
+        let groups = groups::groups(&model);
+        let closer = asked.search(model, groups, &found.knowledge)?;
+        if closer.upper < searched.upper {
+            searched = closer;
+        }
+        if found.best.is_possible() && found.best.replay.total > searched.upper {
+            let (took, upper) = (found.best.replay.total, searched.upper);
+            return Err(Failure::Internal(format!("a scan takes {took}, the bound is {upper}")));
+        }
+    }
+    let Searched { model, groups, maxima, assignment, replayed, ended_early, .. } = searched;
     let open: Vec<&Maximum> = maxima.iter().filter(|found| found.lower < found.upper).collect();
     if let (false, false) = (open.is_empty(), ended_early) {
         let apart: Picos = open.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
@@ -247,14 +276,8 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
             ),
         );
     }
-    let assignment = together(request, &budget, &model, &groups, &mut maxima)?;
-
-    stage("replaying");
-    let witness = groups::witness(&model, &assignment);
-    let replayed = replay(&program, &times, &witness);
-    confirm(&program, &model, &groups, &maxima, &assignment, &replayed)?;
-
-    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
+    let same = found.best.replay.total == replayed.total;
+    let replayed = found.best.replay.clone();
     let findings = Findings {
         program: &program,
         table: &table,
@@ -264,6 +287,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         maxima: &maxima,
         assignment: &assignment,
         limits: &limits,
+        real: Some(&found).filter(|_| !same),
     };
     let mut audit = findings.audit(warnings.clone());
     audit.ended_early = ended_early;
@@ -273,6 +297,9 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     if request.confirm {
         stage("confirming");
         method::confirm(&mut audit, request, &model, &groups, &maxima, deadline)?;
+    }
+    if audit.bound.lower < audit.bound.model {
+        audit.stands_between = Some(stands_between(&program, &found.best));
     }
     let mut loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
     if whole {
@@ -321,6 +348,9 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     };
     Ok(Concluded { audit, followed, maxima })
 }
+
+/// With what was learned, a model may have so many nodes and questions to words.
+const MOST_LEARNED: usize = 4_000_000;
 
 /// The program that the source means, the table that prices it, and what was noticed on the way.
 fn understand(
@@ -548,7 +578,7 @@ fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
 
 /// The groups' best assignments in one, since they share no variable; and what else it takes for a scan that
 /// keeps the stated facts.
-fn together(
+pub(super) fn together(
     request: &Request<'_>,
     budget: &Budget<'_>,
     model: &ScanModel,
@@ -617,7 +647,7 @@ fn allowed(
 }
 
 /// Holds the scan that was replayed against what the analysis says that it costs.
-fn confirm(
+pub(super) fn confirm(
     program: &Program,
     model: &ScanModel,
     groups: &[Group],
@@ -682,6 +712,7 @@ fn first_difference(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::replay::replay;
 
     #[test]
     fn a_scan_that_the_interpreter_prices_differently_is_an_internal_error() {

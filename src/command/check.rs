@@ -2,9 +2,19 @@
 
 use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::{Failure, Outcome, values};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use scanbound::time::Picos;
 use scanbound::verdict::{Check, Margin, MostAssumed, Verdict};
+
+/// Which scan refutes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Refute {
+    /// One that nothing known here excludes
+    #[default]
+    Admissible,
+    /// One to which a run from power-up was found
+    Reached,
+}
 
 /// The arguments of `check`.
 #[derive(Debug, Args)]
@@ -18,6 +28,9 @@ pub struct Arguments {
     /// How much of the time that decides may rest on assumed times, such as 30%; with more the limit is undecided
     #[arg(long, value_name = "PERCENT", allow_hyphen_values = true)]
     max_assumed: Option<MostAssumed>,
+    /// Which scan refutes: one that nothing known here excludes, or only one to which a run from power-up was found
+    #[arg(long, value_enum, default_value_t)]
+    refute: Refute,
     #[command(flatten)]
     project: ProjectOptions,
     #[command(flatten)]
@@ -37,6 +50,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     trace.write(&audit)?;
     let mut check = Check::new(&audit, arguments.limit, arguments.margin);
+    if arguments.refute == Refute::Reached {
+        check = check.if_reached(&audit);
+    }
     if let Some(most) = arguments.max_assumed {
         check = check.if_assumed_at_most(&audit, most);
     }

@@ -1,5 +1,6 @@
 //! The narrow waist: the charges of one scan, their guards, the free variables and the constraints among these.
 
+pub mod certain;
 mod circuit;
 
 pub use circuit::{Atom, Circuit, Lit, Node, Values, VarId};

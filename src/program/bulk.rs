@@ -4,7 +4,9 @@
 //! count is beyond what can be followed, the innermost loops and routines that are too large are taken in bulk.
 
 use super::flow::{self, written};
-use super::{Approximation, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step};
+use super::{
+    Approximation, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step, WordSource,
+};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// More single ranges of an area than this are forgotten as the whole area.
@@ -27,7 +29,8 @@ pub struct TooOften {
 /// more often than can be counted.
 pub fn bulk(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
     let gathered = Shape::of(program).gather(program, begin + 1, end, turns).ok()?;
-    Some(gathered.step(program, end))
+    let turns = turns_of(program, begin);
+    Some(gathered.step(program, end, turns))
 }
 
 /// Takes loops, routines and interrupts in bulk, so that at most `most` instructions more than the program has are
@@ -277,7 +280,8 @@ impl Shape {
             }
         }
         for (begin, end, turns, gathered) in loops {
-            program.instructions[begin].step = gathered.step(program, end);
+            let count = turns_of(program, begin);
+            program.instructions[begin].step = gathered.step(program, end, count);
             program.approximations.push(Approximation {
                 instruction: begin,
                 what: format!("followed turn by turn the scan has too many instructions: the loop is charged {turns} times at its dearest, and what it writes is taken as any value"),
@@ -428,7 +432,12 @@ impl Gathered {
         }
     }
 
-    fn step(self, program: &mut Program, end: usize) -> Step {
+    fn step(
+        self,
+        program: &mut Program,
+        end: usize,
+        turns: Option<(WordSource, u32, u32)>,
+    ) -> Step {
         let mut choice = || {
             program.choices += 1;
             ChoiceId(program.choices - 1)
@@ -441,14 +450,23 @@ impl Gathered {
             forgets: merged(self.regions),
             choice,
             exits,
+            turns,
         }
+    }
+}
+
+/// How a loop really runs.
+fn turns_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u32)> {
+    match program.instructions[begin].step {
+        Step::ForBegin { count, least, most, .. } => Some((count, least, most)),
+        _ => None,
     }
 }
 
 /// Puts what was gathered behind the program, followed by `then`, which costs nothing there.
 fn stub(program: &mut Program, gathered: Gathered, of: usize, then: Step) {
     let at = program.instructions.len();
-    let bulk = gathered.step(program, at);
+    let bulk = gathered.step(program, at, None);
     [bulk, then].into_iter().for_each(|step| append(program, of, step));
 }
 

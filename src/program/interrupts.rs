@@ -2,7 +2,8 @@
 
 use super::flow;
 use super::{
-    Approximation, BitSource, Cell, ChoiceId, Program, Region, SourceMut, Step, WordSource,
+    Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Program, Region, SourceMut, Step,
+    WordSource,
 };
 use std::collections::BTreeSet;
 
@@ -26,8 +27,21 @@ pub fn isolate(program: &mut Program, volatile: &[Region]) {
         choices += 1;
         ChoiceId(choices - 1)
     };
+    // A loop's count is followed, so it must not change; other exact choices are worked out from no such cell.
+    let kinds = &mut program.kinds;
+    kinds.retain(|_, kind| match *kind {
+        ChoiceKind::Turns(WordSource::Cell(cell)) => !changes(cell, 1),
+        ChoiceKind::Turns(WordSource::Bits { first, count }) => !changes(first, count.into()),
+        _ => true,
+    });
+    program.volatile.extend(regions.iter().copied());
     for (at, instruction) in program.instructions.iter_mut().enumerate() {
         let all = inside.contains(&at);
+        if let (true, Step::ForBegin { count: WordSource::Free(choice), .. }) =
+            (all, &instruction.step)
+        {
+            kinds.remove(choice);
+        }
         let mut taken = false;
         instruction.each_read_mut(&mut |source| match source {
             SourceMut::Bit(source) => {

@@ -71,7 +71,7 @@ impl Instruction {
     }
 }
 
-fn logic(of: &Logic, see: &mut dyn FnMut(Source)) {
+pub(super) fn logic(of: &Logic, see: &mut dyn FnMut(Source)) {
     match of {
         Logic::Condition | Logic::Const(_) => {}
         Logic::Bit(source) => see(Source::Bit(*source)),
@@ -84,7 +84,7 @@ fn logic(of: &Logic, see: &mut dyn FnMut(Source)) {
     }
 }
 
-fn number(of: &Number, see: &mut dyn FnMut(Source)) {
+pub(super) fn number(of: &Number, see: &mut dyn FnMut(Source)) {
     match of {
         Number::Words(sources) => sources.iter().for_each(|source| see(Source::Word(*source))),
         Number::Add(a, b)

@@ -375,6 +375,7 @@ fn a_loop_in_bulk_charges_the_dearer_times_forgets_and_leaves_by_its_first_open_
         forgets: vec![Region::Range { first: bit(0), count: 1 }],
         choice: ChoiceId(0),
         exits: vec![(ChoiceId(1), Exit::To(4)), (ChoiceId(2), Exit::To(3))],
+        turns: None,
     };
     let p = program(vec![step(bulk), act(), step(Step::ForEnd), ld(0), ld(1)]);
     let times =

@@ -1,12 +1,16 @@
 //! The control of one scan: stack, slots, zones, loops, calls and the order of the routines.
 
-use super::state::State;
-use super::{Event, Free, Replay};
+use super::state::{Doubt, State, Truth};
+use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
+use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    ChoiceId, Exit, Frame, Instruction, Join, Logic, Program, Region, Step, When,
+    ChoiceId, Exit, Frame, Instruction, Join, Program, Region, Step, When, WordSource, Write,
 };
 use crate::time::Picos;
 use std::collections::BTreeMap;
+
+/// Of so many loops in a scan both is tried where they run one turn or none.
+const MOST_ASKED: usize = 4;
 
 /// A loop that is being run.
 struct Loop {
@@ -19,9 +23,9 @@ struct Loop {
 /// What belongs to one routine while it runs.
 #[derive(Default)]
 struct Routine {
-    stack: Vec<bool>,
-    slots: BTreeMap<u32, bool>,
-    zones: Vec<(u32, bool)>,
+    stack: Vec<Truth>,
+    slots: BTreeMap<u32, Truth>,
+    zones: Vec<(u32, Truth)>,
     loops: Vec<Loop>,
     /// Where its caller goes on.
     back: usize,
@@ -50,34 +54,70 @@ pub(super) struct Machine<'p, F> {
     total: Picos,
     events: Vec<Event>,
     unbounded: Option<usize>,
+    /// Where and why it is not known how the scan goes on.
+    stopped: Option<Stopped>,
+    /// So many instructions more are executed.
+    left: u64,
+    /// Whether loops that run one turn or none run one, in the order in which they come; and how many came.
+    once: Vec<bool>,
+    asked: usize,
 }
 
 impl<'p, F: Free> Machine<'p, F> {
-    pub(super) fn new(program: &'p Program, times: &'p [(Picos, Picos)], free: F) -> Self {
+    pub(super) fn new(
+        program: &'p Program,
+        times: &'p [(Picos, Picos)],
+        free: F,
+        mode: Mode,
+    ) -> Self {
         assert_eq!(times.len(), program.instructions.len(), "a time for every instruction");
         Machine {
             program,
             times,
-            state: State::new(program, free),
+            state: State::new(program, free, mode),
             routines: Vec::new(),
             total: Picos::ZERO,
             events: Vec::new(),
             unbounded: None,
+            stopped: None,
+            left: u64::MAX,
+            once: Vec::new(),
+            asked: 0,
         }
     }
 
-    pub(super) fn scan(mut self) -> Replay {
+    /// The same with what was learned of exact choices.
+    pub(super) fn knowing(mut self, knowledge: &Knowledge) -> Self {
+        self.state.learned = knowledge.clone();
+        self
+    }
+
+    /// Runs one scan really, of at most so many instructions; `once` says of loops that run one turn or none whether
+    /// they run one.
+    pub(super) fn real(mut self, most: u64, once: Vec<bool>) -> (Real, usize) {
+        (self.left, self.once) = (most, once);
+        let replay = self.scan();
+        let beyond = std::mem::take(&mut self.state.beyond);
+        let learned = std::mem::take(&mut self.state.learned);
+        (Real { replay, stopped: self.stopped, learned, beyond }, self.asked)
+    }
+
+    pub(super) fn scan(&mut self) -> Replay {
         let program = self.program;
         let broken = program.invariants.iter().enumerate();
-        let broken = broken.filter(|(_, holds)| !self.state.logic(holds, true));
+        let broken = broken.filter(|(_, holds)| !self.state.logic(holds, Truth::TRUE).value);
         let broken_invariants: Vec<usize> = broken.map(|(index, _)| index).collect();
         for main in &program.mains {
             if self.run(main.start, main.end) == Ended::Scan {
                 break;
             }
         }
+        self.state.interrupting = true;
         for interrupt in &program.interrupts {
             for turn in 0..interrupt.times {
+                if self.stopped.is_some() {
+                    break;
+                }
                 self.state.enter(Frame { at: interrupt.entry, turn });
                 self.run(interrupt.entry, program.instructions.len());
                 self.state.leave();
@@ -87,7 +127,7 @@ impl<'p, F: Free> Machine<'p, F> {
         let unbounded = self.unbounded;
         Replay {
             total: self.total,
-            events: self.events,
+            events: std::mem::take(&mut self.events),
             broken_ranges,
             broken_invariants,
             unbounded,
@@ -141,26 +181,100 @@ impl<'p, F: Free> Machine<'p, F> {
     }
 
     fn execute(&mut self, at: usize) -> Next {
+        if self.left == 0 {
+            return self.stop(at, Why::TooLong);
+        }
+        self.left -= 1;
+        self.state.at = at;
         let instruction = &self.program.instructions[at];
         let condition = self.condition(&instruction.step);
+        self.state.condition = condition;
         let (expression, count) = match &instruction.step {
-            Step::Logic { value, .. } => (Some(value), 0),
+            Step::Logic { value, .. } => (Some(value), None),
             Step::Act { fires }
             | Step::Jump { fires, .. }
             | Step::Call { fires, .. }
             | Step::Stop { fires }
-            | Step::ZoneBegin { fires, .. } => (Some(fires), 0),
-            Step::ForBegin { count, .. } => (None, self.state.word(*count)),
-            _ => (None, 0),
+            | Step::ZoneBegin { fires, .. } => (Some(fires), None),
+            Step::ForBegin { count, .. } => (None, Some(*count)),
+            Step::Bulk { turns: Some((count, ..)), .. } if self.state.mode == Mode::Real => {
+                (None, Some(*count))
+            }
+            _ => (None, None),
         };
-        let fired = expression.is_none_or(|logic: &Logic| self.state.logic(logic, condition));
+        let turns = count.map(|count| self.turns(&instruction.step, count));
+        let fired = match expression {
+            Some(logic) => self.state.logic(logic, condition),
+            None => Truth::TRUE,
+        };
         let (on, off) = self.times[at];
-        self.charge(at, fired, if fired { on } else { off });
+        let cost = match (fired.doubt, fired.value) {
+            // It takes the lesser of the two at least.
+            (Some(_), _) => on.min(off),
+            (None, true) => on,
+            (None, false) => off,
+        };
+        self.charge(at, fired.value, cost);
         self.change(instruction, condition, fired);
-        self.step(at, &instruction.step, fired, count)
+        let decides =
+            matches!(instruction.step, Step::Jump { .. } | Step::Call { .. } | Step::Stop { .. });
+        if let (true, Some(cause)) = (decides, fired.doubt) {
+            return self.stop(at, Why::Unknown(cause));
+        }
+        match turns {
+            Some(Err(why)) => self.stop(at, why),
+            Some(Ok(turns)) => self.step(at, &instruction.step, fired, turns),
+            None => self.step(at, &instruction.step, fired, 0),
+        }
     }
 
-    fn condition(&mut self, step: &Step) -> bool {
+    /// Follows the scan no further.
+    fn stop(&mut self, at: usize, why: Why) -> Next {
+        let frames = self.state.frames().clone();
+        self.stopped.get_or_insert(Stopped { at, frames, why });
+        Next::Stop
+    }
+
+    /// How many turns a loop makes.
+    fn turns(&mut self, step: &Step, count: WordSource) -> Result<u32, Why> {
+        let (least, most) = match step {
+            Step::ForBegin { least, most, .. } => (*least, *most),
+            Step::Bulk { turns: Some((_, least, most)), .. } => (*least, *most),
+            _ => (0, u32::MAX),
+        };
+        let number = |count: u16| u32::try_from(count.cast_signed()).unwrap_or(0);
+        let limited = |count: u16| number(count).max(least).min(most);
+        let doubtful = match count {
+            WordSource::Free(choice) => match self.program.kinds.get(&choice) {
+                Some(ChoiceKind::Turns(word)) => Some((choice, *word)),
+                _ => None,
+            },
+            _ => None,
+        };
+        let outer = self.state.doubt.take();
+        let value = self.state.word(doubtful.map_or(count, |(_, word)| word));
+        let doubt: Doubt = std::mem::replace(&mut self.state.doubt, outer);
+        match (doubtful, doubt) {
+            (_, Some(cause)) => Err(Why::Unknown(cause)),
+            (None, None) => Ok(limited(value)),
+            // More turns than are stated are no scan that can be.
+            (Some(_), None) if number(value) > most && self.state.mode == Mode::Real => {
+                Err(Why::Excluded)
+            }
+            (Some(_), None) if number(value) >= 1 => Ok(limited(value)),
+            (Some((choice, _)), None) if self.state.mode == Mode::Model => {
+                Ok(u32::from(self.state.choose_bit(choice)).max(least).min(most))
+            }
+            (Some(_), None) if self.asked >= MOST_ASKED => Err(Why::Unknown(self.state.at)),
+            (Some(_), None) => {
+                let once = self.once.get(self.asked).copied().unwrap_or(false);
+                self.asked += 1;
+                Ok(u32::from(once))
+            }
+        }
+    }
+
+    fn condition(&mut self, step: &Step) -> Truth {
         let acts = match step {
             Step::Logic { .. }
             | Step::AndBlock
@@ -182,8 +296,11 @@ impl<'p, F: Free> Machine<'p, F> {
             | Step::Nothing => true,
         };
         let routine = self.routine();
-        let top = routine.stack.last().copied().unwrap_or(true);
-        top && (!acts || routine.zones.iter().all(|&(_, condition)| condition))
+        let top = routine.stack.last().copied().unwrap_or(Truth::TRUE);
+        if !acts {
+            return top;
+        }
+        routine.zones.iter().fold(top, |all, &(_, condition)| all.and(condition))
     }
 
     fn charge(&mut self, instruction: usize, fired: bool, cost: Picos) {
@@ -192,30 +309,54 @@ impl<'p, F: Free> Machine<'p, F> {
         self.events.push(Event { instruction, frames, fired, cost });
     }
 
-    fn change(&mut self, instruction: &Instruction, condition: bool, fired: bool) {
+    fn change(&mut self, instruction: &Instruction, condition: Truth, fired: Truth) {
+        let program = self.program;
+        // The exact choices of this instruction that were carried out, and whether that gave anything.
+        let mut exact: Vec<(ChoiceId, bool)> = Vec::new();
         for effect in &instruction.effects {
-            if effect.when == When::Always || fired {
-                self.state.write(&effect.write, condition);
+            let fired = if effect.when == When::Always { Truth::TRUE } else { fired };
+            if let Write::Forget(_, choice) = &effect.write
+                && let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(choice)
+            {
+                if !fired.value && fired.doubt.is_none() {
+                    continue;
+                }
+                let known = exact.iter().find(|(done, _)| done == choice).map(|(_, gave)| *gave);
+                let gave = match known {
+                    Some(gave) => gave,
+                    None => {
+                        let gave = match self.state.mode {
+                            Mode::Model => self.state.write_learned(*choice),
+                            Mode::Real => self.state.write_exactly(*choice, meaning, fired),
+                        };
+                        exact.push((*choice, gave));
+                        gave
+                    }
+                };
+                if gave {
+                    continue;
+                }
             }
+            self.state.write(&effect.write, condition, fired);
         }
     }
 
-    fn step(&mut self, at: usize, step: &Step, fired: bool, count: u16) -> Next {
+    fn step(&mut self, at: usize, step: &Step, fired: Truth, turns: u32) -> Next {
         match step {
             Step::Logic { join, .. } => self.join(*join, fired),
-            Step::AndBlock => self.block(|a, b| a && b),
-            Step::OrBlock => self.block(|a, b| a || b),
+            Step::AndBlock => self.block(Truth::and),
+            Step::OrBlock => self.block(Truth::or),
             Step::Save(slot) => {
                 let routine = self.routine();
-                let top = routine.stack.last().copied().unwrap_or(true);
+                let top = routine.stack.last().copied().unwrap_or(Truth::TRUE);
                 routine.slots.insert(*slot, top);
             }
             Step::Fetch(slot) => {
-                let saved = self.routine().slots.get(slot).copied().unwrap_or(true);
+                let saved = self.routine().slots.get(slot).copied().unwrap_or(Truth::TRUE);
                 self.join(Join::Replace, saved);
             }
-            Step::Jump { target, .. } if fired => return self.go(*target),
-            Step::Call { target, .. } if fired => {
+            Step::Jump { target, .. } if fired.value => return self.go(*target),
+            Step::Call { target, .. } if fired.value => {
                 self.routines.push(Routine { back: at + 1, ..Routine::default() });
                 self.state.enter(Frame { at, turn: 0 });
                 return Next::Go(*target);
@@ -226,18 +367,26 @@ impl<'p, F: Free> Machine<'p, F> {
                 self.unbounded = Some(at);
                 return Next::Stop;
             }
-            Step::Stop { .. } if fired => return Next::Stop,
-            Step::ForBegin { least, most, end, .. } => {
-                let turns = u32::try_from(count.cast_signed()).unwrap_or(0);
-                let turns = turns.max(*least).min(*most);
+            Step::Stop { .. } if fired.value => return Next::Stop,
+            Step::ForBegin { end, .. } => {
                 if turns == 0 {
                     return Next::Go(end + 1);
                 }
                 self.routine().loops.push(Loop { begin: at, end: *end, turn: 0, turns });
                 self.state.enter(Frame { at, turn: 0 });
             }
+            Step::Bulk { end, turns: Some(_), .. } if self.state.mode == Mode::Real => {
+                if turns == 0 {
+                    return Next::Go(end + 1);
+                }
+                self.routine().loops.push(Loop { begin: at, end: *end, turn: 0, turns });
+                self.state.enter(Frame { at, turn: 0 });
+            }
+            Step::Bulk { .. } if self.state.mode == Mode::Real => {
+                return self.stop(at, Why::Unknown(at));
+            }
             Step::ForEnd => return self.end_turn(at),
-            Step::Bulk { end, charges, forgets, choice, exits } => {
+            Step::Bulk { end, charges, forgets, choice, exits, .. } => {
                 return self.bulk(*end, charges, forgets, *choice, exits);
             }
             Step::ZoneBegin { level, .. } => self.routine().zones.push((*level, fired)),
@@ -251,7 +400,7 @@ impl<'p, F: Free> Machine<'p, F> {
         Next::Go(at + 1)
     }
 
-    fn join(&mut self, join: Join, value: bool) {
+    fn join(&mut self, join: Join, value: Truth) {
         let stack = &mut self.routine().stack;
         let top = match join {
             Join::Start => {
@@ -259,8 +408,8 @@ impl<'p, F: Free> Machine<'p, F> {
                 value
             }
             Join::Load => value,
-            Join::And => stack.pop().unwrap_or(true) && value,
-            Join::Or => stack.pop().unwrap_or(true) || value,
+            Join::And => stack.pop().unwrap_or(Truth::TRUE).and(value),
+            Join::Or => stack.pop().unwrap_or(Truth::TRUE).or(value),
             Join::Replace => {
                 stack.pop();
                 value
@@ -269,10 +418,10 @@ impl<'p, F: Free> Machine<'p, F> {
         stack.push(top);
     }
 
-    fn block(&mut self, join: fn(bool, bool) -> bool) {
+    fn block(&mut self, join: fn(Truth, Truth) -> Truth) {
         let stack = &mut self.routine().stack;
-        let upper = stack.pop().unwrap_or(true);
-        let lower = stack.pop().unwrap_or(true);
+        let upper = stack.pop().unwrap_or(Truth::TRUE);
+        let lower = stack.pop().unwrap_or(Truth::TRUE);
         stack.push(join(lower, upper));
     }
 
@@ -315,7 +464,7 @@ impl<'p, F: Free> Machine<'p, F> {
             self.charge(instruction, on >= off, on.max(off).times(repetitions));
         }
         for &region in forgets {
-            self.state.forget(region, choice);
+            self.state.forget(region, choice, Truth::TRUE);
         }
         let routine = self.routine();
         routine.stack.clear();

@@ -3,14 +3,19 @@
 //! It follows the page of [`program`](crate::program) and shares nothing with the symbolic execution, so that
 //! a scan which both price alike is a scan that can happen.
 
+mod exact;
 mod machine;
+mod operation;
 mod state;
 
 #[cfg(test)]
 mod control_tests;
 #[cfg(test)]
+mod real_tests;
+#[cfg(test)]
 mod value_tests;
 
+use crate::program::meaning::Knowledge;
 use crate::program::{AreaKind, Cell, ChoiceKey, Frame, Program, Witness};
 use crate::time::Picos;
 use std::sync::Arc;
@@ -69,8 +74,123 @@ pub fn replay(program: &Program, times: &[(Picos, Picos)], witness: &Witness) ->
     replay_with(program, times, witness)
 }
 
+/// How a program is followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    /// As the analysis follows it: every choice is any value.
+    Model,
+    /// As a PLC does it: see [`crate::program::meaning`].
+    Real,
+}
+
+/// Why a scan that is run really is followed no further.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Why {
+    /// The way on depends on what is not known: this instruction's result.
+    Unknown(usize),
+    /// It is no scan that can be, by what the user stated.
+    Excluded,
+    /// It has more instructions than are followed.
+    TooLong,
+}
+
+/// Where a scan that is run really is followed no further.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stopped {
+    /// The instruction.
+    pub at: usize,
+    /// Calls and loop turns on the way there.
+    pub frames: Arc<[Frame]>,
+    /// Why.
+    pub why: Why,
+}
+
+/// One scan as a PLC makes it, as far as it is known what that does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Real {
+    /// What was run. It takes at least `total`: what follows a stop is not counted, and of an instruction of which it is
+    /// not known whether it fires the lesser time.
+    pub replay: Replay,
+    /// Where it is followed no further.
+    pub stopped: Option<Stopped>,
+    /// What was learned about exact choices.
+    pub learned: Knowledge,
+    /// Writes of operations that their instruction's effects do not allow: instruction and cell. There must be none.
+    pub beyond: Vec<(usize, Cell)>,
+}
+
+impl Real {
+    /// Whether such a scan can be: it starts as the user says that scans do, and keeps to what is stated within.
+    #[must_use]
+    pub fn is_possible(&self) -> bool {
+        let excluded = |stopped: &Stopped| stopped.why == Why::Excluded;
+        self.replay.broken_ranges.is_empty()
+            && self.replay.broken_invariants.is_empty()
+            && !self.stopped.as_ref().is_some_and(excluded)
+    }
+}
+
+/// Runs one scan really, of at most `most` instructions. Of loops that run one turn or none, the cheapest way is taken.
+/// `free` begins to give the same values anew each time.
+#[must_use]
+pub fn real<F: Free>(
+    program: &Program,
+    times: &[(Picos, Picos)],
+    mut free: impl FnMut() -> F,
+    most: u64,
+) -> Real {
+    let mut best: Option<Real> = None;
+    let mut learned = Knowledge::new();
+    // Which of those loops run, in depth-first order.
+    let mut once: Vec<bool> = Vec::new();
+    loop {
+        let machine = machine::Machine::new(program, times, free(), Mode::Real);
+        let (mut found, asked) = machine.real(most, once.clone());
+        for (moment, facts) in std::mem::take(&mut found.learned) {
+            let known = learned.entry(moment).or_default();
+            for fact in facts {
+                if !known.contains(&fact) {
+                    known.push(fact);
+                }
+            }
+        }
+        // What contradicts the user's statements can't be the way.
+        let rank = |one: &Real| (!one.is_possible(), one.replay.total);
+        if best.as_ref().is_none_or(|old| rank(&found) < rank(old)) {
+            best = Some(found);
+        }
+        once.resize(asked, false);
+        while once.last() == Some(&true) {
+            once.pop();
+        }
+        match (once.last_mut(), best.take()) {
+            (Some(last), best_so_far) => {
+                *last = true;
+                best = best_so_far;
+            }
+            (None, Some(mut best)) => {
+                best.learned = learned;
+                return best;
+            }
+            // A run was made.
+            (None, None) => {}
+        }
+    }
+}
+
+/// Runs one scan of the program on the witness's values where something was learned of exact choices.
+#[must_use]
+pub fn replay_knowing(
+    program: &Program,
+    times: &[(Picos, Picos)],
+    knowledge: &Knowledge,
+    witness: &Witness,
+) -> Replay {
+    machine::Machine::new(program, times, witness, Mode::Model).knowing(knowledge).scan()
+}
+
 /// Runs one scan, asking `free` for every value that the program leaves free at the moment it is needed.
 #[must_use]
 pub fn replay_with(program: &Program, times: &[(Picos, Picos)], free: impl Free) -> Replay {
-    machine::Machine::new(program, times, free).scan()
+    machine::Machine::new(program, times, free, Mode::Model).scan()
 }

@@ -1,6 +1,7 @@
-//! The memory of one scan and the values worked out from it.
+//! The memory of one scan and the values worked out from it, and which of these are not known really.
 
-use super::Free;
+use super::{Free, Mode};
+use crate::program::meaning::{ChoiceKind, Knowledge, Read};
 use crate::program::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic, Number,
     Program, Reading, Region, Relation, StartRange, WordSource, WordTarget, Write,
@@ -9,19 +10,59 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// The instruction because of which a value is not known; `None` for a value that is.
+pub(super) type Doubt = Option<usize>;
+
+/// A truth value, and whether it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Truth {
+    pub(super) value: bool,
+    pub(super) doubt: Doubt,
+}
+
+impl Truth {
+    /// What is known to be true.
+    pub(super) const TRUE: Truth = Truth { value: true, doubt: None };
+
+    /// Both together: one that is known to be false decides.
+    pub(super) fn and(self, other: Truth) -> Truth {
+        let decides = |one: Truth| !one.value && one.doubt.is_none();
+        if decides(self) {
+            return self;
+        }
+        if decides(other) {
+            return other;
+        }
+        Truth { value: self.value && other.value, doubt: self.doubt.or(other.doubt) }
+    }
+
+    pub(super) fn or(self, other: Truth) -> Truth {
+        self.not().and(other.not()).not()
+    }
+
+    pub(super) fn not(self) -> Truth {
+        Truth { value: !self.value, doubt: self.doubt }
+    }
+}
+
 /// A region that took any value at one moment.
 #[derive(Clone)]
 struct Forgotten {
     region: Region,
     choice: ChoiceId,
     frames: Arc<[Frame]>,
+    doubt: Doubt,
 }
 
 /// A cell's value and how much of its area had been forgotten when it got it.
 struct Held {
     value: u16,
     forgotten: usize,
+    doubt: Doubt,
 }
+
+/// Values of exact choices, by the moment.
+type Known = BTreeMap<(Arc<[Frame]>, ChoiceId), (u16, Doubt)>;
 
 /// The cells, and the frames that say which moment it is.
 pub(super) struct State<'p, F> {
@@ -32,10 +73,29 @@ pub(super) struct State<'p, F> {
     forgotten: Vec<Vec<Forgotten>>,
     started: BTreeMap<Cell, u16>,
     frames: Arc<[Frame]>,
+    pub(super) mode: Mode,
+    /// The instruction that is being executed.
+    pub(super) at: usize,
+    /// Its condition.
+    pub(super) condition: Truth,
+    /// Why what is being worked out is not known, if something of it is not.
+    pub(super) doubt: Doubt,
+    /// Whether an interrupt routine runs.
+    pub(super) interrupting: bool,
+    /// What the operation that is being carried out reads.
+    pub(super) reading: Option<Vec<Read>>,
+    /// Whether some of that may change at any moment.
+    pub(super) changing: bool,
+    /// The exact choices worked out so far, by the moment.
+    pub(super) known: Known,
+    /// What was learned: on the way of a real run, before a run of the model.
+    pub(super) learned: Knowledge,
+    /// Writes of operations beyond what their effects allow.
+    pub(super) beyond: Vec<(usize, Cell)>,
 }
 
 impl<'p, F: Free> State<'p, F> {
-    pub(super) fn new(program: &'p Program, free: F) -> Self {
+    pub(super) fn new(program: &'p Program, free: F, mode: Mode) -> Self {
         State {
             program,
             free,
@@ -43,7 +103,21 @@ impl<'p, F: Free> State<'p, F> {
             forgotten: vec![Vec::new(); program.areas.len()],
             started: BTreeMap::new(),
             frames: Arc::from([]),
+            mode,
+            at: 0,
+            condition: Truth::TRUE,
+            doubt: None,
+            interrupting: false,
+            reading: None,
+            changing: false,
+            known: Known::new(),
+            learned: Knowledge::new(),
+            beyond: Vec::new(),
         }
+    }
+
+    pub(super) fn program(&self) -> &'p Program {
+        self.program
     }
 
     /// The calls and turns that are open, outermost first.
@@ -60,7 +134,35 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     pub(super) fn choose(&mut self, choice: ChoiceId, kind: AreaKind) -> u16 {
-        self.free.choice(&ChoiceKey { frames: self.frames.to_vec(), choice, cell: None }, kind)
+        let key = ChoiceKey { frames: self.frames.to_vec(), choice, cell: None };
+        if self.mode == Mode::Model {
+            return match self.learned_value(choice) {
+                Some(value) => value,
+                None => self.free.choice(&key, kind),
+            };
+        }
+        let value = match self.program.kinds.get(&choice) {
+            Some(ChoiceKind::World) => self.free.choice(&key, kind),
+            Some(&ChoiceKind::Present { contact, setting }) => {
+                if self.read(contact) & 1 == 1 {
+                    setting
+                } else {
+                    Some(self.free.choice(&key, kind)).filter(|&value| value < setting).unwrap_or(0)
+                }
+            }
+            None | Some(ChoiceKind::Turns(_)) => {
+                self.doubt = self.doubt.or(Some(self.at));
+                self.free.choice(&key, kind)
+            }
+            Some(ChoiceKind::Exact(meaning)) => match self.value_of(choice, meaning) {
+                Some(value) => value,
+                None => self.free.choice(&key, kind),
+            },
+        };
+        if let Some(reads) = &mut self.reading {
+            reads.push(Read::Choice(key, value));
+        }
+        value
     }
 
     pub(super) fn choose_bit(&mut self, choice: ChoiceId) -> bool {
@@ -68,43 +170,79 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     /// The cell's value now. A value that comes from outside is kept, so that it is asked for once.
-    fn read(&mut self, cell: Cell) -> u16 {
+    pub(super) fn read(&mut self, cell: Cell) -> u16 {
+        self.read_masked(cell, u16::MAX)
+    }
+
+    /// The same where only these bits of it matter.
+    pub(super) fn read_masked(&mut self, cell: Cell, mask: u16) -> u16 {
+        let value = self.value(cell);
+        if self.reading.is_some() {
+            let changes = self.program.volatile.iter().any(|region| region.holds(cell));
+            self.changing |= changes || self.interrupting;
+        }
+        if let Some(reads) = &mut self.reading {
+            reads.push(Read::Cell(cell, mask, value & mask));
+        }
+        value
+    }
+
+    fn value(&mut self, cell: Cell) -> u16 {
         let held = self.cells.get(&cell);
         let since = held.map_or(0, |held| held.forgotten);
         let forgotten = &self.forgotten[usize::from(cell.area.0)];
         let lost = forgotten[since..].iter().rev().find(|lost| lost.region.holds(cell));
         let kind = self.program.areas[usize::from(cell.area.0)].kind;
-        let value = match (lost, held) {
+        let (value, doubt) = match (lost, held) {
             (Some(lost), _) => {
-                let frames = lost.frames.to_vec();
-                self.free.choice(&ChoiceKey { frames, choice: lost.choice, cell: Some(cell) }, kind)
+                let (frames, doubt) = (lost.frames.to_vec(), lost.doubt);
+                let key = ChoiceKey { frames, choice: lost.choice, cell: Some(cell) };
+                (self.free.choice(&key, kind), doubt)
             }
-            (None, Some(held)) => held.value,
+            (None, Some(held)) => (held.value, held.doubt),
             (None, None) => {
                 let value = self.free.start(cell, kind);
                 self.started.insert(cell, value);
-                value
+                (value, None)
             }
         };
         let value = if kind == AreaKind::Bit { value & 1 } else { value };
-        self.hold(cell, value);
+        self.hold(cell, value, doubt);
+        self.doubt = self.doubt.or(doubt);
         value
     }
 
-    fn hold(&mut self, cell: Cell, value: u16) {
+    fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt) {
         let forgotten = self.forgotten[usize::from(cell.area.0)].len();
-        self.cells.insert(cell, Held { value, forgotten });
+        self.cells.insert(cell, Held { value, forgotten, doubt });
+    }
+
+    /// The cell takes a value if `fired`, which may not be known; nor may the value.
+    pub(super) fn put(&mut self, cell: Cell, value: u16, doubt: Doubt, fired: Truth) {
+        if fired.doubt.is_none() {
+            if fired.value {
+                self.hold(cell, value, doubt);
+            }
+            return;
+        }
+        let outer = self.doubt.take();
+        let old = self.value(cell);
+        let before = std::mem::replace(&mut self.doubt, outer);
+        // Where it takes the value that it has, it does not matter.
+        let same = old == value && before.is_none() && doubt.is_none();
+        let doubt = if same { None } else { fired.doubt };
+        self.hold(cell, if fired.value { value } else { old }, doubt);
     }
 
     fn read_bit(&mut self, cell: Cell) -> bool {
         self.read(cell) & 1 == 1
     }
 
-    fn bit(&mut self, source: BitSource) -> bool {
+    pub(super) fn bit(&mut self, source: BitSource) -> bool {
         match source {
             BitSource::Const(value) => value,
             BitSource::Cell(cell) => self.read_bit(cell),
-            BitSource::WordBit(cell, bit) => self.read(cell) >> bit & 1 == 1,
+            BitSource::WordBit(cell, bit) => self.read_masked(cell, 1 << bit) >> bit & 1 == 1,
             BitSource::Free(choice) => self.choose_bit(choice),
         }
     }
@@ -121,7 +259,7 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     /// The number's words, least first.
-    fn number(&mut self, number: &Number) -> Vec<u16> {
+    pub(super) fn number(&mut self, number: &Number) -> Vec<u16> {
         match number {
             Number::Words(sources) => sources.iter().map(|&source| self.word(source)).collect(),
             Number::Add(a, b) => add(&self.number(a), &self.number(b), false),
@@ -159,50 +297,94 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     /// The truth value in this state, `condition` being the instruction's.
-    pub(super) fn logic(&mut self, logic: &Logic, condition: bool) -> bool {
+    pub(super) fn logic(&mut self, logic: &Logic, condition: Truth) -> Truth {
         match logic {
             Logic::Condition => condition,
-            Logic::Const(value) => *value,
-            Logic::Bit(source) => self.bit(*source),
-            Logic::Not(inner) => !self.logic(inner, condition),
-            Logic::All(parts) => parts.iter().all(|part| self.logic(part, condition)),
-            Logic::Any(parts) => parts.iter().any(|part| self.logic(part, condition)),
-            Logic::Compare(compare) => self.compare(compare),
+            Logic::Not(inner) => self.logic(inner, condition).not(),
+            // In a real run all parts are looked at, so that what is learned does not depend on their order.
+            Logic::All(parts) => {
+                let parts = parts.iter().map(|part| self.logic(part, condition));
+                parts.fold(Truth::TRUE, Truth::and)
+            }
+            Logic::Any(parts) => {
+                let parts = parts.iter().map(|part| self.logic(part, condition));
+                parts.fold(Truth::TRUE.not(), Truth::or)
+            }
+            Logic::Const(value) => Truth { value: *value, doubt: None },
+            Logic::Bit(source) => self.doubted(|state| state.bit(*source)),
+            Logic::Compare(compare) => self.doubted(|state| state.compare(compare)),
         }
     }
 
-    pub(super) fn write(&mut self, write: &Write, condition: bool) {
+    /// What is worked out, and whether it is known.
+    fn doubted(&mut self, work: impl FnOnce(&mut Self) -> bool) -> Truth {
+        let outer = self.doubt.take();
+        let value = work(self);
+        let doubt = std::mem::replace(&mut self.doubt, outer);
+        Truth { value, doubt }
+    }
+
+    /// Carries out a write if `fired`.
+    pub(super) fn write(&mut self, write: &Write, condition: Truth, fired: Truth) {
+        if !fired.value && fired.doubt.is_none() {
+            return;
+        }
         match write {
             Write::Bit(target, value) => {
                 let value = self.logic(value, condition);
-                match *target {
-                    BitTarget::Cell(cell) => self.hold(cell, u16::from(value)),
-                    BitTarget::WordBit(cell, bit) => {
-                        let rest = self.read(cell) & !(1 << bit);
-                        self.hold(cell, rest | u16::from(value) << bit);
-                    }
-                }
+                self.put_bit(*target, value, fired);
             }
             Write::Words(targets, number) => {
+                let outer = self.doubt.take();
                 let words = self.number(number);
+                let doubt = std::mem::replace(&mut self.doubt, outer);
                 for (target, word) in targets.iter().zip(words) {
-                    match *target {
-                        WordTarget::Cell(cell) => self.hold(cell, word),
-                        WordTarget::Bits { first, count } => {
-                            for n in 0..count {
-                                self.hold(first.plus(u32::from(n)), word >> n & 1);
-                            }
-                        }
-                        WordTarget::Discard => {}
-                    }
+                    self.put_word(*target, word, doubt, fired);
                 }
             }
-            Write::Forget(region, choice) => self.forget(*region, *choice),
+            Write::Forget(region, choice) => self.forget(*region, *choice, fired),
         }
     }
 
-    pub(super) fn forget(&mut self, region: Region, choice: ChoiceId) {
-        let lost = Forgotten { region, choice, frames: self.frames.clone() };
+    pub(super) fn put_bit(&mut self, target: BitTarget, value: Truth, fired: Truth) {
+        match target {
+            BitTarget::Cell(cell) => self.put(cell, u16::from(value.value), value.doubt, fired),
+            BitTarget::WordBit(cell, bit) => {
+                let (rest, doubt) = self.kept(cell, 1 << bit);
+                let doubt = doubt.or(value.doubt);
+                self.put(cell, rest | u16::from(value.value) << bit, doubt, fired);
+            }
+        }
+    }
+
+    /// What a cell holds besides these bits, and whether that is known.
+    pub(super) fn kept(&mut self, cell: Cell, mask: u16) -> (u16, Doubt) {
+        let outer = self.doubt.take();
+        let rest = self.value(cell) & !mask;
+        (rest, std::mem::replace(&mut self.doubt, outer))
+    }
+
+    pub(super) fn put_word(&mut self, target: WordTarget, word: u16, doubt: Doubt, fired: Truth) {
+        match target {
+            WordTarget::Cell(cell) => self.put(cell, word, doubt, fired),
+            WordTarget::Bits { first, count } => {
+                for n in 0..count {
+                    self.put(first.plus(u32::from(n)), word >> n & 1, doubt, fired);
+                }
+            }
+            WordTarget::Discard => {}
+        }
+    }
+
+    /// Forgets a region if `fired`; what it holds then is known only where the outside gives it.
+    pub(super) fn forget(&mut self, region: Region, choice: ChoiceId, fired: Truth) {
+        let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::World);
+        let doubt = match self.mode {
+            Mode::Model => None,
+            Mode::Real if world => fired.doubt,
+            Mode::Real => fired.doubt.or(Some(self.at)),
+        };
+        let lost = Forgotten { region, choice, frames: self.frames.clone(), doubt };
         match region {
             Region::Range { first, .. } => self.forgotten[usize::from(first.area.0)].push(lost),
             Region::Area(area) => self.forgotten[usize::from(area.0)].push(lost),

@@ -104,6 +104,10 @@ struct Unverified<'a> {
 struct Scan {
     upper_ps: u64,
     lower_ps: u64,
+    lower_kind: &'static str,
+    model_ps: u64,
+    stands_between: Option<String>,
+    trust: &'static str,
     exact: bool,
     naive_ps: u64,
     always_ps: u64,
@@ -275,6 +279,10 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
         scan: Scan {
             upper_ps: audit.bound.upper.0,
             lower_ps: audit.bound.lower.0,
+            lower_kind: if audit.reached { "reached" } else { "admissible" },
+            model_ps: audit.bound.model.0,
+            stands_between: audit.stands_between.clone(),
+            trust: "none",
             exact: audit.bound.exact() && audit.unbounded.is_empty(),
             naive_ps: audit.bound.naive.0,
             always_ps: audit.bound.always.0,

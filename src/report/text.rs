@@ -84,11 +84,12 @@ fn answer(audit: &Audit, check: &Check) -> String {
             format!("{}: a scan can go round a loop without end\n\n", paint(BAD, "REFUTED"))
         }
         Verdict::Refuted => format!(
-            "{}: a scan takes {}{}{}, the limit is {limit}; it is shown below\n\n",
+            "{}: a scan takes {}{}{}, the limit is {limit}{}; it is shown below\n\n",
             paint(BAD, "REFUTED"),
             audit.possible(),
             with_margin(check.lower),
-            rests(check)
+            rests(check),
+            if audit.reached { "" } else { ", unless its start state is impossible" }
         ),
         Verdict::Undecided(reasons) if check.upper <= limit => {
             let reasons: String = reasons.iter().map(|reason| format!("  {reason}\n")).collect();
@@ -176,6 +177,13 @@ fn head(audit: &Audit) -> String {
             left(""),
             time(audit.possible()).styled(BOLD),
             left("at least: a scan that takes this long was found and replayed"),
+        ]);
+    }
+    if let Some(why) = &audit.stands_between {
+        rows.push(vec![
+            left("the model's"),
+            time(bound.model),
+            left(format!("what the model allows; between it and the scan that was found: {why}")),
         ]);
     }
     rows.push(vec![

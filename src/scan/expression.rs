@@ -17,10 +17,7 @@ impl Run<'_> {
                 let word = self.memory.read_word(*cell);
                 self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)]
             }
-            Logic::Bit(BitSource::Free(choice)) => {
-                let program = self.program;
-                self.memory.bit_choice(&self.frames, *choice, &|| describe(program, at))
-            }
+            Logic::Bit(BitSource::Free(choice)) => self.bit_choice(*choice, at),
             Logic::Not(inner) => !self.logic(inner, condition, at),
             Logic::All(parts) => {
                 let lits: Vec<Lit> =
@@ -95,16 +92,13 @@ impl Run<'_> {
                 });
                 self.memory.words.of_bits(&self.memory.model.circuit, bits)
             }
-            WordSource::Free(choice) => {
-                let program = self.program;
-                self.memory.word_choice(&self.frames, choice, &|| describe(program, at))
-            }
+            WordSource::Free(choice) => self.word_choice(choice, at),
         }
     }
 }
 
 /// A choice's name: the instruction that makes it.
-fn describe(program: &Program, at: usize) -> String {
+pub(super) fn describe(program: &Program, at: usize) -> String {
     let instruction = &program.instructions[at];
     format!("`{}` in line {}", instruction.text, instruction.place.line)
 }

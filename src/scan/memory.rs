@@ -87,6 +87,11 @@ impl<'p> Memory<'p> {
         (variable, kind)
     }
 
+    /// Whether a choice is ever read as a word.
+    pub fn is_word_choice(&self, choice: ChoiceId) -> bool {
+        self.word_choices[choice.0 as usize]
+    }
+
     /// A choice read as a bit.
     pub fn bit_choice(
         &mut self,

@@ -4,12 +4,14 @@
 //! nothing, so one memory serves all paths.
 
 mod expression;
+mod knowing;
 mod memory;
 mod number;
 pub mod reach;
 mod word;
 
 use crate::model::{Charge, Lit, ScanModel, Unbounded};
+use crate::program::meaning::Knowledge;
 use crate::program::{
     BitSource, Cell, ChoiceId, Effect, Exit, Frame, Join, Logic, Program, Region, Relation, Source,
     Step, When, WordSource, Write,
@@ -74,6 +76,15 @@ pub fn scan_model(program: &Program, times: Times<'_>) -> Result<ScanModel, Scan
     scan_model_within(program, times, &Reach::default())
 }
 
+/// What a model is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// To bound scans: nothing that may be is left out.
+    Above,
+    /// To find scans: what surely can be is all there need be.
+    Below,
+}
+
 /// The same within limits.
 ///
 /// # Errors
@@ -84,9 +95,26 @@ pub fn scan_model_within(
     times: Times<'_>,
     reach: &Reach<'_>,
 ) -> Result<ScanModel, ScanError> {
+    scan_model_knowing(program, times, &Knowledge::new(), Side::Above, reach)
+}
+
+/// The same where something is known of exact choices: there they have the values that were learned.
+///
+/// # Errors
+/// The same.
+pub fn scan_model_knowing(
+    program: &Program,
+    times: Times<'_>,
+    knowledge: &Knowledge,
+    side: Side,
+    reach: &Reach<'_>,
+) -> Result<ScanModel, ScanError> {
     let mut run = Run {
         program,
         times,
+        knowledge,
+        side,
+        known: knowing::Known::default(),
         memory: Memory::new(program, word_choices(program)),
         frames: Vec::new(),
         stopped: Lit::FALSE,
@@ -125,6 +153,13 @@ pub fn scan_model_within(
 /// Which choices are read as a word somewhere; the others are single bits.
 fn word_choices(program: &Program) -> Vec<bool> {
     let mut words = vec![false; program.choices as usize];
+    for kind in program.kinds.values() {
+        kind.each_word(&mut |source| {
+            if let WordSource::Free(choice) = source {
+                words[choice.0 as usize] = true;
+            }
+        });
+    }
     for instruction in &program.instructions {
         instruction.each_read(&mut |source| {
             if let Source::Word(WordSource::Free(choice)) = source {
@@ -167,6 +202,11 @@ struct Activation {
 struct Run<'p> {
     program: &'p Program,
     times: Times<'p>,
+    /// What was learned of exact choices.
+    knowledge: &'p Knowledge,
+    side: Side,
+    /// What came of it so far.
+    known: knowing::Known,
     memory: Memory<'p>,
     /// The calls, loop turns and interrupts that lead here, outermost first.
     frames: Vec<Frame>,
@@ -293,6 +333,7 @@ impl Run<'_> {
         } else {
             top
         };
+        self.known.begin(condition);
         let fires =
             instruction.step.fires().map_or(Lit::TRUE, |fires| self.logic(fires, condition, at));
         let fired = self.memory.circuit().and(act.active, fires);
@@ -331,7 +372,8 @@ impl Run<'_> {
                 }
             }
             Write::Forget(region, choice) => {
-                self.memory.forget(*region, guard, &self.frames, *choice)
+                let guard = self.unlearned(*choice, guard, at);
+                self.memory.forget(*region, guard, &self.frames, *choice);
             }
         }
     }
@@ -404,7 +446,7 @@ impl Run<'_> {
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
-            Step::Bulk { end, charges, forgets, choice, exits } => {
+            Step::Bulk { end, charges, forgets, choice, exits, .. } => {
                 self.bulk(act, charges, forgets, *choice)?;
                 act.results = Results::default();
                 for &(choice, exit) in exits {

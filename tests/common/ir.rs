@@ -273,7 +273,8 @@ impl Generator<'_, '_> {
             let items = 1 + self.tape.below(3);
             pending.push(Pending { at: begin, exit: Some(exit), items });
         }
-        self.instructions[begin].step = Step::Bulk { end, charges, forgets, choice, exits };
+        self.instructions[begin].step =
+            Step::Bulk { end, charges, forgets, choice, exits, turns: None };
     }
 
     /// Contacts that leave one result, then what acts on it.

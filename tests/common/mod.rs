@@ -8,5 +8,6 @@ pub mod ir;
 pub mod list;
 pub mod melsec;
 pub mod plc;
+pub mod real;
 pub mod search;
 pub mod tape;

@@ -12,9 +12,9 @@ use super::reach::{Start, reach};
 use super::turn::jumps_back;
 use super::{Op, Routine, Source};
 use crate::program::{
-    Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Effect,
-    Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Touched, Units,
-    When, Write,
+    Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
+    Effect, Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Touched,
+    Units, When, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -345,7 +345,9 @@ impl Layout<'_> {
     /// A value that the program does not decide.
     fn any(&mut self) -> Logic {
         self.program.choices += 1;
-        Logic::Bit(BitSource::Free(ChoiceId(self.program.choices - 1)))
+        let choice = ChoiceId(self.program.choices - 1);
+        self.program.kinds.insert(choice, ChoiceKind::World);
+        Logic::Bit(BitSource::Free(choice))
     }
 
     /// A choice of the instruction that comes next.

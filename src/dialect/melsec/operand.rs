@@ -36,6 +36,21 @@ pub struct Device {
     pub name: &'static str,
     /// Where it is.
     pub place: Place,
+    /// What an index register is added to, where one is.
+    pub index: Option<Index>,
+}
+
+/// An indexed device: where it is if the index is 0, and the register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Index {
+    /// The device's number.
+    pub number: u32,
+    /// The bit of that word.
+    pub bit: Option<u8>,
+    /// The register's letters: `Z`, `ZZ`, `LZ` or `V`.
+    pub letters: &'static str,
+    /// The register's number.
+    pub register: u32,
 }
 
 /// Where a device operand points.
@@ -88,7 +103,7 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
     }
     if let Some(inner) = upper.strip_prefix('@') {
         device(inner, family)?;
-        return Ok(Operand::Device(Device { name: "", place: Place::Indirect }));
+        return Ok(Operand::Device(Device { name: "", place: Place::Indirect, index: None }));
     }
     if upper.contains(['\\', '¥']) {
         return foreign(&upper);
@@ -236,12 +251,14 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     if bit.is_some() && !matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
         return Err(format!("`{text}`: only a word device has bits of its own"));
     }
-    Ok(Device { name, place })
+    let index =
+        index_of(suffix).map(|(letters, register)| Index { number: index, bit, letters, register });
+    Ok(Device { name, place, index })
 }
 
 /// A constant to which an index register is added: a word of any value.
 fn indexed_constant(name: &'static str) -> Operand {
-    Operand::Device(Device { name, place: Place::Indexed(Kind::VolatileWord, false) })
+    Operand::Device(Device { name, place: Place::Indexed(Kind::VolatileWord, false), index: None })
 }
 
 /// Whether behind `K` or `H` a constant and an index register follow, as in `K10Z1`.
@@ -249,6 +266,13 @@ fn is_indexed_constant(text: &str, radix: Radix, family: Family) -> bool {
     let text = text.strip_prefix('-').unwrap_or(text);
     let end = text.bytes().position(|byte| !is_digit(byte, radix));
     end.is_some_and(|end| end > 0 && is_index(&text[end..], family))
+}
+
+/// The index register that a suffix names: letters and number; without a number the first.
+fn index_of(suffix: &str) -> Option<(&'static str, u32)> {
+    let letters = ["LZ", "ZZ", "Z", "V"].into_iter().find(|name| suffix.starts_with(name))?;
+    let digits = &suffix[letters.len()..];
+    if digits.is_empty() { Some((letters, 0)) } else { Some((letters, digits.parse().ok()?)) }
 }
 
 /// `Z3`, on the FX also `V3`, on iQ-R also `LZ0`.
@@ -276,7 +300,13 @@ fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
         suffix if is_index(suffix, family) => Place::IndexedDigits(kind, count),
         _ => return Err(format!("`K{count}{text}`: `{suffix}` is not understood")),
     };
-    Ok(Operand::Device(Device { name: name.letters, place }))
+    let index = index_of(suffix).map(|(letters, register)| Index {
+        number: index,
+        bit: None,
+        letters,
+        register,
+    });
+    Ok(Operand::Device(Device { name: name.letters, place, index }))
 }
 
 /// `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`, with an index behind either part.
@@ -303,7 +333,7 @@ fn foreign(text: &str) -> Result<Operand, String> {
     match place {
         Some((number, bits)) if digits_of(number) => {
             let bit = (bits && !digits) || number.contains('.');
-            Ok(Operand::Device(Device { name: "", place: Place::Foreign(bit) }))
+            Ok(Operand::Device(Device { name: "", place: Place::Foreign(bit), index: None }))
         }
         _ => Err(format!("`{text}`: module access is written as U0\\G100, link access as J1\\W10")),
     }

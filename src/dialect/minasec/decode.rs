@@ -5,9 +5,9 @@
 
 use super::{Kind, Opcode, Source, WORDS, Word};
 use crate::program::{
-    Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Effect,
-    Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Touched, Units,
-    When, Write,
+    Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
+    Effect, Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Touched,
+    Units, When, Write,
 };
 
 /// The areas, named so that a cell's name reads as the machine's: `X0` and 3 is X03.
@@ -115,6 +115,7 @@ fn read(word: Word, program: &mut Program) -> Logic {
     let mut free = |what: String| {
         let choice = ChoiceId(program.choices);
         program.choices += 1;
+        program.kinds.insert(choice, ChoiceKind::World);
         program
             .approximations
             .push(Approximation { instruction: program.instructions.len(), what });

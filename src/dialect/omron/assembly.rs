@@ -9,8 +9,8 @@ use super::source::Edge;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::shown;
 use crate::program::{
-    Approximation, BitSource, Cell, ChoiceId, Effect, Instruction, Join, Logic, Place, Program,
-    Step, TimingKey, Units, When, Write,
+    Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Place,
+    Program, Step, TimingKey, Units, When, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -80,6 +80,18 @@ impl Assembly {
         ChoiceId(self.program.choices - 1)
     }
 
+    /// A choice that the outside makes: how far a timer has run, what an instruction saw in the last scan.
+    pub(super) fn world(&mut self) -> ChoiceId {
+        let choice = self.choice();
+        self.program.kinds.insert(choice, ChoiceKind::World);
+        choice
+    }
+
+    /// A truth value that the outside gives.
+    pub(super) fn any(&mut self) -> Logic {
+        Logic::Bit(BitSource::Free(self.world()))
+    }
+
     /// A truth value that is not known.
     pub(super) fn free(&mut self) -> Logic {
         Logic::Bit(BitSource::Free(self.choice()))
@@ -130,8 +142,8 @@ impl Assembly {
     pub(super) fn fires(&mut self, edge: Option<Edge>) -> Logic {
         match edge {
             None => Logic::Condition,
-            Some(Edge::Rising) => Logic::All(vec![Logic::Condition, self.free()]),
-            Some(Edge::Falling) => Logic::All(vec![Logic::Condition.not(), self.free()]),
+            Some(Edge::Rising) => Logic::All(vec![Logic::Condition, self.any()]),
+            Some(Edge::Falling) => Logic::All(vec![Logic::Condition.not(), self.any()]),
         }
     }
 

@@ -23,7 +23,7 @@ pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
     let writes = match exact {
         Some(writes) => writes,
         None => {
-            let choice = asm.choice();
+            let choice = super::exact::choice(asm, item);
             forget(asm, item, choice)
         }
     };
@@ -397,8 +397,8 @@ pub(super) fn condition(asm: &mut Assembly, item: &Item<'_>) -> Logic {
     match item.raw.edge {
         // An edge of a comparison: only while it holds, or while it does not.
         None => value,
-        Some(super::source::Edge::Rising) => Logic::All(vec![value, asm.free()]),
-        Some(super::source::Edge::Falling) => Logic::All(vec![value.not(), asm.free()]),
+        Some(super::source::Edge::Rising) => Logic::All(vec![value, asm.any()]),
+        Some(super::source::Edge::Falling) => Logic::All(vec![value.not(), asm.any()]),
     }
 }
 

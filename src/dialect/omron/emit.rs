@@ -235,8 +235,8 @@ impl<'a> Emitter<'a> {
         value = match (item.raw.edge, negated) {
             (None, false) => value,
             (None, true) => value.not(),
-            (Some(Edge::Rising), false) => Logic::All(vec![value, self.asm.free()]),
-            (Some(Edge::Falling), false) => Logic::All(vec![value.not(), self.asm.free()]),
+            (Some(Edge::Rising), false) => Logic::All(vec![value, self.asm.any()]),
+            (Some(Edge::Falling), false) => Logic::All(vec![value.not(), self.asm.any()]),
             (Some(_), true) => self.asm.free(),
         };
         let lead = match item.meaning() {
@@ -302,8 +302,8 @@ impl<'a> Emitter<'a> {
         self.asm.closed = false;
         let value = match item.meaning() {
             "invert" => Logic::Condition.not(),
-            "rise" => Logic::All(vec![Logic::Condition, self.asm.free()]),
-            _ => Logic::All(vec![Logic::Condition.not(), self.asm.free()]),
+            "rise" => Logic::All(vec![Logic::Condition, self.asm.any()]),
+            _ => Logic::All(vec![Logic::Condition.not(), self.asm.any()]),
         };
         let key = self.asm.key(item, true);
         self.asm.push(Step::Logic { join: Join::Replace, value }, Vec::new(), Some(key));
@@ -447,7 +447,7 @@ impl<'a> Emitter<'a> {
                 self.asm.act(fires, vec![fired(bit(value))], Some(key));
             }
             meaning => {
-                let free = self.asm.free();
+                let free = self.asm.any();
                 let on =
                     if meaning == "pulse-rise" { Logic::Condition } else { Logic::Condition.not() };
                 let value = Logic::All(vec![on, free]);
@@ -469,7 +469,7 @@ impl<'a> Emitter<'a> {
         if meaning == "pulse-fall" {
             self.asm.invert();
         }
-        let fires = Logic::All(vec![Logic::Condition, self.asm.free()]);
+        let fires = Logic::All(vec![Logic::Condition, self.asm.any()]);
         self.asm.act(fires, vec![fired(Write::Bit(target, Logic::Const(true)))], Some(key));
         if meaning == "pulse-fall" {
             self.asm.restore();

@@ -6,6 +6,7 @@ mod cxt;
 mod data;
 mod decode;
 mod emit;
+mod exact;
 mod layout;
 mod list;
 mod memory;

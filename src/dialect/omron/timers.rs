@@ -31,7 +31,7 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
     match (item.meaning(), item.operands.first()) {
         ("timer", Some(Operand::Flag(flag))) => {
             // Done only while the condition holds, and then at some time.
-            let value = Logic::All(vec![Logic::Condition, asm.free()]);
+            let value = Logic::All(vec![Logic::Condition, asm.any()]);
             effects.push(always(Write::Bit(BitTarget::Cell(*flag), value)));
             effects.push(always(forget_present(*flag, choice)));
             if asm.fast.contains(flag) {
@@ -106,7 +106,7 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
         }
         ("counter" | "timer-holding", Some(target), Some(Operand::Flag(flag))) => {
             // On its way the flag can only come on; the reset takes it off.
-            let done = Logic::Any(vec![Logic::cell(*flag), asm.free()]);
+            let done = Logic::Any(vec![Logic::cell(*flag), asm.any()]);
             asm.product(&[(0, true), (reset, false)]);
             let effects =
                 vec![fired(Write::Bit(target, done)), fired(forget_present(*flag, choice))];
@@ -116,7 +116,7 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
         ("counter-reversible", Some(target), Some(Operand::Flag(flag))) => {
             for counting in [0, 1] {
                 asm.product(&[(counting, true), (reset, false)]);
-                let value = asm.free();
+                let value = asm.any();
                 let choice = asm.choice();
                 let effects =
                     vec![fired(Write::Bit(target, value)), fired(forget_present(*flag, choice))];
@@ -158,7 +158,7 @@ fn shift_register(asm: &mut Assembly, item: &Item<'_>, reset: u32) {
         }
         _ => None,
     };
-    let edge = asm.choice();
+    let edge = asm.world();
     let moves =
         Logic::All(vec![Logic::Condition, Logic::Bit(crate::program::BitSource::Free(edge))]);
     asm.product(&[(1, true), (reset, false)]);

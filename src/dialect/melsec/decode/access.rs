@@ -144,7 +144,7 @@ impl Decoder<'_> {
                 self.approximate(format!(
                     "{text} may change at any time: it is taken as any value wherever it is read"
                 ));
-                self.free_bit()
+                if self.is_world(&device) { self.world_bit() } else { self.free_bit() }
             }
             Place::Indexed(Kind::Bit(_) | Kind::Timed(_) | Kind::VolatileBit, false)
             | Place::Indexed(Kind::Word(_) | Kind::VolatileWord, true) => self.unknown_bit(text),
@@ -156,7 +156,11 @@ impl Decoder<'_> {
         self.approximate(format!(
             "{text} is one of many: it is taken as any value where it is read"
         ));
-        self.free_bit()
+        let device = self.device(text);
+        match device.and_then(|device| self.indexed_bit(&device)) {
+            Some(bit) => bit,
+            None => self.free_bit(),
+        }
     }
 
     /// Where a bit operand is written; a fault is noted. Timers and counters give their contact.
@@ -299,6 +303,13 @@ impl Decoder<'_> {
 
     fn unknown_words(&mut self, text: &str, words: usize) -> Vec<WordSource> {
         self.approximate(format!("{text} is taken as any value where it is read"));
+        let device = self.device(text);
+        if device.is_some_and(|device| self.is_world(&device)) {
+            return (0..words).map(|_| self.world_word()).collect();
+        }
+        if let Some(found) = device.and_then(|device| self.indexed_words(&device, words)) {
+            return found;
+        }
         (0..words).map(|_| self.free_word()).collect()
     }
 

@@ -6,8 +6,9 @@ use crate::dialect::melsec::catalog::{
     Amount, EVERYWHERE, Entry, Extent, Found, NotFound, Operation, Role, close, find,
 };
 use crate::dialect::melsec::device::{Kind, area};
-use crate::dialect::melsec::operand::{self, Operand, Place, parse};
+use crate::dialect::melsec::operand::{self, Operand as Written, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
+use crate::program::meaning::Operand;
 use crate::program::{
     BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Touched, Units,
     When, WordSource, WordTarget, Write,
@@ -69,7 +70,7 @@ impl Decoder<'_> {
         self.output_here(&raw.mnemonic);
         let mut effects = Vec::new();
         for text in &raw.operands {
-            let Ok(Operand::Device(_)) = parse(text, self.family) else { continue };
+            let Ok(Written::Device(_)) = parse(text, self.family) else { continue };
             for region in self.regions(text, Some(1)).unwrap_or_default() {
                 effects.push(fired(Write::Forget(region, self.choice())));
             }
@@ -190,7 +191,11 @@ impl Decoder<'_> {
         };
         Some(match exact {
             Some(effects) => effects,
-            None => self.forget_all(raw, entry, When::Fired),
+            None => {
+                let mut effects = self.forget_all(raw, entry, When::Fired);
+                self.mean(raw, entry, &mut effects);
+                effects
+            }
         })
     }
 
@@ -203,7 +208,10 @@ impl Decoder<'_> {
     ) -> Option<Vec<Effect>> {
         Some(match self.word_place(text, words)? {
             WordPlace::All(targets) => vec![fired(Write::Words(targets, number))],
-            WordPlace::Somewhere(region) => vec![fired(Write::Forget(region, self.choice()))],
+            WordPlace::Somewhere(region) => {
+                let choice = self.indexed_write(text, Operand::Number(number), words);
+                vec![fired(Write::Forget(region, choice))]
+            }
             WordPlace::Nowhere => Vec::new(),
         })
     }
@@ -265,7 +273,7 @@ impl Decoder<'_> {
             _ => return None,
         };
         let has_digits = raw.operands.iter().any(|text| match parse(text, self.family) {
-            Ok(Operand::Device(device)) => {
+            Ok(Written::Device(device)) => {
                 matches!(device.place, Place::Digits(..) | Place::IndexedDigits(..))
             }
             _ => false,
@@ -451,7 +459,7 @@ impl Decoder<'_> {
             }
             Amount::Unknown => None,
         };
-        if let Ok(Operand::Device(device)) = parse(text, self.family) {
+        if let Ok(Written::Device(device)) = parse(text, self.family) {
             // Words of a bit device that is named without digits are sixteen bits each.
             if matches!((extent, device.place), (Extent::Words(_), Place::At(Kind::Bit(_), _))) {
                 count = count.and_then(|count| count.checked_mul(16));

@@ -6,7 +6,9 @@ use super::{Decoder, Fixup, OPEN, always, fired, key, timing};
 use crate::dialect::melsec::device::{Family, area};
 use crate::dialect::melsec::operand::{Operand, parse};
 use crate::dialect::melsec::source::RawInstruction;
-use crate::program::{AreaId, Interrupt, Logic, Number, Region, Step, TimingKey, Units, Write};
+use crate::program::{
+    AreaId, ChoiceKind, Interrupt, Logic, Number, Region, Step, TimingKey, Units, WordSource, Write,
+};
 
 /// Most turns a loop can have.
 pub(super) const MOST_TURNS: u32 = 32_767;
@@ -293,8 +295,10 @@ impl Decoder<'_> {
         let (count, least, most) = if low >= 1 {
             (words[0], turns(low), turns(high))
         } else {
-            // Whether a count below 1 gives one turn or none differs between CPUs: any number is taken.
-            (self.free_word(), 0, turns(high).max(1))
+            // Whether a count below 1 gives one turn or none differs between CPUs.
+            let choice = self.choice();
+            self.program.kinds.insert(choice, ChoiceKind::Turns(words[0]));
+            (WordSource::Free(choice), 0, turns(high).max(1))
         };
         let at = self.add(
             Some(key("FOR", "loop")),

@@ -6,6 +6,7 @@ mod blocks;
 mod compare;
 mod control;
 mod edges;
+mod exact;
 mod finish;
 mod held;
 mod named;
@@ -106,6 +107,8 @@ pub struct Decoder<'a> {
     may_rest: Vec<bool>,
 
     file: usize,
+    /// Nothing is a fault: something is only tried.
+    quiet: bool,
     /// The instruction under way, an index into the file's.
     position: usize,
     raw: Option<&'a RawInstruction>,
@@ -184,6 +187,7 @@ impl<'a> Decoder<'a> {
                 && touches(project, options.family, &[8164]),
             may_rest: may_rest(project),
             file: 0,
+            quiet: false,
             position: 0,
             raw: None,
             depth: 0,
@@ -284,7 +288,7 @@ impl<'a> Decoder<'a> {
         message: impl Into<String>,
         help: &str,
     ) {
-        let Some(raw) = self.raw else { return };
+        let Some(raw) = self.raw.filter(|_| !self.quiet) else { return };
         let file = &self.project.files[self.file];
         let found = raw.pointer(file).at(part, code, &file.name, message, help).at_step(raw.step);
         self.faults[self.file].push(found);

@@ -6,9 +6,10 @@ use super::{Decoder, always, edge, fired, timing};
 use crate::dialect::melsec::device::{Family, Kind, Timed};
 use crate::dialect::melsec::operand::{Device, Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
+use crate::program::meaning;
 use crate::program::{
-    BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Units, When, WordSource,
-    WordTarget, Write,
+    BitTarget, Cell, ChoiceKind, Effect, Logic, Number, Region, Step, TimingKey, Units, When,
+    WordSource, WordTarget, Write,
 };
 
 impl Decoder<'_> {
@@ -33,7 +34,10 @@ impl Decoder<'_> {
         let when = if is_always { When::Always } else { When::Fired };
         let write = match self.bit_place(text)? {
             BitPlace::One(target) => Write::Bit(target, value),
-            BitPlace::Somewhere(region) => Write::Forget(region, self.choice()),
+            BitPlace::Somewhere(region) => {
+                let choice = self.indexed_write(text, meaning::Operand::Truth(value), 1);
+                Write::Forget(region, choice)
+            }
             BitPlace::Nowhere => return Some(Vec::new()),
         };
         Some(vec![Effect { when, write }])
@@ -54,7 +58,8 @@ impl Decoder<'_> {
             if self.read_words(&raw.operands[1], if is_long { 2 } else { 1 }).is_none() {
                 return;
             }
-            self.timed_effects(target, &device)
+            let setting = self.constant(&raw.operands[1]).and_then(|k| u16::try_from(k).ok());
+            self.timed_effects(target, &device, setting)
         } else {
             let value = match parse(target, self.family) {
                 // In a step ladder OUT moves on to another state as SET does; whether it can clear that state is
@@ -94,7 +99,7 @@ impl Decoder<'_> {
 
     /// A timer's or counter's contact is true only while its coil is, or, where it is retentive, keeps its
     /// value while the coil is off.
-    fn timed_effects(&mut self, text: &str, device: &Device) -> Vec<Effect> {
+    fn timed_effects(&mut self, text: &str, device: &Device, setting: Option<u16>) -> Vec<Effect> {
         let (timed, index) = match device.place {
             Place::At(Kind::Timed(timed), index) => (timed, index),
             Place::Indexed(Kind::Timed(Timed { contact, coil, value, .. }), _) => {
@@ -111,11 +116,15 @@ impl Decoder<'_> {
         };
         let cell = |area| Cell { area, index };
         let (contact, value) = (cell(timed.contact), cell(timed.value));
-        let done = Logic::All(vec![Logic::Condition, self.free_bit()]);
+        let done = Logic::All(vec![Logic::Condition, self.world_bit()]);
         let mut effects =
             vec![always(Write::Bit(BitTarget::Cell(cell(timed.coil)), Logic::Condition))];
-        let present =
-            Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![self.free_word()]));
+        let come = self.choice();
+        if let Some(setting) = setting {
+            self.program.kinds.insert(come, ChoiceKind::Present { contact, setting });
+        }
+        let come = Number::Words(vec![WordSource::Free(come)]);
+        let present = Write::Words(vec![WordTarget::Cell(value)], come);
         if timed.retentive {
             // Once on, it stays so until it is reset; only up-and-down counters fall back by themselves.
             let old = Logic::cell(contact);

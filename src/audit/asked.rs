@@ -1,0 +1,68 @@
+//! A model's dearest scan: searched, and replayed by the interpreter.
+
+use super::assemble::constant_charges;
+use super::pipeline::{Failure, Progress, Request, confirm, together};
+use super::search::Search;
+use crate::budget::Budget;
+use crate::groups;
+use crate::model::{Assignment, Group, ScanModel};
+use crate::price::Prices;
+use crate::program::meaning::Knowledge;
+use crate::program::{Program, Witness};
+use crate::replay::{Replay, replay_knowing};
+use crate::solve::Maximum;
+use crate::time::Picos;
+
+/// What a model is searched with.
+pub struct Asked<'a> {
+    pub request: &'a Request<'a>,
+    pub program: &'a Program,
+    pub prices: &'a Prices,
+    pub budget: &'a Budget<'a>,
+    pub doubtful_from: Option<Picos>,
+    /// Whether models are no more than the sum of all that can run.
+    pub whole: bool,
+}
+
+/// A model's dearest scan, replayed.
+pub struct Searched {
+    pub model: ScanModel,
+    pub groups: Vec<Group>,
+    pub maxima: Vec<Maximum>,
+    pub assignment: Assignment,
+    pub witness: Witness,
+    pub replayed: Replay,
+    /// The charges' upper bound, without the scan's overhead.
+    pub upper: Picos,
+    pub ended_early: bool,
+}
+
+impl Asked<'_> {
+    /// Searches a model that was made with this knowledge.
+    pub fn search(
+        &self,
+        model: ScanModel,
+        groups: Vec<Group>,
+        knowledge: &Knowledge,
+    ) -> Result<Searched, Failure> {
+        let zeros = Assignment(vec![0; model.variables.len()]);
+        let always = model.cost(&constant_charges(&model), &zeros);
+        let search = Search {
+            request: self.request,
+            prices: self.prices,
+            model: &model,
+            groups: &groups,
+            constant: self.prices.overhead_sum() + always,
+            deadline: self.budget.deadline(),
+            doubtful_from: self.doubtful_from,
+        };
+        let (mut maxima, ended_early) = if self.whole { search.sums() } else { search.run() };
+        let assignment = together(self.request, self.budget, &model, &groups, &mut maxima)?;
+        (self.request.progress)(Progress::Stage("replaying"));
+        let witness = groups::witness(&model, &assignment);
+        let replayed = replay_knowing(self.program, &self.prices.times(), knowledge, &witness);
+        confirm(self.program, &model, &groups, &maxima, &assignment, &replayed)?;
+        let upper = always + maxima.iter().map(|maximum| maximum.upper).sum::<Picos>();
+        Ok(Searched { model, groups, maxima, assignment, witness, replayed, upper, ended_early })
+    }
+}

@@ -1,0 +1,77 @@
+//! What a scan that was run really says about the model's charges and free variables.
+
+use super::real::Found;
+use crate::model::{Assignment, Origin, ScanModel};
+use crate::program::{ChoiceKey, Frame, Program, Step};
+use crate::replay::{Real, Stopped, Why};
+use crate::time::Picos;
+use std::collections::BTreeMap;
+
+/// What was executed, by instruction and the way there: whether it fired, and what it cost.
+pub struct Executed(BTreeMap<(usize, Vec<Frame>), (bool, Picos)>);
+
+impl Executed {
+    /// The executions of a scan. Those in a loop of which the model does not follow the turns count as one.
+    pub fn of(program: &Program, real: &Real) -> Executed {
+        let mut executed: BTreeMap<(usize, Vec<Frame>), (bool, Picos)> = BTreeMap::new();
+        let is_bulk =
+            |frame: &&Frame| !matches!(program.instructions[frame.at].step, Step::Bulk { .. });
+        for event in &real.replay.events {
+            let frames: Vec<Frame> = event.frames.iter().take_while(is_bulk).copied().collect();
+            let known = executed.entry((event.instruction, frames)).or_default();
+            *known = (known.0 | event.fired, known.1 + event.cost);
+        }
+        Executed(executed)
+    }
+
+    /// Whether it was reached, whether it fired, and what it cost.
+    pub fn at(&self, instruction: usize, frames: &[Frame]) -> (bool, bool, Picos) {
+        let found = self.0.get(&(instruction, frames.to_vec()));
+        found.map_or((false, false, Picos::ZERO), |&(fired, cost)| (true, fired, cost))
+    }
+
+    /// Every execution's instruction and cost.
+    pub fn costs(&self) -> impl Iterator<Item = (usize, Picos)> + '_ {
+        self.0.iter().map(|((instruction, _), (_, cost))| (*instruction, *cost))
+    }
+}
+
+/// The values of the model's variables in the scan: what it started from and what the outside gave.
+pub fn started(model: &ScanModel, found: &Found) -> Assignment {
+    let value = |origin: &Origin| match origin {
+        Origin::Start(cell) => found.witness.start.get(cell).copied(),
+        Origin::Choice(key) => found.witness.choices.get(key).copied(),
+        Origin::Forgotten(cell, moments) => moments.iter().rev().find_map(|&moment| {
+            let moment = &model.forgotten[moment as usize];
+            let (frames, choice) = (moment.frames.clone(), moment.choice);
+            found.witness.choices.get(&ChoiceKey { frames, choice, cell: Some(*cell) }).copied()
+        }),
+    };
+    Assignment(model.variables.iter().map(|one| value(&one.origin).unwrap_or(0)).collect())
+}
+
+/// Why a scan that was run really is not known to take as long as the model's.
+pub fn stands_between(program: &Program, real: &Real) -> String {
+    let at = |instruction: usize| {
+        let one = &program.instructions[instruction];
+        let file = &program.files[one.place.file as usize].name;
+        let file = if program.files.len() > 1 { format!("{file}:") } else { String::new() };
+        format!("`{}` ({file}{})", one.text, one.place.line)
+    };
+    match &real.stopped {
+        Some(Stopped { at: stop, why: Why::Unknown(cause), .. }) if stop == cause => {
+            format!("how it goes on from {} is not known", at(*stop))
+        }
+        Some(Stopped { at: stop, why: Why::Unknown(cause), .. }) => {
+            format!(
+                "its way on from {} depends on what {} gives, which is not known",
+                at(*stop),
+                at(*cause)
+            )
+        }
+        Some(Stopped { at: stop, why: Why::TooLong, .. }) => {
+            format!("it was followed to {}, and goes on from there", at(*stop))
+        }
+        _ => "the model takes values that no scan was found to have".to_owned(),
+    }
+}

@@ -1,0 +1,247 @@
+//! The search for a scan that a PLC really makes: run the model's, learn from where it differs, and go on.
+
+use super::assemble::constant_charges;
+use crate::groups::{groups, unpriced, witness};
+use crate::model::certain::{Standing, certain};
+use crate::model::{Assignment, Group, Origin, ScanModel, VarId};
+use crate::program::meaning::{ChoiceKind, Knowledge};
+use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
+use crate::replay::{Free, Real, real};
+use crate::scan::reach::Reach;
+use crate::scan::{Side, scan_model_knowing};
+use crate::solve::{Limits, Method, maxima, maximum};
+use crate::time::Picos;
+use std::collections::BTreeSet;
+
+/// So many instructions of a scan are run.
+const MOST_RUN: u64 = 400_000;
+/// So many gates are searched in all, in models that grow with what is learned, at most in so many rounds.
+const MOST_GATES: usize = 4_000_000;
+const MOST_ROUNDS: usize = 400;
+
+/// A scan that was run really, and what it took to find it.
+pub struct Found {
+    /// The dearest that was found.
+    pub best: Real,
+    /// From what it starts.
+    pub witness: Witness,
+    /// What was learned on the way.
+    pub knowledge: Knowledge,
+}
+
+/// The search.
+pub struct Search<'a> {
+    pub program: &'a Program,
+    /// What instructions cost at least where a count is not known.
+    pub least: &'a [(Picos, Picos)],
+    pub limits: Limits<'a>,
+}
+
+impl Search<'_> {
+    /// Runs the model's dearest scan, of that cost, and searches on from there as long as a dearer real one may be
+    /// found. `Err` if an operation wrote what its effects do not allow, or a scan costs more than `upper`.
+    pub fn run(&self, dearest: &Witness, upper: Picos) -> Result<Found, String> {
+        let mut found = Found {
+            best: self.real(dearest, upper)?,
+            witness: dearest.clone(),
+            knowledge: Knowledge::new(),
+        };
+        learn(&mut found.knowledge, &mut found.best);
+        let bare = Witness::default();
+        if !found.best.is_possible() || found.best.replay.total < upper {
+            let other = self.real(&bare, upper)?;
+            better(&mut found, other, bare);
+        }
+        let bulk = bulk_choices(self.program);
+        let reach = Reach { once: usize::MAX, all: MOST_GATES, ended: &|| self.is_late() };
+        let mut gates = 0;
+        for _ in 0..MOST_ROUNDS {
+            if found.best.replay.total >= upper || (self.limits.cancelled)() || self.is_late() {
+                break;
+            }
+            let model =
+                scan_model_knowing(self.program, self.least, &found.knowledge, Side::Below, &reach);
+            let Ok(full) = model else { break };
+            gates += full.circuit.nodes().len();
+            let standing = |variable| standing(self.program, &bulk, &full, variable);
+            let mut model = certain(&full, &standing, true);
+            gates += model.circuit.nodes().len();
+            let mut dearest = self.dearest(&model);
+            if dearest.is_none() {
+                // Every way depends on what is not known.
+                model = certain(&full, &standing, false);
+                dearest = self.dearest(&model);
+            }
+            let Some((assignment, most)) = dearest else { break };
+            if most <= found.best.replay.total && found.best.is_possible() {
+                break;
+            }
+            let start = witness(&model, &assignment);
+            let mut one = self.real(&start, upper)?;
+            let news = learn(&mut found.knowledge, &mut one);
+            let total = one.replay.total;
+            better(&mut found, one, start);
+            if total >= most || !news || gates > MOST_GATES {
+                break;
+            }
+        }
+        Ok(found)
+    }
+
+    fn is_late(&self) -> bool {
+        self.limits.deadline.is_some_and(|end| std::time::Instant::now() >= end)
+    }
+
+    /// Runs a scan really.
+    fn real(&self, witness: &Witness, upper: Picos) -> Result<Real, String> {
+        let counts = counts(self.program);
+        let start = || Start { program: self.program, witness, counts: &counts };
+        let found = real(self.program, self.least, start, MOST_RUN);
+        let at = |instruction: usize| {
+            let at = &self.program.instructions[instruction];
+            let file = &self.program.files[at.place.file as usize].name;
+            format!("{file}:{} {}", at.place.line, at.text)
+        };
+        if let Some(&(instruction, cell)) = found.beyond.first() {
+            let cell = self.program.cell_name(cell);
+            return Err(format!(
+                "{} writes {cell}, the analysis says that it does not",
+                at(instruction)
+            ));
+        }
+        if found.is_possible() && found.replay.total > upper {
+            return Err(format!("a scan takes {}, the bound is {upper}", found.replay.total));
+        }
+        Ok(found)
+    }
+
+    /// The dearest scan of a model, if one keeps its constraints, and a bound on what any costs.
+    fn dearest(&self, model: &ScanModel) -> Option<(Assignment, Picos)> {
+        let slices = groups(model);
+        let methods = vec![Method::Cores; slices.len()];
+        let found = maxima(model, &slices, &methods, &self.limits, &|_, _, _| {});
+        let mut all = Assignment(vec![0; model.variables.len()]);
+        let mut most = model.cost(&constant_charges(model), &all);
+        let mut take = |group: &Group, best: &Assignment| {
+            for variable in &group.variables {
+                all.0[variable.0 as usize] = best.0[variable.0 as usize];
+            }
+        };
+        for (group, found) in slices.iter().zip(&found) {
+            most += found.upper;
+            take(group, &found.best);
+        }
+        if let Some(rest) = unpriced(model, &slices) {
+            let best = maximum(model, &rest, Method::Cores, &self.limits).best;
+            take(&rest, &best);
+        }
+        let values = model.circuit.evaluate(&all);
+        model.constraints.iter().all(|&holds| values.get(holds)).then_some((all, most))
+    }
+}
+
+/// Takes the better of two scans.
+fn better(found: &mut Found, one: Real, start: Witness) {
+    let rank = |one: &Real| (one.is_possible(), one.replay.total);
+    if rank(&one) > rank(&found.best) {
+        (found.best, found.witness) = (one, start);
+    }
+}
+
+/// Adds what a run taught; whether something was new.
+fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
+    let mut news = false;
+    for (moment, facts) in std::mem::take(&mut real.learned) {
+        let known = knowledge.entry(moment).or_default();
+        for fact in facts {
+            if !known.contains(&fact) {
+                known.push(fact);
+                news = true;
+            }
+        }
+    }
+    news
+}
+
+/// What may be chosen of a variable's value.
+fn standing(
+    program: &Program,
+    bulk: &BTreeSet<ChoiceId>,
+    model: &ScanModel,
+    variable: VarId,
+) -> Standing {
+    let of = |choice| match program.kinds.get(&choice) {
+        None if bulk.contains(&choice) => Standing::Free,
+        Some(ChoiceKind::World | ChoiceKind::Exact(_) | ChoiceKind::Present { .. }) => {
+            Standing::Free
+        }
+        Some(ChoiceKind::Turns(_)) => Standing::Zero,
+        None => Standing::Unknown,
+    };
+    match &model.variables[variable.0 as usize].origin {
+        Origin::Start(_) => Standing::Free,
+        Origin::Choice(key) => of(key.choice),
+        Origin::Forgotten(_, moments) => {
+            let choices = moments.iter().map(|&moment| model.forgotten[moment as usize].choice);
+            let unknown = choices.into_iter().any(|choice| of(choice) == Standing::Unknown);
+            if unknown { Standing::Unknown } else { Standing::Free }
+        }
+    }
+}
+
+/// The choices of loops that the model takes in bulk: running them tells what they write.
+fn bulk_choices(program: &Program) -> BTreeSet<ChoiceId> {
+    let choices = program.instructions.iter().flat_map(|one| match &one.step {
+        Step::Bulk { choice, exits, turns: Some(_), .. } => {
+            exits.iter().map(|exit| exit.0).chain([*choice]).collect()
+        }
+        _ => Vec::new(),
+    });
+    choices.collect()
+}
+
+/// The words that count a loop of which the model does not follow the turns.
+fn counts(program: &Program) -> Vec<Cell> {
+    let bulk = |step: &Step| match step {
+        Step::Bulk { turns: Some((count, ..)), .. } => Some(*count),
+        _ => None,
+    };
+    let counts = program.instructions.iter().filter_map(|one| bulk(&one.step));
+    let cells = counts.filter_map(|count| match count {
+        WordSource::Cell(cell) => Some(cell),
+        WordSource::Free(choice) => match program.kinds.get(&choice) {
+            Some(ChoiceKind::Turns(WordSource::Cell(cell))) => Some(*cell),
+            _ => None,
+        },
+        _ => None,
+    });
+    cells.collect()
+}
+
+/// Start values of a real run: the witness's; what it does not name is within what is stated, near 0, and for counts of
+/// loops as large as can be.
+struct Start<'a> {
+    program: &'a Program,
+    witness: &'a Witness,
+    counts: &'a [Cell],
+}
+
+impl Free for Start<'_> {
+    fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
+        if let Some(&value) = self.witness.start.get(&cell) {
+            return value;
+        }
+        let is_count = self.counts.contains(&cell);
+        let stated = self.program.ranges.iter().find(|range| range.cells == [cell]);
+        match stated {
+            Some(range) if is_count => range.high as u16,
+            Some(range) => 0.clamp(range.low, range.high) as u16,
+            None if is_count => i16::MAX.cast_unsigned(),
+            None => 0,
+        }
+    }
+
+    fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
+        self.witness.choices.get(key).copied().unwrap_or(0)
+    }
+}

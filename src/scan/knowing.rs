@@ -1,0 +1,240 @@
+//! Choices of which something is known: what was learned by carrying operations out, and the turns of loops.
+
+use super::expression::describe;
+use super::word::Word;
+use super::{Run, Side};
+use crate::model::Lit;
+use crate::program::meaning::{ChoiceKind, Fact, Learned, Read};
+use crate::program::{AreaKind, BitTarget, Cell, ChoiceId, Frame, WordTarget};
+use rustc_hash::FxHashMap;
+
+/// What became of exact choices so far.
+#[derive(Debug)]
+pub(super) struct Known {
+    /// Values of choices that were read, by the moment.
+    bits: FxHashMap<(Vec<Frame>, ChoiceId), Lit>,
+    words: FxHashMap<(Vec<Frame>, ChoiceId), Word>,
+    /// Choices that the instruction under way forgets to: under which guard, and where it is not known what is written.
+    written: Vec<(ChoiceId, Lit, Lit)>,
+    /// Its condition.
+    condition: Lit,
+}
+
+impl Default for Known {
+    fn default() -> Known {
+        Known {
+            bits: FxHashMap::default(),
+            words: FxHashMap::default(),
+            written: Vec::new(),
+            condition: Lit::TRUE,
+        }
+    }
+}
+
+impl Known {
+    /// The next instruction begins, with this condition.
+    pub(super) fn begin(&mut self, condition: Lit) {
+        self.written.clear();
+        self.condition = condition;
+    }
+}
+
+impl Run<'_> {
+    fn facts(&self, choice: ChoiceId) -> &[Fact] {
+        if self.knowledge.is_empty() {
+            return &[];
+        }
+        self.knowledge.get(&(self.frames.clone(), choice)).map_or(&[], Vec::as_slice)
+    }
+
+    /// A choice read as a bit.
+    pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
+        let program = self.program;
+        let free = self.memory.bit_choice(&self.frames, choice, &|| describe(program, at));
+        if self.facts(choice).is_empty() {
+            return free;
+        }
+        let moment = (self.frames.clone(), choice);
+        if let Some(&known) = self.known.bits.get(&moment) {
+            return known;
+        }
+        let mut bit = free;
+        for fact in self.facts(choice).to_vec() {
+            let Learned::Value(value) = fact.learned else { continue };
+            let matches = self.matches(&fact.reads, at);
+            bit = self.memory.circuit().ite(matches, Lit::constant(value & 1 == 1), bit);
+        }
+        self.known.bits.insert(moment, bit);
+        bit
+    }
+
+    /// A choice read as a word.
+    pub(super) fn word_choice(&mut self, choice: ChoiceId, at: usize) -> Word {
+        let program = self.program;
+        let turns = match program.kinds.get(&choice) {
+            Some(ChoiceKind::Turns(word)) => Some(*word),
+            _ => None,
+        };
+        if let (Some(&ChoiceKind::Present { contact, setting }), Side::Below) =
+            (program.kinds.get(&choice), self.side)
+        {
+            return self.present(choice, contact, setting, at);
+        }
+        let learned = !self.facts(choice).is_empty();
+        let free = match turns {
+            None => self.memory.word_choice(&self.frames, choice, &|| describe(program, at)),
+            Some(_) => self.once(choice, at),
+        };
+        if turns.is_none() && !learned {
+            return free;
+        }
+        let moment = (self.frames.clone(), choice);
+        if let Some(&known) = self.known.words.get(&moment) {
+            return known;
+        }
+        let mut word = free;
+        if let Some(count) = turns {
+            let count = self.word(count, at);
+            let circuit = &mut self.memory.model.circuit;
+            let some = self.memory.words.in_range(circuit, count, 1, 0x7FFF);
+            word = self.memory.words.either(some, count, word);
+        }
+        for fact in self.facts(choice).to_vec() {
+            let Learned::Value(value) = fact.learned else { continue };
+            let matches = self.matches(&fact.reads, at);
+            let value = self.memory.words.constant(value);
+            word = self.memory.words.either(matches, value, word);
+        }
+        self.known.words.insert(moment, word);
+        word
+    }
+
+    /// What a timer has come to.
+    fn present(&mut self, choice: ChoiceId, contact: Cell, setting: u16, at: usize) -> Word {
+        let program = self.program;
+        let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));
+        let contact = self.memory.read_bit(contact);
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        let (zero, full) = (words.constant(0), words.constant(setting));
+        let below = match setting.checked_sub(1) {
+            Some(most) => words.in_range(circuit, free, 0, most),
+            None => Lit::FALSE,
+        };
+        let below = words.either(below, free, zero);
+        words.either(contact, full, below)
+    }
+
+    /// One turn or none.
+    fn once(&mut self, choice: ChoiceId, at: usize) -> Word {
+        if self.side == Side::Below {
+            return self.memory.words.constant(0);
+        }
+        let program = self.program;
+        let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));
+        let circuit = &mut self.memory.model.circuit;
+        let bit = self.memory.words.bits(circuit, free)[0];
+        let mut bits = [Lit::FALSE; 16];
+        bits[0] = bit;
+        self.memory.words.of_bits(&self.memory.model.circuit, bits)
+    }
+
+    /// Writes what is known to be written where `guard` holds; the guard of what is not known.
+    pub(super) fn unlearned(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
+        if self.facts(choice).is_empty() || guard == Lit::FALSE {
+            return guard;
+        }
+        let same = |&&(own, under, _): &&(ChoiceId, Lit, Lit)| own == choice && under == guard;
+        if let Some(&(_, _, rest)) = self.known.written.iter().find(same) {
+            return rest;
+        }
+        if self.known.written.iter().any(|&(own, ..)| own == choice) {
+            return guard;
+        }
+        let facts = self.facts(choice).to_vec();
+        let known: Vec<Lit> = facts.iter().map(|fact| self.matches(&fact.reads, at)).collect();
+        // All are asked before any is written.
+        let mut rest = guard;
+        for (fact, matches) in facts.iter().zip(known) {
+            let Learned::Writes(writes) = &fact.learned else { continue };
+            let circuit = self.memory.circuit();
+            let happens = circuit.and(rest, matches);
+            rest = circuit.and(rest, !matches);
+            for &(cell, mask, value) in writes {
+                self.write_known(cell, mask, value, happens);
+            }
+        }
+        self.known.written.push((choice, guard, rest));
+        rest
+    }
+
+    fn write_known(&mut self, cell: Cell, mask: u16, value: u16, guard: Lit) {
+        if self.is_bit(cell) {
+            let value = Lit::constant(value & 1 == 1);
+            self.memory.write_bit(BitTarget::Cell(cell), guard, value);
+        } else if mask == u16::MAX {
+            let value = self.memory.words.constant(value);
+            self.memory.write_word(WordTarget::Cell(cell), guard, value);
+        } else {
+            for bit in (0..16).filter(|bit| mask >> bit & 1 == 1) {
+                let value = Lit::constant(value >> bit & 1 == 1);
+                self.memory.write_bit(BitTarget::WordBit(cell, bit), guard, value);
+            }
+        }
+    }
+
+    fn is_bit(&self, cell: Cell) -> bool {
+        self.program.areas[usize::from(cell.area.0)].kind == AreaKind::Bit
+    }
+
+    /// Whether all this is read now.
+    fn matches(&mut self, reads: &[Read], at: usize) -> Lit {
+        let mut all = Lit::TRUE;
+        for read in reads {
+            let one = match read {
+                Read::Cell(cell, _, value) if self.is_bit(*cell) => {
+                    let bit = self.memory.read_bit(*cell);
+                    if value & 1 == 1 { bit } else { !bit }
+                }
+                Read::Cell(cell, mask, value) => {
+                    let word = self.memory.read_word(*cell);
+                    self.equals(word, *mask, *value)
+                }
+                Read::Condition(value) => {
+                    if *value {
+                        self.known.condition
+                    } else {
+                        !self.known.condition
+                    }
+                }
+                Read::Choice(key, _) if key.frames != self.frames || key.cell.is_some() => {
+                    Lit::FALSE
+                }
+                Read::Choice(key, value) => {
+                    if self.memory.is_word_choice(key.choice) {
+                        let word = self.word_choice(key.choice, at);
+                        self.equals(word, u16::MAX, *value)
+                    } else {
+                        let bit = self.bit_choice(key.choice, at);
+                        if value & 1 == 1 { bit } else { !bit }
+                    }
+                }
+            };
+            all = self.memory.circuit().and(all, one);
+            if all == Lit::FALSE {
+                break;
+            }
+        }
+        all
+    }
+
+    fn equals(&mut self, word: Word, mask: u16, value: u16) -> Lit {
+        let circuit = &mut self.memory.model.circuit;
+        if mask == u16::MAX {
+            return self.memory.words.in_range(circuit, word, value, value);
+        }
+        let bits = self.memory.words.bits(circuit, word);
+        let asked = (0..16).filter(|bit| mask >> bit & 1 == 1);
+        let bits = asked.map(|bit| if value >> bit & 1 == 1 { bits[bit] } else { !bits[bit] });
+        circuit.all(bits.collect::<Vec<Lit>>())
+    }
+}

@@ -1,0 +1,73 @@
+//! Runs source text as a PLC runs it.
+
+use scanbound::dialect::melsec::decode as melsec;
+use scanbound::dialect::melsec::device::Family;
+use scanbound::dialect::{Input, Project, omron, read};
+use scanbound::facts::Facts;
+use scanbound::program::{Cell, Program, Witness};
+use scanbound::replay;
+use scanbound::time::Picos;
+
+/// What ran, and the instruction at which it was followed no further.
+pub struct Real {
+    pub fired: Vec<(String, bool)>,
+    pub stopped: Option<String>,
+}
+
+/// The program that a text means, for MELSEC that of a Q CPU.
+pub fn program(dialect: &str, text: &str) -> Program {
+    let bytes = format!("{text}\nEND\n").into_bytes();
+    let input = Input { name: "a.txt".to_owned(), bytes };
+    let facts = Facts::default();
+    let user = |name: &str| name.starts_with("SwOp");
+    match read(&[input], Some(dialect)).expect("readable") {
+        Project::Melsec(project) => {
+            let options = melsec::DecodeOptions {
+                family: Family::Q,
+                is_user_instruction: &user,
+                facts: &facts,
+            };
+            melsec::decode(&project, &options).unwrap_or_else(|why| panic!("{text}\n{why:?}"))
+        }
+        Project::Omron(project) => {
+            let options = omron::DecodeOptions { is_user_instruction: &user, facts: &facts };
+            omron::decode(&project, &options).unwrap_or_else(|why| panic!("{text}\n{why:?}"))
+        }
+        _ => panic!("no ladder"),
+    }
+}
+
+/// Runs one scan from the given values, all others 0.
+pub fn real(dialect: &str, text: &str, start: &[(&str, u16)]) -> Real {
+    let program = program(dialect, text);
+    let mut witness = Witness::default();
+    for &(name, value) in start {
+        witness.start.insert(cell(&program, name), value);
+    }
+    let times = vec![(Picos(1), Picos(1)); program.instructions.len()];
+    let found = replay::real(&program, &times, || &witness, 100_000);
+    assert_eq!(found.beyond, [], "{text}");
+    let priced = |event: &&replay::Event| {
+        let instruction = &program.instructions[event.instruction];
+        instruction.timing.is_some() && !instruction.text.starts_with("END")
+    };
+    let told = |at: usize| program.instructions[at].text.clone();
+    Real {
+        fired: found
+            .replay
+            .events
+            .iter()
+            .filter(priced)
+            .map(|event| (told(event.instruction), event.fired))
+            .collect(),
+        stopped: found.stopped.map(|stopped| told(stopped.at)),
+    }
+}
+
+fn cell(program: &Program, name: &str) -> Cell {
+    let found = program.areas.iter().enumerate().find_map(|(at, area)| {
+        let index = name.strip_prefix(area.name.as_str())?.parse().ok()?;
+        Some(Cell { area: scanbound::program::AreaId(at as u16), index })
+    });
+    found.unwrap_or_else(|| panic!("no cell: {name}"))
+}

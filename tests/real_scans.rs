@@ -1,0 +1,59 @@
+//! Programs run as a PLC runs them: what instructions with an exact meaning really do, in every dialect.
+
+mod common;
+
+use common::real::{Real, real};
+
+/// What the scan leaves in these words, for a program that asks for each value.
+fn is(dialect: &str, lines: &[&str], start: &[(&str, u16)], test: &str) -> bool {
+    let text = [lines, &[test, "SwOp0"]].concat().join("\n");
+    let Real { fired, stopped } = real(dialect, &text, start);
+    assert_eq!(stopped, None, "{text}");
+    fired.last().is_some_and(|(text, fired)| text.starts_with("SwOp0") && *fired)
+}
+
+#[test]
+fn melsec_words_are_rotated_counted_and_coded() {
+    let q = |lines: &[&str], test: &str| is("melsec-list", lines, &[], test);
+    assert!(q(&["LD SM400", "MOV K1 D0", "ROL D0 K1"], "LD= D0 K2"));
+    assert!(!q(&["LD SM400", "MOV K1 D0", "ROL D0 K1"], "LD= D0 K1"));
+    assert!(q(&["LD SM400", "MOV H8001 D0", "ROR D0 K1"], "LD= D0 HC000"));
+    assert!(q(&["LD SM400", "MOV K1234 D0", "BCD D0 D1"], "LD= D1 H1234"));
+    assert!(q(&["LD SM400", "MOV H1234 D0", "BIN D0 D1"], "LD= D1 K1234"));
+    assert!(q(&["LD SM400", "MOV K7 D0", "SUM D0 D1"], "LD= D1 K3"));
+}
+
+#[test]
+fn melsec_index_registers_are_added() {
+    let q = |lines: &[&str], test: &str| is("melsec-list", lines, &[], test);
+    let set = ["LD SM400", "MOV K3 Z0", "MOV K9 D3", "MOV D0Z0 D10"];
+    assert!(q(&set, "LD= D10 K9"));
+    let put = ["LD SM400", "MOV K3 Z0", "MOV K9 D1Z0", "SET M0Z0", "SET D20Z0.5"];
+    for test in ["LD= D4 K9", "LD M3", "LD D23.5", "LD= D1Z0 K9"] {
+        assert!(q(&put, test), "{test}");
+    }
+}
+
+#[test]
+fn what_is_not_settled_is_not_known() {
+    let text = "LD SM400\nMOV HFFFF D0\nBIN D0 D1\nLD= D1 K1\nSwOp0\nCJ P0\nSwOp0\nP0";
+    assert_eq!(real("melsec-list", text, &[]).stopped.as_deref(), Some("CJ P0"));
+}
+
+#[test]
+fn a_loop_runs_as_often_as_its_count_says() {
+    let turns = |count: &str| {
+        let text = format!("LD SM400\nMOV {count} D9\nFOR D9\nLD SM400\nSwOp0\nNEXT");
+        let fired = real("melsec-list", &text, &[]).fired;
+        fired.iter().filter(|(text, _)| text.starts_with("SwOp0")).count()
+    };
+    assert_eq!((turns("K3"), turns("K0"), turns("K-5")), (3, 0, 0));
+}
+
+#[test]
+fn omron_words_are_rotated_and_coded() {
+    let cx = |lines: &[&str], test: &str| is("omron-cx", lines, &[], test);
+    assert!(cx(&["LD CF113", "MOV #1 D0", "ROL D0"], "LD=(300) D0 #2"));
+    assert!(cx(&["LD CF113", "MOV &1234 D0", "BCD D0 D1"], "LD=(300) D1 #1234"));
+    assert!(cx(&["LD CF113", "MOV #1234 D0", "BIN D0 D1"], "LD=(300) D1 &1234"));
+}
