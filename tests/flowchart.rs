@@ -7,7 +7,7 @@ use common::flowcharts::{Every, Weather, generate};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::audit::{Audit, Request, audit};
 use scanbound::dialect::Input;
-use scanbound::dialect::flowchart::decode::mnemonic;
+use scanbound::dialect::flowchart::decode::{decode, mnemonic};
 use scanbound::dialect::flowchart::interpret::{Ended, Machine, Pass, State};
 use scanbound::dialect::flowchart::{Source, read_text};
 use scanbound::facts::Facts;
@@ -280,5 +280,30 @@ fn a_program_of_too_many_states_is_bounded_all_the_same() {
     for _ in 0..3_000 {
         let pass = machine.pass(&mut weather);
         assert!(cost(&source, &table, &pass) <= audit.bound.upper);
+    }
+}
+
+#[test]
+fn a_flowchart_of_many_labels_stays_small() {
+    let labels = 2_400;
+    let text = |one: &dyn Fn(usize) -> String| (0..labels).map(one).collect::<String>();
+    let main = "LBL9000: AND 1\nCJP LBL9001\nGJ\nJMP LBL9000\nLBL9001: GS 0\nGJ\nJMP LBL9000\n";
+    let waits = |i| format!("LBL{i}: OUT {}\nTIM {i} #3\nWAIT\n", i + 5000);
+    let polls = |i| format!("LBL{i}: AND {i}\nCJP LBL{i}\n");
+    let backs =
+        |i| format!("LBL{i}: AND {}\nCJP LBL{}\nOUT {}\n", i + 5000, i / 2, i * 17 % 2400 + 5000);
+    for text in [
+        text(&polls) + "JMP LBL0\n",
+        format!("{main}GN 0\n{}JMP LBL0\n", text(&waits)),
+        format!("{main}GN 0\n{}GE 0\n", text(&backs)),
+    ] {
+        let source = read_text("a", &text).expect("a program");
+        let program = decode(&source, false);
+        let effects: usize = program.instructions.iter().map(|one| one.effects.len()).sum();
+        assert!(
+            program.instructions.len() + effects < 300_000,
+            "{} {effects}",
+            program.instructions.len()
+        );
     }
 }

@@ -312,9 +312,13 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         )
     }));
     audit.unbounded = loops.found;
-    audit.doubts.extend(loops.open.iter().map(|one| {
+    let few = loops.open.iter().take(10);
+    audit.doubts.extend(few.map(|one| {
         format!("whether the loop to line {} can run without end was not found out", one.to.line)
     }));
+    if let Some(more) = loops.open.len().checked_sub(10).filter(|&more| more > 0) {
+        audit.doubts.push(format!("nor was it of {more} more loops"));
+    }
     if program.dialect == dialect::flowchart::NAME {
         audit.path = findings.path(&replayed);
     }

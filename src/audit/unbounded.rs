@@ -7,7 +7,10 @@ use crate::program::{Program, Step};
 use crate::replay::replay;
 use crate::solve::{Limits, Method, maximum};
 use crate::time::Picos;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+
+/// Where so many loops are found, no more are asked for: one alone leaves a scan without bound.
+const MOST_FOUND: usize = 10;
 
 /// What is known of the loops.
 pub struct Loops {
@@ -17,7 +20,7 @@ pub struct Loops {
     pub open: Vec<LoopUse>,
 }
 
-/// Asks of every loop of the model whether a scan can come to it.
+/// Asks of the loops of the model whether a scan can come to one of them, until none is left that can.
 ///
 /// # Errors
 /// If the interpreter does not come to a loop that the analysis says it comes to.
@@ -27,24 +30,22 @@ pub fn loops(
     model: &ScanModel,
     limits: &Limits<'_>,
 ) -> Result<Loops, String> {
-    let mut known: BTreeMap<LoopUse, bool> = BTreeMap::new();
     let mut bare = ScanModel { charges: Vec::new(), unbounded: Vec::new(), ..model.clone() };
-    for one in model.unbounded.iter().filter(|one| one.reached != Lit::FALSE) {
-        let shown = shown(program, one.instruction);
-        if known.get(&shown) == Some(&true) {
-            continue;
-        }
-        // Worth a picosecond, and nothing else worth anything: the maximum tells whether it can be reached.
+    let mut rest: Vec<_> = model.unbounded.iter().filter(|one| one.reached != Lit::FALSE).collect();
+    let mut known = Loops { found: Vec::new(), open: Vec::new() };
+    while let Some(first) = rest.first() {
+        // Worth a picosecond, and nothing else worth anything: the maximum tells whether one of them can be reached.
+        let reached = bare.circuit.any(rest.iter().map(|one| one.reached).collect::<Vec<_>>());
         bare.charges = vec![Charge {
-            instruction: one.instruction,
-            frames: one.frames.clone(),
-            reached: one.reached,
-            fires: one.reached,
+            instruction: first.instruction,
+            frames: first.frames.clone(),
+            reached,
+            fires: reached,
             on: Picos(1),
             off: Picos::ZERO,
         }];
         let mut assignment = Assignment(vec![0; model.variables.len()]);
-        let mut possible = one.reached == Lit::TRUE;
+        let mut possible = reached == Lit::TRUE;
         let mut proved = possible;
         for group in groups(&bare) {
             let found = maximum(&bare, &group, Method::Cores, limits);
@@ -55,24 +56,33 @@ pub fn loops(
                 assignment.0[index] = found.best.0[index];
             }
         }
-        if proved {
-            let replayed = replay(program, times, &witness(model, &assignment));
-            if replayed.unbounded.is_none() {
-                let line = shown.to.line;
-                return Err(format!(
-                    "the interpreter's scan ends, the analysis says that it goes round the loop to line {line} for ever"
-                ));
+        if !proved {
+            if possible {
+                known.open = rest.iter().map(|one| shown(program, one.instruction)).collect();
+                known.open.sort();
+                known.open.dedup();
             }
+            break;
         }
-        if possible {
-            *known.entry(shown).or_default() |= proved;
+        let values = bare.circuit.evaluate(&assignment);
+        let come_to = rest.iter().filter(|one| values.get(one.reached));
+        let come_to: Vec<LoopUse> = come_to.map(|one| shown(program, one.instruction)).collect();
+        let replayed = replay(program, times, &witness(model, &assignment));
+        if replayed.unbounded.is_none() || come_to.is_empty() {
+            let line = shown(program, first.instruction).to.line;
+            return Err(format!(
+                "the interpreter's scan ends, the analysis says that it goes round the loop to line {line} or a later one for ever"
+            ));
         }
+        known.found.extend(come_to);
+        known.found.sort();
+        known.found.dedup();
+        if known.found.len() >= MOST_FOUND {
+            break;
+        }
+        rest.retain(|one| !known.found.contains(&shown(program, one.instruction)));
     }
-    let take = |wanted: bool| {
-        let kept = known.iter().filter(|(_, proved)| **proved == wanted);
-        kept.map(|(shown, _)| shown.clone()).collect()
-    };
-    Ok(Loops { found: take(true), open: take(false) })
+    Ok(known)
 }
 
 /// All loops of the program, where none was asked about.

@@ -1,14 +1,16 @@
 //! Says what a flowchart program means to the analysis: one pass as a scan of jumps forward and calls.
 //!
-//! Where a routine stands when the pass begins is a bit a place: the main routine and every group begin with
-//! jumps to where they stand. A jump back in the main routine ends the pass. A group is laid out once for each
+//! Where a routine stands when the pass begins is a bit a place, and whether a group runs is a bit too: the main
+//! routine and every group begin with jumps to where they stand. A group leaves its place with the jump, and takes
+//! its next where its turn ends. A jump back in the main routine ends the pass. A group is laid out once for each
 //! jump back that its turn can make, one layout behind the other, so that all its jumps go forward; a turn that
 //! makes more of them goes round for ever ([`Step::Unbounded`]).
 //!
 //! An input is any value wherever it is tested, unless the user states an image of the inputs: then it has one
 //! value through the pass. A timer is one bit: whether it was started in an earlier pass. Only then may it have run out.
 
-use super::reach::{Start, reach};
+use super::beginning::{Beginning, Stands, invariants};
+use super::reach::reach;
 use super::turn::jumps_back;
 use super::{Op, Routine, Source};
 use crate::program::{
@@ -23,14 +25,18 @@ const OUTPUTS: AreaId = AreaId(1);
 const TIMERS: AreaId = AreaId(2);
 const HEADS: AreaId = AreaId(3);
 const BACK: AreaId = AreaId(4);
+const RUNS: AreaId = AreaId(5);
 /// The first of the areas of WAITs, one a routine.
-const WAITS: u16 = 5;
+const WAITS: u16 = 6;
+/// No group is laid out with more instructions than this, unless once takes more.
+const MOST_LAID: usize = 100_000;
 
 /// The program of a source: one scan is one pass. `latched`: inputs are read once a pass, not at each test.
 #[must_use]
 pub fn decode(source: &Source, latched: bool) -> Program {
     let area = |name: String| Area { name, kind: AreaKind::Bit, radix: Radix::Decimal };
-    let fixed = ["IN", "OUT", "TIM", "Head of GN", "Main at LBL"].map(|name| area(name.to_owned()));
+    let fixed = ["IN", "OUT", "TIM", "Head of GN", "Main at LBL", "Run of GN"];
+    let fixed = fixed.map(|name| area(name.to_owned()));
     let waits = source.routines.iter().map(|routine| area(format!("{} in line ", name(routine))));
     let outputs = source.outputs();
     let comments = source.comments.iter().map(|(&bit, comment)| {
@@ -133,16 +139,13 @@ impl Layout<'_> {
         places.into_iter().filter_map(|at| Some((at, self.stands(routine, at)?))).collect()
     }
 
-    /// The bits of all places of a group.
-    fn group(&self, group: u32) -> Vec<Cell> {
-        let found = self.source.routines.iter().position(|one| one.group == Some(group));
-        let places = found.map_or(Vec::new(), |routine| self.places(routine));
-        places.into_iter().map(|(_, cell)| cell).collect()
-    }
-
     fn routine(&mut self, index: usize, routine: &Routine) {
         let is_main = routine.group.is_none();
-        let copies = if is_main { 0 } else { jumps_back(self.source, routine, self.latched) };
+        let most = MOST_LAID / routine.body.len().max(1);
+        let copies = match is_main {
+            true => 0,
+            false => jumps_back(self.source, routine, self.latched).min(most),
+        };
         let reached = self.reached(routine, copies);
         let mut open = Open {
             routine: index,
@@ -153,9 +156,15 @@ impl Layout<'_> {
             rounds: Vec::new(),
         };
         let start = self.program.instructions.len();
-        for (place, cell) in self.places(index) {
-            let at =
-                self.put(place, None, Step::Jump { fires: Logic::cell(cell), target: 0 }, vec![]);
+        let places = self.places(index);
+        for &(place, cell) in &places {
+            let step = Step::Jump { fires: Logic::cell(cell), target: 0 };
+            let head = place == routine.body.start;
+            // What a group left behind when it was stopped says nothing of where it stands once it is started.
+            let left = places.iter().filter(|other| !is_main && (head || other.0 == place));
+            let left = left.map(|&(_, cell)| Effect { when: When::Fired, write: set(cell, false) });
+            let effects = left.collect();
+            let at = self.put(place, None, step, effects);
             open.jumps.push((at, (0, place)));
         }
         if !is_main {
@@ -212,7 +221,7 @@ impl Layout<'_> {
 
     fn instruction(&mut self, spot: Spot, open: &mut Open) {
         let (copy, at) = spot;
-        let always = Logic::Const(true);
+        let whenever = Logic::Const(true);
         match self.source.instructions[at].op {
             Op::And { bit, negated } => {
                 let value = self.test(bit);
@@ -233,34 +242,32 @@ impl Layout<'_> {
                 self.put(at, Some(("timer", false)), step, vec![idle]);
             }
             Op::Out { bit, on } => {
-                let effect = Effect { when: When::Always, write: set(self.bit(bit), on) };
-                self.put(at, Some(("coil", true)), Step::Act { fires: always }, vec![effect]);
+                let effect = always(self.bit(bit), on);
+                self.put(at, Some(("coil", true)), Step::Act { fires: whenever }, vec![effect]);
             }
             Op::ResetTimer(timer) => {
-                let write = set(Cell { area: TIMERS, index: timer }, false);
-                let effect = Effect { when: When::Always, write };
-                self.put(at, Some(("timer", true)), Step::Act { fires: always }, vec![effect]);
+                let effect = always(Cell { area: TIMERS, index: timer }, false);
+                self.put(at, Some(("timer", true)), Step::Act { fires: whenever }, vec![effect]);
             }
-            Op::Jump(to) => self.jump(spot, to, always, open),
+            Op::Jump(to) => self.jump(spot, to, whenever, open),
             Op::JumpIf(to) => self.jump(spot, to, Logic::Condition, open),
             Op::Wait => {
                 let step = Step::Jump { fires: Logic::Condition, target: 0 };
                 let jump = self.put(at, Some(("jump", false)), step, vec![]);
                 open.jumps.push((jump, (copy, at + 1)));
                 if open.is_main {
-                    self.put(at, None, Step::Stop { fires: always }, vec![]);
+                    self.put(at, None, Step::Stop { fires: whenever }, vec![]);
                 } else {
                     let here = self.stands(open.routine, self.source.condition(at));
-                    let effects = self.moved(open.routine, here);
-                    self.put(at, None, Step::Return, effects);
+                    let here = here.into_iter().map(|cell| always(cell, true)).collect();
+                    self.put(at, None, Step::Return, here);
                 }
             }
             Op::Groups => {
-                self.put(at, Some(("call", true)), Step::Act { fires: always }, vec![]);
+                self.put(at, Some(("call", true)), Step::Act { fires: whenever }, vec![]);
                 let groups: Vec<u32> = self.source.groups().map(|(group, _)| group).collect();
                 for group in groups {
-                    let runs = self.group(group).into_iter().map(Logic::cell).collect();
-                    let step = Step::Call { fires: Logic::Any(runs), target: 0 };
+                    let step = Step::Call { fires: Logic::cell(runs(group)), target: 0 };
                     let call = self.put(at, None, step, vec![]);
                     self.program.instructions[call].text = format!("GJ, group {group}");
                     self.calls.push((call, group));
@@ -268,15 +275,11 @@ impl Layout<'_> {
             }
             Op::Start(group) => self.start(at, group),
             Op::Stop(group) => {
-                let effects = self
-                    .group(group)
-                    .into_iter()
-                    .map(|cell| Effect { when: When::Always, write: set(cell, false) });
-                let effects = effects.collect();
-                self.put(at, Some(("call", true)), Step::Act { fires: always }, effects);
+                let effects = vec![always(runs(group), false)];
+                self.put(at, Some(("call", true)), Step::Act { fires: whenever }, effects);
             }
-            Op::End(_) => {
-                let effects = self.moved(open.routine, None);
+            Op::End(group) => {
+                let effects = vec![always(runs(group), false)];
                 self.put(at, Some(("call", true)), Step::Return, effects);
             }
             Op::Label(_) | Op::Head(_) => {
@@ -287,14 +290,12 @@ impl Layout<'_> {
 
     /// GS: a group that is stopped begins at its head; one that runs may begin again or not.
     fn start(&mut self, at: usize, group: u32) {
-        let cells = self.group(group);
         let again =
             self.free(at, "GS on a group that runs may start it again or leave it as it is");
-        let runs = Logic::Any(cells.iter().copied().map(Logic::cell).collect());
-        let fires = Logic::Any(vec![runs.not(), again]);
-        let effect =
-            |cell: Cell| Effect { when: When::Fired, write: set(cell, cell.area == HEADS) };
-        let effects = cells.into_iter().map(effect).collect();
+        let fires = Logic::Any(vec![Logic::cell(runs(group)).not(), again]);
+        let head = Cell { area: HEADS, index: group };
+        let on = |cell| Effect { when: When::Fired, write: set(cell, true) };
+        let effects = vec![on(runs(group)), on(head)];
         self.put(at, Some(("call", true)), Step::Act { fires }, effects);
     }
 
@@ -311,14 +312,6 @@ impl Layout<'_> {
         } else {
             open.rounds.push((jump, at, to));
         }
-    }
-
-    /// A group's bits when it stands at a place from now on, or at none.
-    fn moved(&self, routine: usize, to: Option<Cell>) -> Vec<Effect> {
-        let places = self.places(routine).into_iter();
-        places
-            .map(|(_, cell)| Effect { when: When::Always, write: set(cell, Some(cell) == to) })
-            .collect()
     }
 
     /// The first test of a condition begins it anew.
@@ -399,27 +392,28 @@ impl Layout<'_> {
     /// Holds the start of a pass to the states in which one can begin.
     fn invariant(&mut self) {
         let Some(reach) = reach(self.source, self.latched) else { return };
-        let mut cells = Vec::new();
-        for index in 0..self.source.routines.len() {
-            cells.extend(self.places(index).into_iter().map(|(_, cell)| cell));
-        }
-        cells.extend(reach.timers.iter().map(|&index| Cell { area: TIMERS, index }));
-        cells.extend(reach.outputs.iter().map(|&index| Cell { area: OUTPUTS, index }));
-        let on = |start: &Start| -> BTreeSet<Cell> {
-            let stands = self.source.routines.iter().enumerate().filter_map(|(index, routine)| {
-                let place = match routine.group {
-                    None => Some(start.main),
-                    Some(group) => start.groups.get(&group).copied(),
-                };
-                self.stands(index, place?)
-            });
-            let timers = start.timers.iter().map(|&index| Cell { area: TIMERS, index });
-            let outputs = start.outputs.iter().map(|&index| Cell { area: OUTPUTS, index });
-            stands.chain(timers).chain(outputs).collect()
+        let bits = |area, of: &BTreeSet<u32>| -> Vec<Cell> {
+            of.iter().map(|&index| Cell { area, index }).collect()
         };
-        let states: Vec<BTreeSet<Cell>> = reach.starts.iter().map(on).collect();
-        let states: Vec<&BTreeSet<Cell>> = states.iter().collect();
-        self.program.invariants.push(one_of(&states, &cells));
+        let routines = self.source.routines.iter().enumerate().map(|(index, routine)| Stands {
+            runs: routine.group.map(runs),
+            places: self.places(index).into_iter().map(|(_, cell)| cell).collect(),
+        });
+        let routines: Vec<Stands> = routines.collect();
+        let states = reach.starts.iter().map(|start| {
+            let places = self.source.routines.iter().enumerate().map(|(index, routine)| {
+                let place = match routine.group {
+                    None => start.main,
+                    Some(group) => *start.groups.get(&group)?,
+                };
+                self.stands(index, place)
+            });
+            let on = [bits(TIMERS, &start.timers), bits(OUTPUTS, &start.outputs)].concat();
+            Beginning { places: places.collect(), on: on.into_iter().collect() }
+        });
+        let cells = [bits(TIMERS, &reach.timers), bits(OUTPUTS, &reach.outputs)].concat();
+        let states: Vec<Beginning> = states.collect();
+        self.program.invariants = invariants(&routines, &states, &cells);
     }
 
     fn finish(mut self) -> Program {
@@ -430,21 +424,13 @@ impl Layout<'_> {
     }
 }
 
-/// Whether the cells' values are those of one of the states, each told by the cells that are on in it.
-fn one_of(states: &[&BTreeSet<Cell>], cells: &[Cell]) -> Logic {
-    let Some((&cell, rest)) = cells.split_first() else {
-        return Logic::Const(!states.is_empty());
-    };
-    if states.is_empty() {
-        return Logic::Const(false);
-    }
-    let (on, off): (Vec<_>, Vec<_>) = states.iter().partition(|state| state.contains(&cell));
-    let (on, off) = (one_of(&on, rest), one_of(&off, rest));
-    if on == off {
-        return on;
-    }
-    let is = Logic::cell(cell);
-    Logic::Any(vec![Logic::All(vec![is.clone(), on]), Logic::All(vec![is.not(), off])])
+/// The bit that says that a group runs.
+fn runs(group: u32) -> Cell {
+    Cell { area: RUNS, index: group }
+}
+
+fn always(cell: Cell, to: bool) -> Effect {
+    Effect { when: When::Always, write: set(cell, to) }
 }
 
 fn set(cell: Cell, to: bool) -> Write {

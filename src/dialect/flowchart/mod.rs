@@ -4,6 +4,7 @@
 //! WAIT and of timers, and its cases (docs/flowchart.md). There is no scan that runs every instruction once;
 //! what one pass is stands in docs/flowchart.md too.
 
+mod beginning;
 pub mod decode;
 pub mod interpret;
 mod parse;

@@ -6,8 +6,10 @@
 use super::{Op, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// More steps than this are not followed.
-const MOST_STEPS: usize = 150_000;
+/// More steps than this are not followed, a step counted by all that is remembered at it.
+const MOST_STEPS: usize = 2_000_000;
+/// More timers than this are not kept in view.
+const MOST_TIMERS: usize = 250;
 /// More outputs than this are not kept in view: when the PLC is switched on each may be in either state.
 const MOST_OUTPUTS: usize = 6;
 
@@ -60,7 +62,7 @@ pub fn reach(source: &Source, latched: bool) -> Option<Reach> {
     let none = BTreeSet::new();
     [(&timers, &outputs), (&timers, &none), (&none, &none)]
         .into_iter()
-        .filter(|(_, outputs)| outputs.len() <= MOST_OUTPUTS)
+        .filter(|(timers, outputs)| timers.len() <= MOST_TIMERS && outputs.len() <= MOST_OUTPUTS)
         .find_map(|(timers, outputs)| {
             let (starts, direct) = (BTreeSet::new(), direct.clone());
             let (timers, outputs) = (timers.clone(), outputs.clone());
@@ -94,7 +96,7 @@ fn follow(source: &Source, mut reach: Reach) -> Option<Reach> {
             if !seen.insert(walk.clone()) {
                 continue;
             }
-            steps += 1;
+            steps += walk.size();
             if steps > MOST_STEPS {
                 return None;
             }
@@ -145,6 +147,12 @@ impl Walk {
             Op::Start(group) => self.start(source, group),
             op => vec![self.act(source, reach, op)],
         }
+    }
+
+    /// How much it remembers.
+    fn size(&self) -> usize {
+        let Start { groups, timers, outputs, .. } = &self.state;
+        10 + groups.len() + timers.len() + outputs.len() + self.known.len() + self.fresh.len()
     }
 
     fn step(mut self) -> Walk {

@@ -6,8 +6,8 @@ use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// More states of one turn than this are not followed.
-const MOST_STATES: usize = 20_000;
+/// More states of one turn than this are not followed, a state counted by all that it remembers.
+const MOST_STATES: usize = 500_000;
 /// No turn is laid out with more jumps back than this.
 const MOST_BACK: usize = 64;
 
@@ -49,7 +49,9 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
         known.insert(state.clone(), graph.add_node(()));
         open.push(state);
     }
+    let mut size = 0;
     while let Some(state) = open.pop() {
+        size += 10 + state.bits.len() + state.timers.len();
         let from = known[&state];
         for next in nexts(source, &tested, &direct, &state) {
             let back = usize::from(next.at <= state.at);
@@ -64,7 +66,7 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
             };
             graph.add_edge(from, to, back);
         }
-        if known.len() > MOST_STATES {
+        if size > MOST_STATES {
             return MOST_BACK;
         }
     }
@@ -73,7 +75,7 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
 
 /// The most jumps back on a way through the graph, each circle gone round once at most.
 fn longest(graph: DiGraph<(), usize>) -> usize {
-    let member: BTreeMap<NodeIndex, usize> = petgraph::algo::tarjan_scc(&graph)
+    let member: BTreeMap<NodeIndex, usize> = petgraph::algo::kosaraju_scc(&graph)
         .into_iter()
         .enumerate()
         .flat_map(|(part, nodes)| nodes.into_iter().map(move |node| (node, part)))
