@@ -71,6 +71,9 @@ pub fn dialects() -> &'static [Dialect] {
 /// Why it is nothing that can be read: it is empty, no text, in no known dialect, or in two.
 pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
     if input.bytes.is_empty() {
+        if is_comments_by_name(input) {
+            return Ok(Kind::Comments);
+        }
         return Err(Diagnostic::file(
             "empty-file",
             &input.name,
@@ -94,7 +97,10 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
         DIALECTS.iter().filter(|dialect| (dialect.sniff)(&beginning)).collect();
     match found[..] {
         [dialect] => Ok(Kind::Program(dialect)),
-        [] if melsec::is_comments(&beginning) => Ok(Kind::Comments),
+        [] if melsec::is_comments(&beginning) || omron::is_symbols(&beginning) => {
+            Ok(Kind::Comments)
+        }
+        [] if beginning.trim().is_empty() && is_comments_by_name(input) => Ok(Kind::Comments),
         [] if beginning.trim().is_empty() => Err(Diagnostic::file(
             "empty-file",
             &input.name,
@@ -115,6 +121,22 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
             "name the dialect with --dialect",
         )),
     }
+}
+
+/// Whether a file has the name that tools give device comments.
+fn is_comments_by_name(input: &Input) -> bool {
+    stem(&input.name).eq_ignore_ascii_case("COMMENT")
+}
+
+/// Warns of comments that hold nothing.
+fn empty_comments(comments: &[&Input]) -> Vec<Diagnostic> {
+    let empty =
+        comments.iter().filter(|input| beginning(input).is_ok_and(|text| text.trim().is_empty()));
+    let told = empty.map(|input| {
+        let help = "export the comments again if devices have any";
+        Diagnostic::file("empty-file", &input.name, "the device comments are empty", help).warning()
+    });
+    told.collect()
 }
 
 fn unknown(input: &Input, beginning: &str) -> Diagnostic {
@@ -209,7 +231,7 @@ pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Project, Vec<Diag
         if minasec::is_dialect(dialect.name) {
             minasec::read(dialect, &same).map(|source| Project::Minasec(Box::new(source)))
         } else if omron::DIALECTS.iter().any(|one| one.name == dialect.name) {
-            omron::project::read(dialect, &same).map(Project::Omron)
+            omron::project::read(dialect, &same, &comments).map(Project::Omron)
         } else if dialect.name == flowchart::NAME {
             flowchart::read(&same).map(Project::Flowchart)
         } else {
@@ -217,7 +239,14 @@ pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Project, Vec<Diag
         }
     });
     match read {
-        Some(Ok(project)) if errors.is_empty() => Ok(project),
+        Some(Ok(mut project)) if errors.is_empty() => {
+            match &mut project {
+                Project::Melsec(project) => project.warnings.extend(empty_comments(&comments)),
+                Project::Omron(project) => project.warnings.extend(empty_comments(&comments)),
+                Project::Minasec(_) | Project::Flowchart(_) => {}
+            }
+            Ok(project)
+        }
         Some(Err(more)) => {
             errors.extend(more);
             Err(errors)

@@ -32,6 +32,8 @@ pub(super) struct Assembly {
     pub(super) branches: BTreeSet<u32>,
     /// The flags of timers that the system counts on between instructions.
     pub(super) fast: BTreeSet<Cell>,
+    /// Loops whose count stands in a word: their begin, and the word where it is a known one.
+    pub(super) counted: Vec<(usize, Option<Cell>)>,
     place: Place,
     text: String,
 }
@@ -49,6 +51,7 @@ impl Assembly {
             closed: true,
             branches: BTreeSet::new(),
             fast: BTreeSet::new(),
+            counted: Vec::new(),
             place: Place { file: 0, line: 1, step: None },
             text: String::new(),
         }

@@ -30,6 +30,8 @@ pub(super) enum Role {
     Address,
     /// Words that are written (`d`), or read and written (`x`).
     Target(Extent),
+    /// So many words, written where it names words, and read (`y1`, `y2`): a constant is only read.
+    Either(u32),
     /// A bit that is read (`sb`).
     SourceBit,
     /// A bit that is written (`db`).
@@ -46,7 +48,8 @@ pub(super) enum Role {
 
 /// One instruction of one family. Columns of the file: `mnemonic`; `family` (`c`, `cs`, `*` both); `number` (`~`:
 /// may be assigned by the user); `operands`; `meaning`, the word by which `decode` knows it; `class`, the timing
-/// class; `flags`: the condition flags it may change besides what its meaning says, `*` all.
+/// class; `flags`: the condition flags it may change besides what its meaning says, `*` all, `~` those that some CPUs of CS, CJ
+/// and CP turn off and others leave.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Row {
     pub(super) mnemonic: &'static str,
@@ -153,6 +156,7 @@ fn role(word: &str) -> Option<Role> {
             let (kind, rest) = word.split_at(1);
             match kind {
                 "s" => Role::Source(Some(rest.parse().ok()?)),
+                "y" => Role::Either(rest.parse().ok()?),
                 "d" | "x" => Role::Target(if let Some(at) = rest.strip_prefix("..") {
                     Extent::UpTo(at.parse().ok()?)
                 } else if let Some(at) = rest.strip_prefix('@') {

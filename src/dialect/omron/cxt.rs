@@ -34,13 +34,22 @@ pub(super) fn sniff(beginning: &str) -> bool {
 }
 
 /// The family of a device by its name.
-pub(super) fn family(cpu: &str) -> Family {
+///
+/// # Errors
+/// Why there is none: its special bits stand elsewhere than in either family.
+pub(super) fn family(cpu: &str) -> Result<Family, String> {
     let device = cpu.trim().to_ascii_uppercase();
-    let old = [
-        "C200", "C1000", "C2000", "C500", "C120", "CQM1", "CPM", "SRM", "CVM", "C20", "C28", "C40",
-        "C60",
-    ];
-    if old.iter().any(|name| device.starts_with(name)) { Family::C } else { Family::Cs }
+    let is = |names: &[&str]| names.iter().any(|name| device.starts_with(name));
+    if is(&["C200", "C1000", "C2000", "CQM1", "CPM", "SRM"]) {
+        Ok(Family::C)
+    } else if is(&["C20", "C28", "C40", "C60", "C500", "C120", "CV"]) {
+        Err(format!(
+            "the program is for {}, whose special bits stand elsewhere than those of the CPUs that are known",
+            cpu.trim()
+        ))
+    } else {
+        Ok(Family::Cs)
+    }
 }
 
 /// Reads a file.

@@ -6,7 +6,7 @@ use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
 use crate::program::{
-    BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation, Units,
+    AreaId, BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation, Units,
     WordSource, WordTarget, Write,
 };
 
@@ -56,25 +56,28 @@ pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
 fn written(asm: &Assembly, item: &Item<'_>) -> String {
     let Some(row) = item.row else { return item.raw.operands.join(", ") };
     let roles = row.operands.iter().zip(&item.raw.operands).zip(&item.operands);
-    let parts = roles.filter(|((role, _), _)| matches!(role, Role::Target(_))).map(
-        |((role, text), operand)| {
-            let length = match *role {
-                Role::Target(extent) => length(asm.memory, item, extent),
-                _ => None,
-            };
-            match (length, operand) {
-                (_, Operand::Within(_)) => format!("all that {text} may lead to"),
-                (_, Operand::Anywhere) => "all memory".to_owned(),
-                (Some(1), _) => text.clone(),
-                (Some(2), _) => format!("{text} and the word behind it"),
-                (Some(count), _) => {
-                    format!("{text} and the {} words behind it", count.saturating_sub(1))
-                }
-                (None, _) => format!("the whole area of {text}"),
+    let parts = roles.filter(|((role, _), _)| is_written(role)).map(|((role, text), operand)| {
+        let length = match *role {
+            Role::Target(extent) => length(asm.memory, item, extent),
+            Role::Either(count) => Some(count),
+            _ => None,
+        };
+        match (length, operand) {
+            (_, Operand::Within(_)) => format!("all that {text} may lead to"),
+            (_, Operand::Anywhere) => "all memory".to_owned(),
+            (Some(1), _) => text.clone(),
+            (Some(2), _) => format!("{text} and the word behind it"),
+            (Some(count), _) => {
+                format!("{text} and the {} words behind it", count.saturating_sub(1))
             }
-        },
-    );
+            (None, _) => format!("the whole area of {text}"),
+        }
+    });
     parts.collect::<Vec<_>>().join(", ")
+}
+
+fn is_written(role: &Role) -> bool {
+    matches!(role, Role::Target(_) | Role::Either(_))
 }
 
 /// Notes that operands are read whose values are not followed.
@@ -162,8 +165,8 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
 /// Writes of any value to all that the instruction may write.
 pub(super) fn forget(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Write> {
     let regions: Vec<Region> = match item.row {
-        // A user's instruction may write its operands and what belongs to them.
-        None => item.operands.iter().flat_map(|operand| operand.regions(Some(4))).collect(),
+        // A user's instruction may write its operands and what belongs to them, however long that is.
+        None => item.operands.iter().flat_map(|operand| whole(operand, asm.memory)).collect(),
         // Where a unit's links lie is set in the unit, not in the program.
         Some(row) if row.meaning == "refresh-units" => vec![Region::Everything],
         Some(row) => row
@@ -172,9 +175,14 @@ pub(super) fn forget(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<W
             .zip(&item.operands)
             .filter_map(|(role, operand)| match role {
                 Role::Target(extent) => Some(operand.regions(length(asm.memory, item, *extent))),
+                Role::Either(count) => Some(operand.regions(Some(*count))),
+                Role::Timer | Role::Counter | Role::TimerOrCounter if operand.is_indirect() => {
+                    Some(asm.memory.timing_areas().into_iter().map(Region::Area).collect())
+                }
                 _ => None,
             })
             .flatten()
+            .chain(special_units(asm.memory, item))
             .collect(),
     };
     regions
@@ -184,12 +192,39 @@ pub(super) fn forget(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<W
         .collect()
 }
 
+/// All that an operand's area holds; with timers' and counters' values their flags, and the other way round.
+fn whole(operand: &Operand, memory: Memory) -> Vec<Region> {
+    let regions = operand.regions(None).into_iter().map(|region| match region {
+        Region::Range { first, .. } => Region::Area(first.area),
+        other => other,
+    });
+    let timing = memory.timing_areas();
+    let all = regions.flat_map(|region| match region {
+        Region::Area(area) if timing.contains(&area) => {
+            timing.iter().copied().map(Region::Area).collect()
+        }
+        other => vec![other],
+    });
+    all.collect()
+}
+
+/// What a refresh of special I/O units changes besides the words that name them (words 40 to 49 of the C series).
+fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
+    if memory.family != super::source::Family::C || item.name != "IORF" {
+        return None;
+    }
+    let (first, last) = (item.operands.first()?.word()?, item.operands.get(1)?.word()?);
+    let named = first.area.0 == 0 && first.index < 50 && last.index >= 40;
+    named.then_some(Region::Range { first: Cell { area: first.area, index: 100 }, count: 100 })
+}
+
 /// Input words that `!` reads anew before the instruction runs.
 fn refresh(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
     let Some(row) = item.row else { return Vec::new() };
     let mut writes = Vec::new();
     for (role, operand) in row.operands.iter().zip(&item.operands) {
-        if let (Role::Source(Some(count)), Operand::Word(first)) = (role, operand)
+        if let (Role::Source(Some(count)) | Role::Either(count), Operand::Word(first)) =
+            (role, operand)
             && super::memory::Memory::is_refreshed(*first)
         {
             writes
@@ -208,14 +243,29 @@ pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
         let (first, count) = asm.memory.flags();
         return vec![Write::Forget(Region::Range { first, count }, asm.choice())];
     }
-    let targets: Vec<BitTarget> =
-        named.split(' ').filter_map(|flag| asm.memory.flag(flag)).collect();
+    let left: &[&str] = match asm.memory.family {
+        super::source::Family::Cs => &["EQ", "NE", "GE", "LE", "N"],
+        super::source::Family::C => &[],
+    };
+    let named =
+        named.split(' ').flat_map(|flag| if flag == "~" { left.to_vec() } else { vec![flag] });
+    let targets: Vec<BitTarget> = named.filter_map(|flag| asm.memory.flag(flag)).collect();
     targets.into_iter().map(|target| Write::Bit(target, asm.free())).collect()
 }
 
 fn sources(asm: &mut Assembly, item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordSource>> {
     let memory = asm.memory;
-    item.operands.get(at)?.sources(count, memory, &mut || asm.choice())
+    let mut sources = item.operands.get(at)?.sources(count, memory, &mut || asm.choice())?;
+    // Behind a timer's value there may be that of one that the system counts on.
+    for source in &mut sources {
+        if let WordSource::Cell(cell) = *source
+            && let Some(area) = cell.area.0.checked_sub(1)
+            && asm.fast.contains(&Cell { area: AreaId(area), ..cell })
+        {
+            *source = WordSource::Free(asm.choice());
+        }
+    }
+    Some(sources)
 }
 
 fn number(asm: &mut Assembly, item: &Item<'_>, at: usize, count: u32) -> Option<Number> {
@@ -267,6 +317,10 @@ fn exact(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
             return compare_flags(asm, item);
         }
         "copy" | "fill" | "shift-words" | "exchange" => return block(asm, item),
+        carry @ ("set-carry" | "clear-carry") => {
+            let set = Logic::Const(carry == "set-carry");
+            return Some(vec![Write::Bit(asm.memory.flag("CY")?, set)]);
+        }
         "move-bit" | "set-bit" | "reset-bit" | "out-bit" | "set-bits" | "reset-bits" => {
             return bits(asm, item);
         }

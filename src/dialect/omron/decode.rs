@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::assembly::Assembly;
-use super::catalog::Role;
+use super::catalog::{Extent, Role};
+use super::data;
 use super::emit::{CallSite, Emitter};
 use super::layout::{Layout, layout};
 use super::memory::Memory;
@@ -46,17 +47,18 @@ pub fn decode(
         tasks: Vec::new(),
         bodies: Vec::new(),
         switches: false,
-        interrupted: false,
+        interrupted: Interrupted::default(),
+        unmasked: false,
         used: [BTreeSet::new(), BTreeSet::new()],
     };
     decoder.asm.fast = fast_timers(project, memory);
-    for (index, file) in project.files.iter().enumerate() {
-        let last = index + 1 == project.files.len();
-        decoder.file(file, options, last);
+    for file in &project.files {
+        decoder.file(file, options);
     }
     decoder.connect();
-    decoder.arrange(project, options);
     decoder.ranges(project, options);
+    super::loops::settle(&mut decoder.asm);
+    decoder.arrange(project, options);
     let Decoder { mut asm, mut faults, used: [read, written], .. } = decoder;
     // A word that is written serves outputs, another inputs.
     let inputs = read.difference(&written).count();
@@ -74,6 +76,46 @@ pub fn decode(
     Ok(asm.program)
 }
 
+/// Tasks that interrupts run and whose programs are not known.
+const UNLISTED: &str = "unlisted tasks";
+/// More words of inputs and outputs than this no CPU has.
+const MOST_POINTS: u32 = 320;
+
+/// Which subroutines interrupts may run, besides those that nothing calls.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+struct Interrupted {
+    /// Interrupts are let in.
+    any: bool,
+    /// A table in memory names the subroutines: it may be any.
+    all: bool,
+    /// These.
+    numbers: BTreeSet<u32>,
+}
+
+impl Interrupted {
+    /// Looks at an instruction that may let interrupts in.
+    fn look(&mut self, item: &Item<'_>, family: Family) {
+        if family != Family::C {
+            return;
+        }
+        match item.name.as_str() {
+            // Inputs run 0 to 15, a scheduled interrupt 99.
+            "INT" => self.numbers.extend((0..16).chain([99])),
+            "STIM" => match item.operands.get(2).and_then(|operand| operand.count(family)) {
+                Some(number) => self.numbers.extend([number]),
+                None => self.all = true,
+            },
+            "CTBL" => self.all = true,
+            _ => return,
+        }
+        self.any = true;
+    }
+
+    fn may_run(&self, number: u32) -> bool {
+        self.all || self.numbers.contains(&number)
+    }
+}
+
 /// The flags of the timers that the system counts on between instructions: all of 10 ms and less.
 fn fast_timers(project: &RawProject, memory: Memory) -> BTreeSet<Cell> {
     let none = BTreeSet::new();
@@ -86,8 +128,11 @@ fn fast_timers(project: &RawProject, memory: Memory) -> BTreeSet<Cell> {
         let reader = Reader { memory, symbols: [&program.symbols, &file.symbols], fast: &none };
         for raw in program.instructions.iter().filter(|raw| super::timers::is_fast(raw)) {
             let flag = raw.operands.first().map(|text| reader.read(text, Want::Completion("T")));
-            if let Some(Ok(Operand::Flag(cell))) = flag {
-                found.insert(cell);
+            match flag {
+                Some(Ok(Operand::Flag(cell))) => _ = found.insert(cell),
+                // Through an address that is not known: any timer.
+                Some(Ok(_)) => found.extend(memory.timers()),
+                _ => {}
             }
         }
     }
@@ -117,14 +162,16 @@ struct Decoder {
     tasks: Vec<(Task, String, std::ops::Range<usize>, usize)>,
     bodies: Vec<Body>,
     switches: bool,
-    /// Whether the program lets interrupts in (INT of the C series), whose routines are subroutines.
-    interrupted: bool,
+    /// Which subroutines interrupts may run that the program lets in (C series).
+    interrupted: Interrupted,
+    /// Whether the program lets interrupts in that run tasks (CS, CJ and CP).
+    unmasked: bool,
     /// Words of the input and output area that are read, and those that are written.
     used: [BTreeSet<u32>; 2],
 }
 
 impl Decoder {
-    fn file(&mut self, file: &RawFile, options: &DecodeOptions<'_>, last: bool) {
+    fn file(&mut self, file: &RawFile, options: &DecodeOptions<'_>) {
         let start = self.asm.next();
         let mut count = 0;
         self.asm.file = self.asm.program.files.len() as u32;
@@ -135,7 +182,7 @@ impl Decoder {
         });
         for program in &file.programs {
             count += program.instructions.len();
-            self.program(file, program, options, last);
+            self.program(file, program, options);
         }
         let end = self.asm.next();
         if let Some(source) = self.asm.program.files.last_mut() {
@@ -171,13 +218,7 @@ impl Decoder {
         }
     }
 
-    fn program(
-        &mut self,
-        file: &RawFile,
-        program: &RawProgram,
-        options: &DecodeOptions<'_>,
-        last: bool,
-    ) {
+    fn program(&mut self, file: &RawFile, program: &RawProgram, options: &DecodeOptions<'_>) {
         let memory = self.asm.memory;
         let fast = self.asm.fast.clone();
         let reader = Reader { memory, symbols: [&program.symbols, &file.symbols], fast: &fast };
@@ -192,12 +233,12 @@ impl Decoder {
         let complete = !faults.any_error();
         for item in &items {
             self.count_points(item);
-            self.interrupted |= item.name == "INT";
+            self.interrupted.look(item, memory.family);
+            self.unmasked |=
+                memory.family == Family::Cs && matches!(item.name.as_str(), "MSKS" | "CTBL");
         }
-        // One program of the C series may go on through several files; only the last ends it.
-        let end_needed = memory.family == Family::Cs || last;
         let mut layout_faults = Faults::new(&file.name);
-        let layout = layout(&items, memory.family, end_needed, &mut layout_faults);
+        let layout = layout(&items, memory.family, &mut layout_faults);
         if items.is_empty() && complete {
             faults.push(Diagnostic::file(
                 "empty-program",
@@ -247,14 +288,24 @@ impl Decoder {
     /// Counts the words of the input and output area that an instruction names.
     fn count_points(&mut self, item: &Item<'_>) {
         let Some(row) = item.row else { return };
+        let memory = self.asm.memory;
+        let length = |extent| data::length(memory, item, extent).unwrap_or(MOST_POINTS);
+        let block = row.operands.iter().find_map(|role| match role {
+            Role::Target(extent @ Extent::Counted(_)) => Some(*extent),
+            _ => None,
+        });
         for (role, operand) in row.operands.iter().zip(&item.operands) {
             let (Operand::Word(cell) | Operand::Bit(cell, _)) = *operand else { continue };
             let (written, count) = match role {
-                Role::TargetBit | Role::Target(_) => (1, 1),
+                Role::TargetBit => (1, 1),
+                Role::Target(extent) => (1, length(*extent)),
+                Role::Either(count) => (1, *count),
                 Role::Source(Some(count)) => (0, *count),
+                // A block is read as long as it is written.
+                Role::Source(None) => (0, block.map_or(1, &length)),
                 _ => (0, 1),
             };
-            let words = (0..count).map(|n| cell.plus(n));
+            let words = (0..count.min(MOST_POINTS)).map(|n| cell.plus(n));
             self.used[written].extend(
                 words.filter(|cell| self.asm.memory.is_point(*cell)).map(|cell| cell.index),
             );
@@ -364,6 +415,12 @@ impl Decoder {
         });
         let cyclic = tasks.iter().filter(|(task, ..)| matches!(task, Task::Cyclic(_))).count();
         for (task, name, range, end) in tasks {
+            // A list does not say when its program runs: that it is an interrupt's is stated by its name.
+            if let (Task::Each, Some(times)) = (task, options.facts.interrupt(&name)) {
+                let (entry, stated) = (range.start, true);
+                self.asm.program.interrupts.push(Interrupt { name, entry, times, stated });
+                continue;
+            }
             let Task::Interrupt(number) = task else {
                 let gated = matches!(task, Task::Cyclic(_));
                 self.gate(range.start, gated && (cyclic > 1 || self.switches), gated);
@@ -391,17 +448,51 @@ impl Decoder {
             ));
         }
         self.uncalled(options);
+        self.unlisted(options);
+        let stated = self.asm.program.interrupts.iter().filter(|interrupt| interrupt.stated);
+        let facts: Vec<String> = stated
+            .map(|interrupt| {
+                format!("{} runs {} times a scan at most", interrupt.name, interrupt.times)
+            })
+            .collect();
+        self.asm.program.facts.extend(facts);
         interrupts::isolate(&mut self.asm.program, &[]);
+    }
+
+    /// Interrupts that are let in run tasks, of which a list of mnemonics shows nothing.
+    fn unlisted(&mut self, options: &DecodeOptions<'_>) {
+        if !self.unmasked || !self.asm.program.interrupts.is_empty() {
+            return;
+        }
+        let stated = options.facts.interrupt(UNLISTED);
+        if let Some(times) = stated.filter(|&times| times > 0) {
+            let message =
+                format!("{times} runs of {UNLISTED} are stated, whose programs are not known");
+            let help = "give their programs, and state each by its file's name, such as [interrupts] task2 = 1";
+            self.faults.push(Diagnostic::file("no-interrupt", "", message, help));
+        }
+        let entry = self.asm.push(Step::Return, Vec::new(), None);
+        let (name, times) = (UNLISTED.to_owned(), stated.unwrap_or(1));
+        self.asm.program.interrupts.push(Interrupt {
+            name,
+            entry,
+            times,
+            stated: stated.is_some(),
+        });
+        self.asm.note("interrupts are let in, and the programs that they run are not among these");
     }
 
     /// Where interrupts are let in, subroutines that nothing calls are their routines.
     fn uncalled(&mut self, options: &DecodeOptions<'_>) {
-        if !self.interrupted {
+        if self.interrupted == Interrupted::default() {
             return;
         }
         let calls = flow::calls(&self.asm.program);
         let called: BTreeSet<usize> = calls.into_iter().map(|(_, routine)| routine).collect();
-        for body in self.bodies.iter().filter(|body| !called.contains(&body.range.start)) {
+        let runs = |body: &&Body| {
+            !called.contains(&body.range.start) || self.interrupted.may_run(body.number)
+        };
+        for body in self.bodies.iter().filter(runs) {
             let name = format!("SBN {:02}", body.number);
             let stated = options.facts.interrupt(&name);
             let entry = body.range.start;
@@ -462,13 +553,6 @@ impl Decoder {
                 )),
             }
         }
-        let stated = self.asm.program.interrupts.iter().filter(|interrupt| interrupt.stated);
-        let facts: Vec<String> = stated
-            .map(|interrupt| {
-                format!("{} runs {} times a scan at most", interrupt.name, interrupt.times)
-            })
-            .collect();
-        self.asm.program.facts.extend(facts);
     }
 }
 

@@ -337,23 +337,35 @@ impl<'a> Emitter<'a> {
             }
             _ => Step::Nothing,
         };
-        let index = self.asm.push(step, Vec::new(), Some(key));
+        let flags = match item.meaning() {
+            "for" | "next" => data::flags(self.asm, item).into_iter().map(always).collect(),
+            _ => Vec::new(),
+        };
+        let index = self.asm.push(step, flags, Some(key));
         if let Some(&target) = self.layout.targets.get(&at) {
             self.patches.push((index, target));
         }
     }
 
     fn turns(&mut self, item: &Item<'_>) -> Step {
-        let count = item.operands.first().and_then(|operand| operand.count(self.asm.memory.family));
-        let Some(turns) = count.filter(|&turns| turns <= u32::from(u16::MAX)) else {
-            self.asm.fault(
-                item,
-                "loop-count",
-                "how often this loop runs stands in a word, so no bound exists",
-                "write the count as a constant, such as FOR(512) &10",
-            );
-            return Step::Nothing;
+        let most = u32::from(u16::MAX);
+        let Some(operand) = item.operands.first() else { return Step::Nothing };
+        let Some(turns) = operand.count(self.asm.memory.family) else {
+            if matches!(operand, Operand::Constant(..) | Operand::Real(_) | Operand::Text) {
+                let help = "a loop runs 0 to 65535 times: write the count so, such as FOR(512) &10";
+                self.asm.fault(item, "loop-count", "this is no count of turns", help);
+                return Step::Nothing;
+            }
+            // How many turns the word can say is asked when all that writes it is known.
+            let count = WordSource::Free(self.asm.choice());
+            self.asm.counted.push((self.asm.next(), operand.word()));
+            return Step::ForBegin { count, least: 0, most, end: 0 };
         };
+        if turns > most {
+            let help = "a loop runs 0 to 65535 times";
+            self.asm.fault(item, "loop-count", "the count is too large", help);
+            return Step::Nothing;
+        }
         // The count is read as a signed number: it is stated by `least` and `most` alone.
         Step::ForBegin { count: WordSource::Const(0), least: turns, most: turns, end: 0 }
     }
@@ -370,11 +382,11 @@ impl<'a> Emitter<'a> {
             "break" => {
                 let fires = self.asm.fires(item.raw.edge);
                 let mut key = self.asm.key(item, true);
+                let flags = data::flags(self.asm, item).into_iter().map(always).collect();
                 if let Some(&next) = self.layout.targets.get(&at) {
                     key.units = Units::Exactly((next - at) as u64);
                     // Behind NEXT: that ends the loop.
-                    let index =
-                        self.asm.push(Step::Jump { fires, target: 0 }, Vec::new(), Some(key));
+                    let index = self.asm.push(Step::Jump { fires, target: 0 }, flags, Some(key));
                     self.patches.push((index, next + 1));
                 }
             }

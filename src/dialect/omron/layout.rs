@@ -44,14 +44,9 @@ struct Site {
 }
 
 /// Works the layout out, or tells all that is wrong with it.
-pub(super) fn layout(
-    items: &[Item<'_>],
-    family: Family,
-    end_needed: bool,
-    faults: &mut Faults<'_>,
-) -> Layout {
+pub(super) fn layout(items: &[Item<'_>], family: Family, faults: &mut Faults<'_>) -> Layout {
     let mut layout = Layout { dead: vec![false; items.len()], ..Layout::default() };
-    routines(items, family, end_needed, &mut layout, faults);
+    routines(items, family, &mut layout, faults);
     let sites = sites(items, &mut layout, faults);
     jumps(items, family, &sites, &mut layout, faults);
     layout.zoned = sites.iter().map(|site| !site.zones.is_empty()).collect();
@@ -72,13 +67,7 @@ fn fault(
     );
 }
 
-fn routines(
-    items: &[Item<'_>],
-    family: Family,
-    end_needed: bool,
-    layout: &mut Layout,
-    faults: &mut Faults<'_>,
-) {
+fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mut Faults<'_>) {
     let mut open: Option<(usize, u32)> = None;
     let mut misplaced = None;
     for (at, item) in items.iter().enumerate() {
@@ -160,18 +149,6 @@ fn routines(
             help,
             faults,
         );
-    }
-    match items.last() {
-        Some(last) if layout.end.is_none() && end_needed => {
-            fault(
-                last,
-                "no-end",
-                "the program has no END".to_owned(),
-                "the file may have been cut off: export it again, or write END after the last instruction",
-                faults,
-            );
-        }
-        _ => {}
     }
 }
 
@@ -287,6 +264,18 @@ fn jumps(
             other.meaning() == wanted && (zero || other.number(family) == Some(number))
         };
         let same = |other: usize| sites[other].routine == sites[at].routine;
+        // Where several have the number, the PLC goes to the first of the program, wherever it stands.
+        let first = (0..items.len()).find(|&other| lands(&items[other])).filter(|_| number != 0);
+        if first
+            .is_some_and(|first| first < at && (at..items.len()).any(|other| lands(&items[other])))
+        {
+            let message = format!(
+                "there are several JMEs of number {number}, and this jump goes back to the first"
+            );
+            let help = "give each JMP and its JME a number of their own";
+            fault(item, "jump", message, help, faults);
+            continue;
+        }
         let Some(target) = (at + 1..items.len()).find(|&other| lands(&items[other]) && same(other))
         else {
             let before = (0..at).any(|other| lands(&items[other]) && same(other));

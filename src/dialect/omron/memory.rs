@@ -253,7 +253,8 @@ impl Memory {
     pub(super) fn is_volatile(self, cell: Cell) -> bool {
         match self.family {
             Family::C => cell.area.0 == 2 || (cell.area.0 == 0 && (236..300).contains(&cell.index)),
-            Family::Cs => matches!(cell.area.0, 3 | 10),
+            // The values of timers 0 to 2047 are also updated every 80 ms of a long scan.
+            Family::Cs => matches!(cell.area.0, 3 | 10) || (cell.area.0 == 6 && cell.index < 2_048),
         }
     }
 
@@ -262,11 +263,11 @@ impl Memory {
         cell.area.0 == 0
     }
 
-    /// Whether the word is in the area of inputs and outputs: IR 0 to 29 and 100 to 115 (outputs of CQM1), CIO 0 to 319.
+    /// Whether the word is in the area of inputs and outputs: IR 0 to 49 and 100 to 115 (outputs of CQM1), CIO 0 to 319.
     pub(super) fn is_point(self, cell: Cell) -> bool {
         cell.area.0 == 0
             && match self.family {
-                Family::C => cell.index < 30 || (100..116).contains(&cell.index),
+                Family::C => cell.index < 50 || (100..116).contains(&cell.index),
                 Family::Cs => cell.index < 320,
             }
     }
@@ -305,10 +306,27 @@ impl Memory {
         Cell { area: AreaId(area as u16), index: flag.index }
     }
 
-    /// Words that hold a macro's parameters and results.
+    /// The areas of timers and counters: their flags, present values, and what is remembered of them.
+    pub(super) fn timing_areas(self) -> Vec<AreaId> {
+        let at: &[u16] = match self.family {
+            Family::C => &[6, 7, 8],
+            Family::Cs => &[5, 6, 7, 8, 11],
+        };
+        at.iter().copied().map(AreaId).collect()
+    }
+
+    /// The flags of all timers.
+    pub(super) fn timers(self) -> impl Iterator<Item = Cell> {
+        let area = AreaId(self.timing_areas()[0].0);
+        (0..self.size(area)).map(move |index| Cell { area, index })
+    }
+
+    /// Words that hold a macro's parameters and results: 232 to 239 and 290 to 297, on the CQM1 96 to 99 and 196 to 199.
     pub(super) fn parameters(self) -> Vec<(Cell, u32)> {
         match self.family {
-            Family::C => [232, 290].map(|index| (Cell { area: AreaId(0), index }, 8)).to_vec(),
+            Family::C => [(232, 8), (290, 8), (96, 4), (196, 4)]
+                .map(|(index, count)| (Cell { area: AreaId(0), index }, count))
+                .to_vec(),
             Family::Cs => vec![(Cell { area: AreaId(3), index: 600 }, 8)],
         }
     }

@@ -9,12 +9,14 @@ mod emit;
 mod exact;
 mod layout;
 mod list;
+mod loops;
 mod memory;
 mod named;
 mod operand;
 pub mod project;
 mod resolve;
 pub mod source;
+mod symbols;
 #[cfg(test)]
 mod tests;
 mod timers;
@@ -23,6 +25,11 @@ mod words;
 use super::Dialect;
 
 pub use decode::{DecodeOptions, decode};
+
+/// Whether the beginning of a file is that of a table of symbols.
+pub(super) fn is_symbols(beginning: &str) -> bool {
+    symbols::sniff(beginning)
+}
 
 /// The name of the C200H's spelling.
 const C: &str = "omron-c200h";

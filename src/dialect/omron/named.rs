@@ -28,6 +28,7 @@ pub(super) fn touched(item: &Item<'_>, memory: Memory) -> Touched {
                 })
             }),
             Some(Role::Target(extent)) => data::length(memory, item, *extent),
+            Some(Role::Either(count)) => Some(*count),
             // Of an address that is not read itself nothing is touched.
             Some(Role::Address | Role::Number) => continue,
             _ => Some(1),

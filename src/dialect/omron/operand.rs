@@ -161,7 +161,10 @@ impl Reader<'_> {
     /// An address; `None` if the text has not the form of one.
     fn address(&self, text: &str, want: Want) -> Option<Result<Operand, Refusal>> {
         let upper = text.to_ascii_uppercase();
-        if upper.contains(",IR") || upper.contains(", IR") {
+        // `,IR0`, `+5,IR0`, `DR0,IR0`, and counted on or back: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
+        if upper.split_once(',').is_some_and(|(_, register)| {
+            register.trim_start().trim_start_matches('-').starts_with("IR")
+        }) {
             return Some(Ok(Operand::Anywhere));
         }
         if self.memory.family == Family::Cs

@@ -164,7 +164,7 @@ fn check_number(
 
 fn read(text: &str, role: Role, reader: &Reader<'_>) -> Result<Operand, super::operand::Refusal> {
     let want = match role {
-        Role::Source(_) | Role::Target(_) => Want::Word,
+        Role::Source(_) | Role::Target(_) | Role::Either(_) => Want::Word,
         Role::Address => {
             return reader.read(text, Want::Word).or_else(|_| reader.read(text, Want::Bit));
         }
@@ -197,6 +197,7 @@ fn read(text: &str, role: Role, reader: &Reader<'_>) -> Result<Operand, super::o
                 | Operand::Flag(_)
                 | Operand::Bit(..)
         ),
+        Role::Either(_) => !matches!(operand, Operand::Flag(_) | Operand::Bit(..) | Operand::Text),
         Role::SourceBit => operand.bit_source(memory, &mut none).is_some(),
         Role::TargetBit => operand.bit_target().is_some() || operand.is_indirect(),
         Role::Timer | Role::Counter | Role::TimerOrCounter => {

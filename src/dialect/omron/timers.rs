@@ -68,6 +68,9 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
     match item.meaning() {
         "timer-unknown" => asm.note("this timer's completion flag is on or off at will"),
         "always-forget" => asm.note("this timer's flags and values take any value"),
+        "timer" if !matches!(item.operands.first(), Some(Operand::Flag(_))) => {
+            asm.note("which timer this is is not known: all timers take any value");
+        }
         _ => {}
     }
     data::note_indirect(asm, item);
@@ -75,7 +78,11 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
 
 /// The flags from the first to the last that are reset; `None` if they are not known.
 fn reset_range(operands: &[Operand]) -> Option<Vec<Cell>> {
-    let [Operand::Flag(first), Operand::Flag(last)] = operands else { return None };
+    let (first, last) = match operands {
+        [Operand::Flag(one)] => (one, one),
+        [Operand::Flag(first), Operand::Flag(last)] => (first, last),
+        _ => return None,
+    };
     let in_order = first.area == last.area && first.index <= last.index;
     in_order.then(|| (0..=last.index - first.index).map(|n| first.plus(n)).collect())
 }

@@ -51,6 +51,12 @@ pub(super) fn read(text: &str, line: &str, number: u32) -> Line {
             let starts;
             (instruction.operands, starts) = operands(&words[used..]);
             instruction.places = Places::of_slices(text, std::iter::once(words[0]).chain(starts));
+            // `LD !0.00` is `!LD 0.00`.
+            for operand in &mut instruction.operands {
+                if let Some(rest) = operand.strip_prefix('!').map(str::to_owned) {
+                    (*operand, instruction.immediate) = (rest, true);
+                }
+            }
             instruction.text = std::iter::once(words[..used].join(" "))
                 .chain(instruction.operands.iter().cloned())
                 .collect::<Vec<_>>()
@@ -201,6 +207,13 @@ fn operands<'w>(words: &[&'w str]) -> (Vec<String>, Vec<&'w str>) {
     while let Some(word) = words.next() {
         starts.push(word);
         let upper = word.to_ascii_uppercase();
+        // `# 0020`: the mark stands apart from its digits.
+        if matches!(upper.as_str(), "#" | "&")
+            && let Some(digits) = words.next_if(|next| next.bytes().all(|b| b.is_ascii_hexdigit()))
+        {
+            out.push(format!("{upper}{}", digits.trim_end_matches(',')));
+            continue;
+        }
         let joined = APART.contains(&upper.as_str())
             && words.peek().is_some_and(|next| next.starts_with(|c: char| c.is_ascii_digit()));
         match (joined, words.peek()) {
