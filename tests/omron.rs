@@ -286,3 +286,18 @@ fn empty_comments_are_a_warning() {
         }
     }
 }
+
+#[test]
+fn index_registers_hold_what_is_moved_to_them() {
+    let both = |lines: &[&str]| {
+        let ask = ["LD=L(301) IR0 &100", "Op1", "LD=L(301) IR0 &101", "Op2", "END"];
+        seconds(CX, &[&["LD P_On", "MOVL(498) &100 IR0"], lines, &ask].concat(), "")
+    };
+    assert_eq!(both(&[]), 1);
+    // Moved on by an operand, also by a contact.
+    assert_eq!(both(&["LD P_On", "MOV(021) ,IR0+ D0"]), 2);
+    assert_eq!(both(&["LD ,--IR0", "OUT W0.00"]), 2);
+    assert_eq!(both(&["LD P_On", "MOV(021) ,IR1+ D0"]), 1);
+    assert_eq!(both(&["LD P_On", "MOVR(560) D0 IR0"]), 2);
+    assert_eq!(codes(CX, &["LD P_On", "MOVL(498) &100 IR16", "END"], ""), ["operand"]);
+}

@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 
 use super::memory::Memory;
 use super::named;
+use super::operand::moved_register;
 use super::resolve::Item;
 use super::source::Edge;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::shown;
 use crate::program::{
     Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Place,
-    Program, Step, TimingKey, Units, When, Write,
+    Program, Region, Step, TimingKey, Units, When, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -34,6 +35,8 @@ pub(super) struct Assembly {
     pub(super) fast: BTreeSet<Cell>,
     /// Loops whose count stands in a word: their begin, and the word where it is a known one.
     pub(super) counted: Vec<(usize, Option<Cell>)>,
+    /// Index registers that the instruction's operands move, until it is put in.
+    moved: Vec<Cell>,
     place: Place,
     text: String,
 }
@@ -52,6 +55,7 @@ impl Assembly {
             branches: BTreeSet::new(),
             fast: BTreeSet::new(),
             counted: Vec::new(),
+            moved: Vec::new(),
             place: Place { file: 0, line: 1, step: None },
             text: String::new(),
         }
@@ -61,6 +65,9 @@ impl Assembly {
     pub(super) fn at(&mut self, item: &Item<'_>) {
         self.place = Place { file: self.file, line: item.raw.line, step: item.raw.step };
         self.text.clone_from(&item.raw.text);
+        let memory = self.memory;
+        let operands = item.raw.operands.iter();
+        self.moved = operands.filter_map(|text| moved_register(text, memory)).collect();
     }
 
     /// A fault of an instruction.
@@ -121,9 +128,15 @@ impl Assembly {
     pub(super) fn push(
         &mut self,
         step: Step,
-        effects: Vec<Effect>,
+        mut effects: Vec<Effect>,
         timing: Option<TimingKey>,
     ) -> usize {
+        if timing.is_some() {
+            for first in std::mem::take(&mut self.moved) {
+                let choice = self.choice();
+                effects.push(always(Write::Forget(Region::Range { first, count: 2 }, choice)));
+            }
+        }
         self.program.instructions.push(Instruction {
             place: self.place,
             block: self.program.blocks.max(1),

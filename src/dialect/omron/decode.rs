@@ -316,8 +316,14 @@ impl Decoder {
     fn clear_flags(&mut self) {
         if self.asm.memory.family == Family::Cs && !self.tasks.is_empty() {
             let (first, count) = self.asm.memory.flags();
-            let write = Write::Forget(Region::Range { first, count }, self.asm.choice());
-            self.asm.push(Step::Nothing, vec![Effect { when: When::Always, write }], None);
+            let flags = Region::Range { first, count };
+            let registers = self.asm.memory.registers().iter().copied().map(Region::Area);
+            let effects = [flags].into_iter().chain(registers).map(|region| {
+                let write = Write::Forget(region, self.asm.choice());
+                Effect { when: When::Always, write }
+            });
+            let effects = effects.collect();
+            self.asm.push(Step::Nothing, effects, None);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::assembly::Assembly;
 use crate::diagnostic::Diagnostic;
-use crate::program::{Approximation, Step, WordSource, flow};
+use crate::program::{Approximation, Step, WordSource, bulk, flow};
 use std::collections::BTreeSet;
 
 /// Loops of more executed instructions are taken in bulk.
@@ -36,17 +36,17 @@ pub(super) fn settle(asm: &mut Assembly) {
             continue;
         }
         behind = end;
-        let Some(bulk) = flow::bulk(&mut asm.program, begin, end, u64::from(most)) else {
+        let Some(step) = bulk::bulk(&mut asm.program, begin, end, u64::from(most)) else {
             let instruction = &asm.program.instructions[begin];
             let file = &asm.program.files[instruction.place.file as usize].name;
-            let message = "this loop is too large to follow turn by turn and is left in its middle";
+            let message = "loops and calls multiply to more turns here than can be counted";
             let help = "state the range of its count in the facts file";
             let (line, text) = (instruction.place.line, instruction.text.clone());
             let fault = Diagnostic::line("loop", file, line, text, message, help);
             asm.faults.push(fault.at_step(asm.program.instructions[begin].place.step));
             continue;
         };
-        asm.program.instructions[begin].step = bulk;
+        asm.program.instructions[begin].step = step;
         let what = format!(
             "the loop is charged {most} times at its dearest, and what it writes is taken as any value"
         );

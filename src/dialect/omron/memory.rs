@@ -53,7 +53,7 @@ const C_AREAS: [Known; 9] = [
 ];
 
 /// CIO, W, H, A, D; the banks of E follow as further areas.
-const CS_AREAS: [Known; 12] = [
+const CS_AREAS: [Known; 14] = [
     words("CIO", &["", "CIO"], 6_144),
     words("W", &["W"], 512),
     words("H", &["H"], 1_536),
@@ -66,6 +66,9 @@ const CS_AREAS: [Known; 12] = [
     other("CF", &["CF"], 128, Use::Conditions),
     words("TK", &["TK"], 128),
     other("TIMER-RUNS-", &[], 4_096, Use::Conditions),
+    // Index registers have two words each.
+    words("IR-word ", &[], 32),
+    words("DR", &[], 16),
 ];
 
 /// Banks of the E area, and the words of each.
@@ -302,8 +305,11 @@ impl Memory {
 
     /// Whether a timer's condition was on when it ran last, for timers that run out between instructions.
     pub(super) fn runs(self, flag: Cell) -> Cell {
-        let area = self.known().len() - 1;
-        Cell { area: AreaId(area as u16), index: flag.index }
+        let area = match self.family {
+            Family::C => 8,
+            Family::Cs => 11,
+        };
+        Cell { area: AreaId(area), index: flag.index }
     }
 
     /// The areas of timers and counters: their flags, present values, and what is remembered of them.
@@ -313,6 +319,26 @@ impl Memory {
             Family::Cs => &[5, 6, 7, 8, 11],
         };
         at.iter().copied().map(AreaId).collect()
+    }
+
+    /// An index register's two words, the least first.
+    pub(super) fn index_register(self, number: u32) -> Option<Cell> {
+        (self.family == Family::Cs && number < 16)
+            .then_some(Cell { area: AreaId(12), index: 2 * number })
+    }
+
+    /// A data register.
+    pub(super) fn data_register(self, number: u32) -> Option<Cell> {
+        (self.family == Family::Cs && number < 16)
+            .then_some(Cell { area: AreaId(13), index: number })
+    }
+
+    /// The areas of index and data registers, whose values a task does not find as another left them.
+    pub(super) fn registers(self) -> &'static [AreaId] {
+        match self.family {
+            Family::C => &[],
+            Family::Cs => &[AreaId(12), AreaId(13)],
+        }
     }
 
     /// The flags of all timers.

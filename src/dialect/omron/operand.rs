@@ -32,7 +32,7 @@ pub(super) enum Operand {
     Flag(Cell),
     /// A bit of a word.
     Bit(Cell, u8),
-    /// An index or data register: its value is not followed.
+    /// A present value that the system changes: it is not followed.
     Register,
     /// Somewhere in these areas: `*D6`, `@D80`, the current bank of E.
     Within(Vec<AreaId>),
@@ -170,7 +170,18 @@ impl Reader<'_> {
         if self.memory.family == Family::Cs
             && (is_numbered(&upper, "IR") || is_numbered(&upper, "DR"))
         {
-            return Some(Ok(Operand::Register));
+            let number = upper[2..].parse().unwrap_or(u32::MAX);
+            let register = match upper.starts_with('I') {
+                true => self.memory.index_register(number),
+                false => self.memory.data_register(number),
+            };
+            let missing = || {
+                (
+                    format!("there is no register {text}"),
+                    "registers are IR0 to IR15 and DR0 to DR15",
+                )
+            };
+            return Some(register.map(Operand::Word).ok_or_else(missing));
         }
         if let Some(pointer) = upper.strip_prefix(['*', '@']) {
             if pointer.starts_with(['*', '@']) {
@@ -277,6 +288,14 @@ impl Reader<'_> {
             "the last is far below: look at the address, and at the dialect that the file was taken for",
         ))
     }
+}
+
+/// The index register that reading an operand moves on or back: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
+pub(super) fn moved_register(text: &str, memory: Memory) -> Option<Cell> {
+    let (_, register) = text.split_once(',')?;
+    let plain = register.trim().trim_matches(['+', '-']);
+    let number = plain.to_ascii_uppercase().strip_prefix("IR")?.parse().ok()?;
+    (plain != register.trim()).then(|| memory.index_register(number)).flatten()
 }
 
 /// The element of an array.
