@@ -208,6 +208,32 @@ pub enum Operation {
         /// Two's complement.
         signed: bool,
     },
+    /// Sum or difference of two numbers of equally many words, the third input, a carry or borrow, with it (none: 0).
+    /// Results: the number, then the carry or borrow out of it, both binary.
+    Sum {
+        /// The second is taken from the first.
+        subtract: bool,
+    },
+    /// The carry or borrow of [`Operation::Sum`] alone.
+    Carry {
+        /// The second is taken from the first.
+        subtract: bool,
+    },
+    /// The same of numbers in binary coded decimal; a difference below 0 is that to the next power of ten.
+    DecimalSum {
+        /// The second is taken from the first.
+        subtract: bool,
+    },
+    /// Product of two numbers of equally many words in binary coded decimal; twice as many words.
+    DecimalMultiply,
+    /// Quotient and remainder of two numbers in binary coded decimal, in one result: the remainder behind. Not known
+    /// for a divisor of 0.
+    DecimalDivide,
+    /// The words of both results of [`Operation::Divide`] in one: the remainder behind.
+    DivideJoined {
+        /// Two's complement.
+        signed: bool,
+    },
 }
 
 /// A function of one number.

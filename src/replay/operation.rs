@@ -39,7 +39,51 @@ pub fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> 
             let fits = number(&result, *signed)? == quotient;
             fits.then(|| vec![result, words_of(dividend % divisor, b.len())])
         }
+        Operation::Sum { subtract } => {
+            let count = inputs.first()?.len();
+            let sum = sum(*subtract, inputs, &|words| number(words, false))?;
+            let out = u16::from(!(0..1i128 << (16 * count)).contains(&sum));
+            Some(vec![words_of(sum, count), vec![out]])
+        }
+        Operation::Carry { subtract } => {
+            let results = run(&Operation::Sum { subtract: *subtract }, inputs)?;
+            Some(vec![results.get(1)?.clone()])
+        }
+        Operation::DecimalSum { subtract } => {
+            let count = inputs.first()?.len();
+            let all = 10i128.checked_pow(u32::try_from(4 * count).ok()?)?;
+            let sum = sum(*subtract, inputs, &bcd)?;
+            let out = u16::from(!(0..all).contains(&sum));
+            Some(vec![digits(sum.rem_euclid(all), count), vec![out]])
+        }
+        Operation::DecimalMultiply => {
+            let (a, b) = (inputs.first()?, inputs.get(1)?);
+            Some(vec![digits(bcd(a)?.checked_mul(bcd(b)?)?, a.len() + b.len())])
+        }
+        Operation::DecimalDivide => {
+            let (a, b) = (inputs.first()?, inputs.get(1)?);
+            let (dividend, divisor) = (bcd(a)?, bcd(b)?);
+            let quotient = dividend.checked_div(divisor)?;
+            Some(vec![[digits(quotient, a.len()), digits(dividend % divisor, b.len())].concat()])
+        }
+        Operation::DivideJoined { signed } => {
+            Some(vec![run(&Operation::Divide { signed: *signed }, inputs)?.concat()])
+        }
     }
+}
+
+/// The first two inputs' numbers, and the third's bit, in one sum.
+fn sum(subtract: bool, inputs: &[Vec<u16>], read: &dyn Fn(&[u16]) -> Option<i128>) -> Option<i128> {
+    let (a, b) = (read(inputs.first()?)?, read(inputs.get(1)?)?);
+    let carry = inputs.get(2).and_then(|carry| carry.first()).map_or(0, |carry| carry & 1);
+    let second = b + i128::from(carry);
+    Some(if subtract { a - second } else { a + second })
+}
+
+/// The decimal digits of a number, four a word.
+fn digits(value: i128, words: usize) -> Vec<u16> {
+    let digit = |n: usize| (value / 10i128.pow(n as u32) % 10) as u16;
+    (0..words).map(|w| (0..4).fold(0, |word, n| word | digit(4 * w + n) << (4 * n))).collect()
 }
 
 /// The number that words make, the least first; at most four words.

@@ -33,6 +33,8 @@ pub(super) struct Assembly {
     pub(super) branches: BTreeSet<u32>,
     /// The flags of timers that the system counts on between instructions.
     pub(super) fast: BTreeSet<Cell>,
+    /// Whether the instruction may run more than once a scan.
+    pub(super) repeated: bool,
     /// Loops whose count stands in a word: their begin, and the word where it is a known one.
     pub(super) counted: Vec<(usize, Option<Cell>)>,
     /// Index registers that the instruction's operands move, until it is put in.
@@ -54,6 +56,7 @@ impl Assembly {
             closed: true,
             branches: BTreeSet::new(),
             fast: BTreeSet::new(),
+            repeated: false,
             counted: Vec::new(),
             moved: Vec::new(),
             place: Place { file: 0, line: 1, step: None },
@@ -90,10 +93,13 @@ impl Assembly {
         ChoiceId(self.program.choices - 1)
     }
 
-    /// A choice that the outside makes: how far a timer has run, what an instruction saw in the last scan.
+    /// A choice that the outside makes: how far a timer has run, what an instruction saw in the last scan. Where it
+    /// runs more than once a scan, what it saw is its own doing, which is not followed.
     pub(super) fn world(&mut self) -> ChoiceId {
         let choice = self.choice();
-        self.program.kinds.insert(choice, ChoiceKind::World);
+        if !self.repeated {
+            self.program.kinds.insert(choice, ChoiceKind::World);
+        }
         choice
     }
 

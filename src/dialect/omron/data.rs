@@ -20,20 +20,19 @@ pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
     let exact =
         if item.operands.iter().any(Operand::is_indirect) { None } else { exact(asm, item) };
     let followed = exact.is_some();
-    let writes = match exact {
-        Some(writes) => writes,
-        None => {
-            let choice = super::exact::choice(asm, item);
-            forget(asm, item, choice)
-        }
+    let carry = super::exact::carry_before(asm, item).filter(|_| followed);
+    let (writes, known) = match exact {
+        Some(writes) => (writes, true),
+        None => super::exact::writes(asm, item),
     };
     let widened = !followed && !writes.is_empty();
     let mut effects: Vec<_> = Vec::new();
     if item.raw.immediate {
         effects.extend(refresh(asm, item).into_iter().map(fired));
     }
+    effects.extend(carry);
     effects.extend(writes.into_iter().map(fired));
-    effects.extend(flags(asm, item).into_iter().map(fired));
+    effects.extend(super::exact::flags(asm, item, known));
     if item.meaning() == "out-bit" {
         // The one instruction here that also writes while its condition is off.
         for effect in &mut effects {
@@ -253,7 +252,12 @@ pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
     targets.into_iter().map(|target| Write::Bit(target, asm.free())).collect()
 }
 
-fn sources(asm: &mut Assembly, item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordSource>> {
+pub(super) fn sources(
+    asm: &mut Assembly,
+    item: &Item<'_>,
+    at: usize,
+    count: u32,
+) -> Option<Vec<WordSource>> {
     let memory = asm.memory;
     let mut sources = item.operands.get(at)?.sources(count, memory, &mut || asm.choice())?;
     // Behind a timer's value there may be that of one that the system counts on.

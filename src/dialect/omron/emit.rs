@@ -73,6 +73,7 @@ impl<'a> Emitter<'a> {
                     None,
                 ));
             }
+            self.asm.repeated = self.layout.repeated[at];
             if !self.layout.dead[at] {
                 self.item(at);
             }
@@ -221,7 +222,7 @@ impl<'a> Emitter<'a> {
         }
         if item.raw.immediate {
             // The input is read anew, with its word.
-            let fresh = self.asm.free();
+            let fresh = self.asm.any();
             if let Some(operand @ Operand::Bit(cell, _)) = item.operands.first()
                 && Memory::is_refreshed(*cell)
                 && let Some(target) = operand.bit_target()

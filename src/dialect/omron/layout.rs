@@ -33,6 +33,8 @@ pub(super) struct Layout {
     pub(super) dead: Vec<bool>,
     /// Items that stand in an interlock.
     pub(super) zoned: Vec<bool>,
+    /// Items that may run more than once a scan: in loops, and in subroutines but those called once.
+    pub(super) repeated: Vec<bool>,
 }
 
 /// Where an item stands.
@@ -49,8 +51,24 @@ pub(super) fn layout(items: &[Item<'_>], family: Family, faults: &mut Faults<'_>
     routines(items, family, &mut layout, faults);
     let sites = sites(items, &mut layout, faults);
     jumps(items, family, &sites, &mut layout, faults);
+    layout.repeated = repeated(items, family, &sites, &layout);
     layout.zoned = sites.iter().map(|site| !site.zones.is_empty()).collect();
     layout
+}
+
+fn repeated(items: &[Item<'_>], family: Family, sites: &[Site], layout: &Layout) -> Vec<bool> {
+    let once = |routine: &Routine| {
+        let called = |at: &usize| {
+            matches!(items[*at].meaning(), "call" | "macro")
+                && items[*at].number(family) == Some(routine.number)
+        };
+        let calls: Vec<usize> = (0..items.len()).filter(called).collect();
+        matches!(calls[..], [at] if sites[at].loops.is_empty() && sites[at].routine == 0)
+            && !routine.global
+    };
+    let many: Vec<&Routine> = layout.routines.iter().filter(|routine| !once(routine)).collect();
+    let within = |at| many.iter().any(|routine| (routine.begin..=routine.end).contains(&at));
+    (0..items.len()).map(|at| !sites[at].loops.is_empty() || within(at)).collect()
 }
 
 fn fault(
