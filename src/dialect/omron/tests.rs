@@ -519,3 +519,21 @@ fn what_is_taken_as_any_value_costs_its_area_all_the_same() {
     assert_eq!(priced(&c("LD 00000\nMOV(21) *DM0000 HR00\nEND(01)\n")), 1);
     assert_eq!(priced(&cx("LD W0.00\n++ D0\nMOV @D0 W1\nEND\n")), 3);
 }
+
+#[test]
+fn cpus_whose_special_bits_stand_elsewhere_are_refused() {
+    let project = |cpu: &str| {
+        let text = format!(
+            "CXProgVer:=9;\nPLC:=\nBEGIN\nConfig:=\"DEV:{cpu}]\";\nPrograms:=\nBEGIN\nProgram[0]:=\nBEGIN\nName:=\"Main\";\nTaskID:=256;\nR:=\nBEGIN\nSL:=LD 0.00;\nEND\nR:=\nBEGIN\nSL:=OUT 1.00;\nEND\nR:=\nBEGIN\nSL:=END(001);\nEND\nEND\nEND\nEND\n"
+        );
+        project::read(dialect("omron-cxt"), &[&input("a.cxt", &text)], &[])
+    };
+    for cpu in ["C20K", "C28P", "C500", "C120", "CVM1", "CV500"] {
+        assert_eq!(project(cpu).expect_err(cpu)[0].code, "other-cpu", "{cpu}");
+    }
+    let told = |cpu: &str| -> Vec<&str> {
+        project(cpu).expect(cpu).warnings.iter().map(|one| one.code).collect()
+    };
+    assert_eq!(told("CJ2M CPU33"), [""; 0]);
+    assert_eq!(told("CJ1G-H CPU44"), ["parallel"]);
+}
