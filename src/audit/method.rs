@@ -4,7 +4,8 @@ use super::condition;
 use super::deciding::depends_on;
 use super::names::Names;
 use super::pipeline::{Failure, Request};
-use super::{Audit, Where};
+use super::{Audit, GroupUse, Where};
+use crate::budget::Budget;
 use crate::model::{Group, ScanModel};
 use crate::program::Program;
 pub use crate::solve::trace::{Step, Trace};
@@ -12,7 +13,6 @@ use crate::solve::{Engine, Item, Limits, Maximum, Opinion, Problem, second_opini
 use crate::time::Picos;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 /// So many conditions of a group are written out.
 const MOST: usize = 200;
@@ -150,8 +150,9 @@ pub fn confirm(
     model: &ScanModel,
     groups: &[Group],
     maxima: &[Maximum],
-    deadline: Option<Instant>,
+    budget: &Budget<'_>,
 ) -> Result<(), Failure> {
+    let deadline = budget.deadline();
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
     let opinions: Vec<Result<Opinion, String>> = groups
         .par_iter()
@@ -162,6 +163,12 @@ pub fn confirm(
         let number = shown.id;
         let opinion = opinion.map_err(|why| Failure::Internal(format!("group {number}: {why}")))?;
         shown.search.opinion = Some(opinion);
+    }
+    let ran_out = |group: &&GroupUse| group.search.opinion == Some(Opinion::RanOut);
+    let open = audit.groups.iter().filter(ran_out).count();
+    if open > 0 {
+        let all = audit.groups.len();
+        budget.cut("confirming", format!("{open} of {all} groups were not asked to the end"));
     }
     Ok(())
 }

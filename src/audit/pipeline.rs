@@ -294,10 +294,6 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     if request.trace {
         method::trace(&mut audit, &program, &model, &groups, &maxima);
     }
-    if request.confirm {
-        stage("confirming");
-        method::confirm(&mut audit, request, &model, &groups, &maxima, deadline)?;
-    }
     if audit.bound.lower < audit.bound.model {
         audit.stands_between = Some(stands_between(&program, &found.best));
     }
@@ -334,6 +330,10 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     audit.facts.extend(request.clock.map(StatedClock::to_string));
     if !loops.open.is_empty() {
         budget.cut("asking for loops without end", "some of them were not asked to the end");
+    }
+    if request.confirm {
+        stage("confirming");
+        method::confirm(&mut audit, request, &model, &groups, &maxima, &budget)?;
     }
     audit.cuts = budget.cuts();
     audit.elapsed = start.elapsed();

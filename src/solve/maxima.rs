@@ -1,6 +1,7 @@
 //! The maxima of all groups, side by side under one deadline.
 
-use super::{Limits, Maximum, Method, maximum};
+use super::subsets::with_z3;
+use super::{Limits, Maximum, Method, Problem};
 use crate::model::Group;
 use crate::model::ScanModel;
 use crate::time::Picos;
@@ -49,7 +50,7 @@ pub fn maxima(
     // The largest first: it takes longest, and the others fit beside it.
     let mut order: Vec<usize> = (0..groups.len()).collect();
     order.sort_by_key(|&group| Reverse(groups[group].charges.len()));
-    // By subsets side by side, groups would take Z3's memory once a thread, which takes longer than to search them.
+    // Small groups follow each other: to take Z3's memory for each takes longer than to search it.
     let (small, others): (Vec<usize>, Vec<usize>) =
         order.into_iter().partition(|&group| methods[group] == Method::Auto);
     let mut tasks: Vec<Vec<usize>> = others.into_iter().map(|group| vec![group]).collect();
@@ -71,7 +72,8 @@ pub fn maxima(
             each(group, upper, lower);
         };
         let limits = Limits { deadline, progress: &progress, ..*limits };
-        let found = maximum(model, &groups[group], methods[group], &limits);
+        let problem = Problem::new(model, &groups[group]);
+        let found = super::search(&problem, methods[group], &limits);
         if let Ok(mut place) = results[group].lock() {
             *place = Some(found);
         }
@@ -79,7 +81,14 @@ pub fn maxima(
     rayon::scope_fifo(|scope| {
         for task in &tasks {
             let search = &search;
-            scope.spawn_fifo(move |_| task.iter().for_each(|&group| search(group)));
+            scope.spawn_fifo(move |_| {
+                let all = || task.iter().for_each(|&group| search(group));
+                match task.first().map(|&group| methods[group]) {
+                    None | Some(Method::Cores) => all(),
+                    // One after the other, always the same: so they may have one Z3 together.
+                    Some(Method::Auto | Method::Subsets) => with_z3(all),
+                }
+            });
         }
     });
     let found = results.into_iter().map(|place| place.into_inner().ok().flatten());

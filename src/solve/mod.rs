@@ -98,27 +98,38 @@ impl Limits<'_> {
 #[must_use]
 pub fn maximum(model: &ScanModel, group: &Group, method: Method, limits: &Limits<'_>) -> Maximum {
     let problem = Problem::new(model, group);
-    let mut bounds = Bounds::new(&problem, limits);
+    match method {
+        Method::Auto if !subsets::is_small(&problem) => search(&problem, method, limits),
+        Method::Cores => search(&problem, method, limits),
+        Method::Auto | Method::Subsets => subsets::with_z3(|| search(&problem, method, limits)),
+    }
+}
+
+/// The same, within a Z3 that is there already if any is needed.
+fn search(problem: &Problem, method: Method, limits: &Limits<'_>) -> Maximum {
+    let mut bounds = Bounds::new(problem, limits);
     let subsets = match method {
         Method::Subsets => Some(None),
-        Method::Auto => subsets::is_small(&problem).then_some(Some(subsets::BUDGET)),
+        Method::Auto => subsets::is_small(problem).then_some(Some(subsets::BUDGET)),
         Method::Cores => None,
     };
     if let Some(budget) = subsets {
         bounds.by(Engine::Subsets);
-        if subsets::search(&problem, &mut bounds, budget) == subsets::End::OutOfBudget {
+        if subsets::search(problem, &mut bounds, budget) == subsets::End::OutOfBudget {
             bounds.step(|| Step::TakenOver);
         } else {
             return bounds.finish();
         }
     }
     bounds.by(Engine::Cores);
-    cores::search(&problem, &mut bounds);
+    cores::search(problem, &mut bounds);
     bounds.finish()
 }
 
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod versus;
 
 #[cfg(test)]
 mod tests {
@@ -190,7 +201,7 @@ mod tests {
     #[test]
     fn cores_take_over_where_the_budget_for_subsets_ends() {
         let mut taken_over = 0;
-        for seed in 0..150 {
+        for seed in 0..60 {
             let model = random(7000 + seed, 3 + seed % 30);
             let group = Builder { model: model.clone() }.group();
             let truth = brute(&model, &group).unwrap();
@@ -199,7 +210,7 @@ mod tests {
                 let limits = Limits::default();
                 let mut bounds = Bounds::new(&problem, &limits);
                 let budget = subsets::Budget { questions, ..subsets::BUDGET };
-                let end = subsets::search(&problem, &mut bounds, Some(budget));
+                let end = subsets::with_z3(|| subsets::search(&problem, &mut bounds, Some(budget)));
                 taken_over += usize::from(end == subsets::End::OutOfBudget);
                 cores::search(&problem, &mut bounds);
                 let found = bounds.finish();
@@ -207,7 +218,7 @@ mod tests {
                 assert_eq!((found.lower, found.upper), (truth, truth), "seed {seed}");
             }
         }
-        assert!(taken_over > 300, "{taken_over}");
+        assert!(taken_over > 100, "{taken_over}");
     }
 
     #[test]

@@ -52,20 +52,22 @@ pub fn is_small(problem: &Problem) -> bool {
 /// is asked again with twice as much.
 const EFFORT: u32 = 2_000_000;
 
-/// Searches until the bounds meet, the limits end it, or the budget is used up if there is one.
+/// A Z3 of its own for the searches that `work` makes on this thread one after the other. With one for all threads,
+/// equally good scans would fall differently from run to run.
+pub fn with_z3<R: Send + Sync>(work: impl FnOnce() -> R + Send + Sync) -> R {
+    with_z3_config(&Config::new(), work)
+}
+
+/// Searches, within `with_z3`, until the bounds meet, the limits end it, or the budget is used up if there is one.
 pub fn search(problem: &Problem, bounds: &mut Bounds<'_>, budget: Option<Budget>) -> End {
     if bounds.exact() || bounds.limits().reached() {
         return End::Done;
     }
     let clauses = Clauses::new(problem);
-    // A context of its own: with a shared one, equally good scans fall differently from run to run.
-    with_z3_config(&Config::new(), || {
-        let mut judge = Judge::new(problem, &clauses, bounds, budget);
-        let ended =
-            if problem.items.len() <= PLAIN { plain(&mut judge) } else { by_cores(&mut judge) };
-        // A search that is stopped leaves the bounds as far as it got.
-        ended.err().map_or(End::Done, |Stopped(end)| end)
-    })
+    let mut judge = Judge::new(problem, &clauses, bounds, budget);
+    let ended = if problem.items.len() <= PLAIN { plain(&mut judge) } else { by_cores(&mut judge) };
+    // A search that is stopped leaves the bounds as far as it got.
+    ended.err().map_or(End::Done, |Stopped(end)| end)
 }
 
 /// The limits or the budget ended the search.
