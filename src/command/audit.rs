@@ -11,8 +11,17 @@ use scanbound::diagnostic::Diagnostic;
 use scanbound::time::Picos;
 use std::path::{Path, PathBuf};
 
+const EXAMPLES: &str = "\
+Examples:
+  scanbound audit PLC/                       a directory of exported CSV files
+  scanbound audit main.il --cpu Q26UDV       list text, which does not name its CPU
+  scanbound audit PLC/ --facts plant.toml    with what the program does not say
+  scanbound audit PLC/ --trace-search        how the bound was found, question by question
+  scanbound audit PLC/ --format json -o bound.json";
+
 /// The arguments of `audit`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Add the worst time from an input's edge to an output's
     #[arg(long)]
@@ -36,7 +45,7 @@ pub struct Arguments {
 
 /// Audits the project and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let (target, trace) = (arguments.report.target()?, arguments.search.target()?);
+    let (target, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
     let mut concluded = arguments.project.with_request(|request| {
         let request = arguments.search.of(request);
         let followed = audit::follow(&request)?;

@@ -16,8 +16,16 @@ enum Refute {
     Reached,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  scanbound check PLC/ --limit 10ms
+  scanbound check PLC/ --limit 10ms --margin 20% --confirm
+
+Exit codes: 0 proved, 1 refuted, 2 bad input or usage, 3 undecided, 70 internal error";
+
 /// The arguments of `check`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The limit that no scan may pass, such as 10ms
     #[arg(long, value_name = "DURATION", value_parser = values::duration, allow_hyphen_values = true)]
@@ -41,7 +49,7 @@ pub struct Arguments {
 
 /// Audits the project, judges and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let (target, trace) = (arguments.report.target()?, arguments.search.target()?);
+    let (target, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
     let room = arguments.margin.room(arguments.limit);
     let audit = match arguments.max_assumed {
         None => arguments.project.audit_until(room, &arguments.search)?,

@@ -8,8 +8,16 @@ use scanbound::column::{UNITS, Unit};
 use scanbound::compare::{Bounds, Comparison, Decimal, Edge, Selection, Threshold, capture};
 use scanbound::report::compare::{csv, json, text};
 
+const EXAMPLES: &str = "\
+Examples:
+  scanbound compare PLC/ scans.csv           a column of scan times, such as scan_ms
+  scanbound compare PLC/ capture.vcd --signal Y0 --edge both
+
+Exit codes: 0 no scan above the bound, 1 one is, 2 bad input or usage, 70 internal error";
+
 /// The arguments of `compare`. The last file holds the measurements.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The column of scan times, or with --pulses of time stamps [default: found by its name]
     #[arg(long, value_name = "NAME", conflicts_with = "signal")]
@@ -80,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             anyhow!("give the program's files, and behind them the file of measurements").into()
         );
     };
-    let (target, trace) = (arguments.report.target()?, arguments.search.target()?);
+    let (target, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
     let name = measured.display().to_string();
     let bytes = std::fs::read(&measured)
         .with_context(|| format!("{name}, the file of measurements, cannot be read"))?;

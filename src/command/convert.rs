@@ -1,6 +1,6 @@
 //! `scanbound convert`: MINASEC-U programs from assembly to machine code and back.
 
-use super::output::Target;
+use super::output::{Target, apart};
 use super::sink::Sink;
 use super::{Failure, Outcome, values};
 use anyhow::{Context, anyhow};
@@ -11,8 +11,14 @@ use scanbound::dialect::{Input, Project, read};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+const EXAMPLES: &str = "\
+Examples:
+  scanbound convert program.asm -o program.hex
+  scanbound convert program.hex              assembly on stdout";
+
 /// The arguments of `convert`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A MINASEC-U program: assembly, Intel HEX, or the program memory's bytes
     #[arg(value_name = "PROGRAM")]
@@ -78,6 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             return Err(anyhow!(help).into());
         }
     };
+    apart(&[&arguments.program], &[("--output", arguments.output.as_deref())])?;
     let source = source(&arguments.program, arguments.dialect.as_deref())?;
     let mut sink = Sink::open(Target::new(arguments.output.as_deref())?)?;
     let written = match form {

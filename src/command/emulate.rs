@@ -1,6 +1,6 @@
 //! `scanbound emulate`: runs a MINASEC-U program on the emulated machine.
 
-use super::output::Target;
+use super::output::{Target, apart};
 use super::sink::Sink;
 use super::{Failure, Outcome, convert, values};
 use anyhow::{Context, anyhow};
@@ -13,11 +13,17 @@ use scanbound::emulate::{Clock, FILTER, Fraction, Machine, Observer, Settings, V
 use scanbound::table::StatedClock;
 use scanbound::time::Picos;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound emulate program.asm --scans 100
+  scanbound emulate program.asm --stimulus plant.csv --for 30s --trace scans.csv --vcd signals.vcd";
 
 /// The arguments of `emulate`.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("length").required(true))]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A MINASEC-U program: assembly, Intel HEX, or the program memory's bytes
     #[arg(value_name = "PROGRAM")]
@@ -123,6 +129,13 @@ impl Observer for Watch<'_> {
 
 /// Emulates.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let read: Vec<&Path> = [Some(&arguments.program), arguments.stimulus.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    let written = [("--trace", arguments.trace.as_deref()), ("--vcd", arguments.vcd.as_deref())];
+    apart(&read, &written)?;
     let source = convert::source(&arguments.program, arguments.dialect.as_deref())?;
     let settings = arguments.settings()?;
     let stimulus = arguments.stimulus()?;

@@ -1,15 +1,21 @@
 //! `scanbound export`: a group's question for other solvers.
 
 use super::options::ProjectOptions;
-use super::output::Target;
+use super::output::{Target, apart};
 use super::{Failure, Outcome, values};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use scanbound::audit::{self, Form};
 use std::path::PathBuf;
 
+const EXAMPLES: &str = "\
+Examples:
+  scanbound export PLC/ --group 1 --format wcnf -o group1.wcnf
+  scanbound export PLC/ --group 1 --format smt2 | z3 -in";
+
 /// The arguments of `export`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     project: ProjectOptions,
@@ -38,6 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Format::Wcnf => Form::Wcnf,
         Format::Smt2 => Form::Smt2,
     };
+    apart(&arguments.project.reads(), &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
     let followed = arguments.project.with_request(|request| Ok(audit::follow(request)?))?;
     let groups = followed.groups.len();

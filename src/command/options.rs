@@ -1,6 +1,6 @@
 //! The options that `audit` and `check` have in common, and the audit that they ask for.
 
-use super::output::{Target, say};
+use super::output::{self, Target, say};
 use super::{Failure, progress, tables, values};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
@@ -20,6 +20,7 @@ use std::time::Duration;
 
 /// The project and how it is audited.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Project")]
 pub struct ProjectOptions {
     /// Program files of one project, in the order in which they run; a directory stands for the programs in it
     #[arg(value_name = "PROGRAM", required = true)]
@@ -64,8 +65,9 @@ pub struct ProjectOptions {
 
 /// How the search is followed and checked.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Search")]
 pub struct SearchOptions {
-    /// Show every condition, question and answer of the search, on stderr or in a file
+    /// Show every condition, question and answer of the search (docs/method.md): on stderr, or in full in a file
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     trace_search: Option<Option<PathBuf>>,
     /// Ask Z3 anew whether any group can cost a picosecond more; the report says which it confirms
@@ -90,7 +92,7 @@ impl SearchOptions {
     }
 
     /// Where the trace goes.
-    pub fn target(&self) -> Result<TraceTarget, Failure> {
+    fn target(&self) -> Result<TraceTarget, Failure> {
         Ok(match &self.trace_search {
             None => TraceTarget::None,
             Some(None) => TraceTarget::Stderr,
@@ -115,6 +117,7 @@ impl TraceTarget {
 
 /// How the report is written.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Report")]
 pub struct ReportOptions {
     /// How the report is written
     #[arg(long, value_enum, default_value = "text")]
@@ -165,6 +168,17 @@ impl ProjectOptions {
         let mut rest = self.clone();
         let last = rest.programs.pop()?;
         (!rest.programs.is_empty()).then_some((rest, last))
+    }
+
+    /// The files that are read.
+    pub fn reads(&self) -> Vec<&Path> {
+        let table = self.table.as_deref().map(Path::new);
+        self.programs
+            .iter()
+            .map(PathBuf::as_path)
+            .chain(table)
+            .chain(self.facts.as_deref())
+            .collect()
     }
 
     /// Reads the files and audits them.
@@ -244,9 +258,16 @@ impl ReportOptions {
         }
     }
 
-    /// Where the report goes.
-    pub fn target(&self) -> Result<Target, Failure> {
-        Target::new(self.output.as_deref())
+    /// Where the report goes, and the trace, if one is asked for.
+    pub fn targets(
+        &self,
+        project: &ProjectOptions,
+        search: &SearchOptions,
+    ) -> Result<(Target, TraceTarget), Failure> {
+        let trace = search.trace_search.as_ref().and_then(Option::as_deref);
+        let written = [("--output", self.output.as_deref()), ("--trace-search", trace)];
+        output::apart(&project.reads(), &written)?;
+        Ok((Target::new(self.output.as_deref())?, search.target()?))
     }
 
     /// Writes the report in the format asked for.

@@ -8,6 +8,47 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
+/// Refuses outputs that would take the place of what is read, or of each other. Each output has the option that names
+/// it.
+pub fn apart(read: &[&Path], written: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
+    let read: Vec<(PathBuf, &Path)> = read.iter().map(|&file| (resolved(file), file)).collect();
+    let mut known: Vec<(PathBuf, &str)> = Vec::new();
+    for &(option, file) in written {
+        let Some(file) = file else { continue };
+        let real = resolved(file);
+        // A device takes what it is given.
+        if real.exists() && !real.is_file() {
+            continue;
+        }
+        let name = file.display();
+        if let Some((_, input)) = read.iter().find(|(input, _)| *input == real) {
+            let input = input.display();
+            return Err(anyhow!(
+                "{option} {name} would take the place of {input}, which is read: name another file"
+            )
+            .into());
+        }
+        if let Some((_, other)) = known.iter().find(|(other, _)| *other == real) {
+            return Err(anyhow!("{option} and {other} both name {name}: name two files").into());
+        }
+        known.push((real, option));
+    }
+    Ok(())
+}
+
+/// The path without links, as far as there is one.
+fn resolved(file: &Path) -> PathBuf {
+    if let Ok(real) = file.canonicalize() {
+        return real;
+    }
+    let directory = file.parent().filter(|parent| *parent != Path::new(""));
+    let directory = directory.unwrap_or(Path::new(".")).canonicalize();
+    match (directory, file.file_name()) {
+        (Ok(directory), Some(name)) => directory.join(name),
+        _ => file.to_owned(),
+    }
+}
+
 /// Where a result goes. Made before the work that it takes to have one, so that a wrong name is told at once.
 pub enum Target {
     /// Stdout.

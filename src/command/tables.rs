@@ -2,13 +2,21 @@
 
 use super::output::{self, Target};
 use super::{Failure, Outcome};
+use anyhow::Context;
 use clap::Args;
 use scanbound::diagnostic::Diagnostic;
 use scanbound::report::tables;
 use scanbound::table::{Parsed, Table, builtin};
 
+const EXAMPLES: &str = "\
+Examples:
+  scanbound tables                           the built-in tables
+  scanbound tables qnudv                     one of them, row by row
+  scanbound tables --check my.csv            the faults of a table of your own";
+
 /// The arguments of `tables`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The table to show, a built-in one or a file [default: list the built-in ones]
     #[arg(value_name = "NAME|FILE")]
@@ -22,7 +30,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let text = match (&arguments.check, &arguments.name) {
         (Some(file), _) => {
-            let parsed = read("--check ", file)?;
+            let bytes = std::fs::read(file)
+                .with_context(|| format!("--check {file}: this table cannot be read"))?;
+            let parsed = Table::parse(file, &bytes)?;
             output::tell(&parsed.warnings);
             tables::checked(&parsed.table)
         }
