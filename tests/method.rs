@@ -33,7 +33,8 @@ fn without_times(text: &str) -> String {
     let words = text.split_inclusive([' ', '\n']).collect::<Vec<_>>();
     let timed = |index: usize| words.get(index + 1).is_some_and(|next| next.trim() == "ms");
     let shown = words.iter().enumerate().filter(|&(index, word)| {
-        !(timed(index) && word.trim().parse::<f64>().is_ok()) && !word.trim().is_empty()
+        let time = timed(index) && word.trim().parse::<f64>().is_ok();
+        !time && !word.trim().is_empty()
     });
     shown.map(|(_, word)| *word).collect()
 }
