@@ -6,7 +6,7 @@ use crate::dialect::Places;
 use crate::dialect::{Faults, shown};
 
 /// More instructions than this are no program: the largest CPUs hold 1,200 K steps.
-const MOST: usize = 2_000_000;
+const MOST: usize = 800_000;
 /// No line is longer, in bytes.
 const LONGEST: usize = 64 * 1024;
 

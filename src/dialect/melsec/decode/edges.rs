@@ -5,6 +5,7 @@ use super::Decoder;
 use crate::dialect::melsec::device::Family;
 use crate::program::flow;
 use crate::program::{Approximation, BitTarget, Cell, Program, Write};
+use std::collections::BTreeMap;
 
 /// An instruction that acts at an edge.
 pub(super) struct Edge {
@@ -68,11 +69,12 @@ fn run_again(program: &Program) -> Vec<bool> {
         }
     }
     let calls = flow::calls(program);
+    let mut times: BTreeMap<usize, usize> = BTreeMap::new();
+    calls.iter().for_each(|&(_, target)| *times.entry(target).or_default() += 1);
     loop {
         let mut grows = false;
         for &(at, target) in &calls {
-            let is_called_again =
-                again[at] || calls.iter().filter(|(_, other)| *other == target).count() > 1;
+            let is_called_again = again[at] || times[&target] > 1;
             if is_called_again
                 && !again[target]
                 && let Some(range) = extent(target)

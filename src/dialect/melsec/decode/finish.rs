@@ -6,6 +6,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::program::bulk;
 use crate::program::flow;
 use crate::program::{Program, Step};
+use std::collections::BTreeMap;
 
 /// Loops that unroll to more executed instructions than this are taken in bulk.
 const MOST_UNROLLED: u64 = 200_000;
@@ -135,7 +136,10 @@ impl Decoder<'_> {
     }
 
     fn check_calls(&mut self) {
-        for (at, target) in flow::calls(&self.program) {
+        // Of all the calls of a routine that does not end, one is told.
+        let calls: BTreeMap<usize, usize> =
+            flow::calls(&self.program).into_iter().rev().map(|(at, target)| (target, at)).collect();
+        for (target, at) in calls {
             if flow::extent(&self.program, target).is_none() {
                 let label = self.program.instructions[target].text.clone();
                 self.fault_at(
