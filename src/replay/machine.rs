@@ -25,7 +25,8 @@ struct Loop {
 struct Routine {
     stack: Vec<Truth>,
     slots: BTreeMap<u32, Truth>,
-    zones: Vec<(u32, Truth)>,
+    /// The open zones, each with its level, its condition, and those of all up to it.
+    zones: Vec<(u32, Truth, Truth)>,
     loops: Vec<Loop>,
     /// Where its caller goes on.
     back: usize,
@@ -300,7 +301,7 @@ impl<'p, F: Free> Machine<'p, F> {
         if !acts {
             return top;
         }
-        routine.zones.iter().fold(top, |all, &(_, condition)| all.and(condition))
+        routine.zones.last().map_or(top, |&(_, _, all)| top.and(all))
     }
 
     fn charge(&mut self, instruction: usize, fired: bool, cost: Picos) {
@@ -389,8 +390,20 @@ impl<'p, F: Free> Machine<'p, F> {
             Step::Bulk { end, charges, forgets, choice, exits, .. } => {
                 return self.bulk(*end, charges, forgets, *choice, exits);
             }
-            Step::ZoneBegin { level, .. } => self.routine().zones.push((*level, fired)),
-            Step::ZoneEnd { level } => self.routine().zones.retain(|(open, _)| open < level),
+            Step::ZoneBegin { level, .. } => {
+                let zones = &mut self.routine().zones;
+                let before = zones.last().map_or(Truth::TRUE, |zone| zone.2);
+                zones.push((*level, fired, before.and(fired)));
+            }
+            Step::ZoneEnd { level } => {
+                let zones = &mut self.routine().zones;
+                zones.retain(|(open, ..)| open < level);
+                let mut all = Truth::TRUE;
+                for zone in zones {
+                    all = all.and(zone.1);
+                    zone.2 = all;
+                }
+            }
             Step::Act { .. }
             | Step::Jump { .. }
             | Step::Call { .. }

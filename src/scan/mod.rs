@@ -185,13 +185,24 @@ struct Landing {
     results: Results,
 }
 
+/// An open zone.
+#[derive(Debug, Clone, Copy)]
+struct Zone {
+    level: u32,
+    condition: Lit,
+    /// The conditions of this zone and of all that were opened before it.
+    all: Lit,
+    /// The highest level of these.
+    highest: u32,
+}
+
 /// One activation of a routine.
 struct Activation {
     /// Whether control is here.
     active: Lit,
     results: Results,
-    /// The open zones: level and condition.
-    zones: Vec<(u32, Lit)>,
+    /// The open zones: there may be thousands.
+    zones: Vec<Zone>,
     /// The jumps under way, by their target.
     landings: BTreeMap<usize, Landing>,
     /// Whether a `Return` was reached.
@@ -326,10 +337,8 @@ impl Run<'_> {
             None => return Err(ScanError::NoResult { instruction: at }),
         };
         let condition = if acts(&instruction.step) {
-            let zones: Vec<Lit> = act.zones.iter().map(|&(_, zone)| zone).collect();
-            let circuit = self.memory.circuit();
-            let zones = circuit.all(zones);
-            circuit.and(top, zones)
+            let zones = act.zones.last().map_or(Lit::TRUE, |zone| zone.all);
+            self.memory.circuit().and(top, zones)
         } else {
             top
         };
@@ -456,10 +465,30 @@ impl Run<'_> {
                 }
                 return Ok(end + 1);
             }
-            Step::ZoneBegin { level, .. } => act.zones.push((*level, fires)),
-            Step::ZoneEnd { level } => act.zones.retain(|&(open, _)| open < *level),
+            Step::ZoneBegin { level, .. } => self.open(&mut act.zones, *level, fires),
+            Step::ZoneEnd { level } => self.close(&mut act.zones, *level),
         }
         Ok(next)
+    }
+
+    /// Opens a zone.
+    fn open(&mut self, zones: &mut Vec<Zone>, level: u32, condition: Lit) {
+        let (all, highest) = zones.last().map_or((Lit::TRUE, 0), |zone| (zone.all, zone.highest));
+        let all = self.memory.circuit().and(all, condition);
+        zones.push(Zone { level, condition, all, highest: highest.max(level) });
+    }
+
+    /// Closes all zones of a level or a higher one.
+    fn close(&mut self, zones: &mut Vec<Zone>, level: u32) {
+        while zones.last().is_some_and(|zone| zone.level >= level) {
+            zones.pop();
+        }
+        // Seldom: a zone of a higher level was opened before one of a lower.
+        if zones.last().is_some_and(|zone| zone.highest >= level) {
+            for zone in std::mem::take(zones).into_iter().filter(|zone| zone.level < level) {
+                self.open(zones, zone.level, zone.condition);
+            }
+        }
     }
 
     /// Puts a value on the stack as a contact does.

@@ -41,7 +41,8 @@ pub(super) struct Layout {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Site {
     routine: usize,
-    zones: Vec<usize>,
+    /// The innermost open interlock: there may be thousands around it.
+    zone: Option<usize>,
     loops: Vec<usize>,
 }
 
@@ -52,7 +53,7 @@ pub(super) fn layout(items: &[Item<'_>], family: Family, faults: &mut Faults<'_>
     let sites = sites(items, &mut layout, faults);
     jumps(items, family, &sites, &mut layout, faults);
     layout.repeated = repeated(items, family, &sites, &layout);
-    layout.zoned = sites.iter().map(|site| !site.zones.is_empty()).collect();
+    layout.zoned = sites.iter().map(|site| site.zone.is_some()).collect();
     layout
 }
 
@@ -173,17 +174,18 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
 fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Vec<Site> {
     let mut sites = Vec::with_capacity(items.len());
     let mut site = Site::default();
+    let mut zones: Vec<usize> = Vec::new();
     for (at, item) in items.iter().enumerate() {
         match item.meaning() {
             "routine" => {
                 unclosed(items, &site, faults);
+                zones.clear();
                 site = Site { routine: at + 1, ..Site::default() };
             }
             "interlock-end" | "interlock-number-end" => {
                 if item.meaning() == "interlock-end" {
-                    site.zones.clear();
-                } else if site
-                    .zones
+                    zones.clear();
+                } else if zones
                     .pop()
                     .is_none_or(|begin| items[begin].operands.first() != item.operands.first())
                 {
@@ -210,12 +212,14 @@ fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Ve
             },
             _ => {}
         }
+        site.zone = zones.last().copied();
         sites.push(site.clone());
         match item.meaning() {
-            "interlock" | "interlock-number" => site.zones.push(at),
+            "interlock" | "interlock-number" => zones.push(at),
             "for" => site.loops.push(at),
             "return" => {
                 unclosed(items, &site, faults);
+                zones.clear();
                 site = Site { routine: usize::MAX, ..Site::default() };
             }
             "end" => {
@@ -311,7 +315,7 @@ fn jumps(
             fault(item, "jump", message.to_owned(), help, faults);
             continue;
         };
-        if sites[target].zones != sites[at].zones {
+        if sites[target].zone != sites[at].zone {
             fault(
                 item,
                 "jump",
