@@ -31,10 +31,20 @@ impl Case {
         threads: usize,
         time_limit: Option<Duration>,
     ) -> Audit {
+        self.audit_for("Q26UDV", limit, threads, time_limit)
+    }
+
+    fn audit_for(
+        &self,
+        cpu: &str,
+        limit: Option<Picos>,
+        threads: usize,
+        time_limit: Option<Duration>,
+    ) -> Audit {
         let request = Request {
             inputs: &self.inputs,
             dialect: None,
-            cpu: Some("Q26UDV"),
+            cpu: Some(cpu),
             table: Some(&self.table),
             times: &[],
             clock: None,
@@ -188,4 +198,21 @@ fn the_time_that_small_groups_leave_over_goes_to_the_others() {
     let limited = case.audit_within(None, 2, Some(Duration::from_secs(600)));
     assert_eq!(limited.bound, whole.bound);
     assert!(limited.cuts.is_empty());
+}
+
+#[test]
+fn thousands_of_open_interlocks_are_no_more_than_one() {
+    let audit = |count: usize| {
+        let text = format!(
+            "{}LD 0.01\nOUT 10.00\nILC(003)\nEND(001)\n",
+            "LD 0.00\nIL(002)\n".repeat(count)
+        );
+        let inputs = vec![Input { name: "a.mn".to_owned(), bytes: text.into() }];
+        let table = Table::builtin("cj2m").expect("a table");
+        let facts = Facts { inputs: Some(16), outputs: Some(16), ..Facts::default() };
+        Case { inputs, table, facts }.audit_for("CJ2M", None, 1, None).bound
+    };
+    let (few, many) = (audit(10), audit(3000));
+    let each = (many.upper.0 - few.upper.0) / 2990;
+    assert_eq!(audit(11).upper.0 - few.upper.0, each);
 }

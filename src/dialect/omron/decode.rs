@@ -30,6 +30,26 @@ pub struct DecodeOptions<'a> {
     pub facts: &'a Facts,
 }
 
+/// More instructions than this are no program: the largest CPUs hold 400 K steps.
+const MOST: usize = 800_000;
+
+/// Refuses a project of more instructions than any CPU holds, at the first that is too many.
+fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
+    let mut instructions = project.files.iter().flat_map(|file| {
+        let own = file.programs.iter().flat_map(|program| &program.instructions);
+        own.map(move |instruction| (file, instruction))
+    });
+    let Some((file, instruction)) = instructions.nth(MOST) else { return Ok(()) };
+    Err(vec![Diagnostic::line(
+        "too-many",
+        &file.name,
+        instruction.line,
+        &instruction.text,
+        format!("the project has more than {MOST} instructions"),
+        "no CPU holds as many: check the file",
+    )])
+}
+
 /// Decodes a project.
 ///
 /// # Errors
@@ -38,6 +58,7 @@ pub fn decode(
     project: &RawProject,
     options: &DecodeOptions<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
+    too_many(project)?;
     let memory = Memory { family: project.family };
     let mut decoder = Decoder {
         asm: Assembly::new(memory, project.dialect),
