@@ -50,6 +50,23 @@ fn a_loop_runs_as_often_as_its_count_says() {
     assert_eq!((turns("K3"), turns("K0"), turns("K-5")), (3, 0, 0));
 }
 
+/// Whether the way goes on is not known in any scan: the search says so and ends.
+#[test]
+fn a_scan_whose_way_is_never_known_is_audited_all_the_same() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("a.il");
+    let text = "LD SM400\nSwOp0 D1\nLD= D1 K1\nCJ P0\nLD SM400\nINC D2\nP0\nEND\n";
+    std::fs::write(&file, text).expect("written");
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .args(["audit", "--cpu", "Q26UDV", "--time", "SwOp0=1us", "--format", "json"])
+        .arg(&file)
+        .output()
+        .expect("it runs");
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&run.stdout).expect("JSON");
+    assert_eq!(report["scan"]["exact"], false);
+}
+
 #[test]
 fn omron_words_are_rotated_and_coded() {
     let cx = |lines: &[&str], test: &str| is("omron-cx", lines, &[], test);

@@ -3,7 +3,7 @@
 use super::assemble::constant_charges;
 use crate::groups::{groups, unpriced, witness};
 use crate::model::certain::{Standing, certain};
-use crate::model::{Assignment, Group, Origin, ScanModel, VarId};
+use crate::model::{Assignment, Group, Lit, Origin, ScanModel, VarId};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
 use crate::replay::{Free, Real, real};
@@ -117,6 +117,10 @@ impl Search<'_> {
 
     /// The dearest scan of a model, if one keeps its constraints, and a bound on what any costs.
     fn dearest(&self, model: &ScanModel) -> Option<(Assignment, Picos)> {
+        if model.constraints.contains(&Lit::FALSE) {
+            // What costs something depends on the unknown, whatever is chosen: there is nothing to search.
+            return None;
+        }
         let slices = groups(model);
         let methods = vec![Method::Cores; slices.len()];
         let found = maxima(model, &slices, &methods, &self.limits, &|_, _, _| {});
