@@ -76,7 +76,10 @@ const KNOW_DIALECTS: &[&str] = &["dialect", "emulate", "audit", "command", "main
 /// Where floating point may be used: to show shares and to share out the search's own time, and where the PLC
 /// itself computes with reals. Beginnings of paths.
 const FLOATS: &[(&str, &[&str])] = &[
-    ("f64", &["src/report", "src/render", "src/command", "src/solve/maxima.rs"]),
+    (
+        "f64",
+        &["src/report", "src/render", "src/command", "src/solve/maxima.rs", "src/replay/lists.rs"],
+    ),
     ("f32", &["src/dialect", "src/scan", "src/replay", "src/report", "src/render", "src/command"]),
 ];
 

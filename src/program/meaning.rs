@@ -165,7 +165,7 @@ pub enum Count {
 /// A function of lists of words to lists of words. Numbers of several words have the least word first.
 ///
 /// No operation knows a dialect; what differs between dialects is a parameter or another operation. How each is carried
-/// out stands in `replay/operation.rs` alone.
+/// out stands in `replay/operation.rs` and `replay/lists.rs` alone.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Operation {
     /// Each input as it is, to the output of its place.
@@ -234,6 +234,79 @@ pub enum Operation {
         /// Two's complement.
         signed: bool,
     },
+    /// The first input's words, each changed by a function as a number of its own.
+    EachWord(Unary),
+    /// The third input's number, kept between those of the first and the second, signed. Not known where the first is
+    /// larger than the second; so with the next.
+    Limit,
+    /// By how much the third input's number lies outside those of the first and the second, signed; not known where
+    /// that does not fit.
+    Band,
+    /// The third input's number and, signed, the first's if it is below 0, the second's if above; not known where the
+    /// sum does not fit.
+    Zone,
+    /// The first input's number in so many words, signed; not known where it does not fit.
+    Resize(u8),
+    /// The first input's words, so many times as the second input's first word says, 1 to 32767.
+    Repeat,
+    /// The sum of the first input's numbers of so many words each, signed, in twice as many.
+    Total(u8),
+    /// Their mean, in so many words; not known where it is no whole number.
+    Mean(u8),
+    /// Which of the first input's numbers of so many words, signed, is the greatest or the least: its value, the place
+    /// of the first such from 1 on, how many there are. One result.
+    Extreme {
+        /// Words of each.
+        words: u8,
+        /// The greatest.
+        greatest: bool,
+    },
+    /// Where the first input's number stands in the second's list of as long ones: the first place from 1 on, 0 if
+    /// nowhere, and how often.
+    Find,
+    /// Groups of so many bits (4 or 8) of the first input's words, the lowest first, each as a word: as many as the
+    /// second input's first word says.
+    Split(u8),
+    /// The lowest so many bits (4 or 8) of the first input's words, one group behind the other, zeros above.
+    Join(u8),
+    /// The first input's bit whose number is the second's first word, modulo the bits that there are.
+    PickBit,
+    /// The first input with that bit set or cleared.
+    PutBit(bool),
+    /// A signed number as an IEEE 754 single; not known where it is rounded.
+    ToReal,
+    /// An IEEE 754 single as a signed number of so many words; not known where it is not whole or does not fit.
+    FromReal(u8),
+    /// Two IEEE 754 singles; not known where one is not normal or +0, nor is the result, or it is rounded.
+    Real(Arithmetic),
+    /// Hours, minutes and seconds of a day as seconds, two words; not known where there is no such time.
+    ToSeconds,
+    /// The opposite.
+    FromSeconds,
+    /// Whether a running timer is through, of which the inputs are: whether it may be, its value before, its setting.
+    /// Not known for settings below 1, nor where it was through before and may not be.
+    Expired,
+    /// What a running timer stands at, of which the inputs are: whether it is through, its value before, its setting,
+    /// and the outside's number: that number, kept between what it was and what is below the setting. Not known where it
+    /// is through, for settings below 1, and beyond the setting.
+    Elapsed,
+    /// What a counter stands at whose input is on, of which the inputs are: whether its input was on, whether it was
+    /// through, its value before, its setting. One more if the input came on. Not known for settings below 1, and
+    /// beyond the setting.
+    Counted,
+}
+
+/// What is done with two real numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arithmetic {
+    /// Sum.
+    Add,
+    /// First minus second.
+    Sub,
+    /// Product.
+    Multiply,
+    /// First by second.
+    Divide,
 }
 
 /// A function of one number.
@@ -249,6 +322,10 @@ pub enum Unary {
     Reverse,
     /// The number's two's complement negative.
     Negate,
+    /// Binary to Gray code; not known below 0.
+    ToGray,
+    /// Gray code to binary; not known below 0.
+    FromGray,
 }
 
 impl ChoiceKind {

@@ -4,6 +4,7 @@
 //! a scan which both price alike is a scan that can happen.
 
 mod exact;
+mod lists;
 mod machine;
 mod operation;
 mod state;

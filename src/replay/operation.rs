@@ -1,5 +1,6 @@
 //! How operations on lists of words are carried out; `None` where no manual settles what comes of it.
 
+use super::lists;
 use crate::program::meaning::{Operation, Unary};
 
 /// The operation's results on these inputs.
@@ -69,6 +70,11 @@ pub fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> 
         Operation::DivideJoined { signed } => {
             Some(vec![run(&Operation::Divide { signed: *signed }, inputs)?.concat()])
         }
+        Operation::EachWord(unary) => {
+            let words = inputs.first()?.iter().map(|&word| each(*unary, &[word]));
+            Some(vec![words.collect::<Option<Vec<_>>>()?.concat()])
+        }
+        _ => lists::run(operation, inputs),
     }
 }
 
@@ -97,7 +103,7 @@ pub fn number(words: &[u16], signed: bool) -> Option<i128> {
 }
 
 /// The lowest so many words of a number.
-fn words_of(value: i128, count: usize) -> Vec<u16> {
+pub(super) fn words_of(value: i128, count: usize) -> Vec<u16> {
     (0..count).map(|n| (value >> (16 * n)) as u16).collect()
 }
 
@@ -118,6 +124,15 @@ fn each(unary: Unary, words: &[u16]) -> Option<Vec<u16>> {
         Unary::SwapBytes => Some(words.iter().map(|word| word.swap_bytes()).collect()),
         Unary::Reverse => Some(words.iter().rev().map(|word| word.reverse_bits()).collect()),
         Unary::Negate => Some(words_of(-number(words, false)?, count)),
+        Unary::ToGray | Unary::FromGray if words.last()? >> 15 == 1 => None,
+        Unary::ToGray => {
+            let value = number(words, false)?;
+            Some(words_of(value ^ (value >> 1), count))
+        }
+        Unary::FromGray => {
+            let value = number(words, false)?;
+            Some(words_of((0..16 * count).fold(0, |sum, bit| sum ^ (value >> bit)), count))
+        }
     }
 }
 

@@ -86,7 +86,7 @@ pub struct Timed {
 }
 
 /// Every area a MELSEC program can have, by its place here.
-const AREAS: [(&str, AreaKind); 41] = [
+const AREAS: [(&str, AreaKind); 42] = [
     ("X", AreaKind::Bit),
     ("Y", AreaKind::Bit),
     ("M", AreaKind::Bit),
@@ -128,6 +128,7 @@ const AREAS: [(&str, AreaKind); 41] = [
     ("LST coil ", AreaKind::Bit),
     ("LST value ", AreaKind::Word),
     ("LC value ", AreaKind::Word),
+    ("stood at ", AreaKind::Word),
 ];
 
 /// Cells that a network refreshes where one is fitted, and what they are.

@@ -275,7 +275,7 @@ impl Decoder<'_> {
     }
 
     /// Whether a timer runs on wherever the scan is, as the FX's for subroutines and its 1 ms timers do.
-    fn runs_in_interrupts(&self, device: &Device) -> bool {
+    pub(super) fn runs_in_interrupts(&self, device: &Device) -> bool {
         self.family == Family::Fx
             && device.name == "T"
             && matches!(device.place, Place::At(Kind::Timed(_), timer) if has_own_clock(timer))

@@ -3,12 +3,15 @@
 use super::Decoder;
 use crate::dialect::melsec::catalog::Entry;
 use crate::dialect::melsec::device::{Family, Kind, area};
-use crate::dialect::melsec::operand::{Device, Index, Place};
+use crate::dialect::melsec::operand::{Device, Index, Operand as Written, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::meaning::{
-    Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term, Unary,
+    Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
 };
-use crate::program::{AreaId, BitSource, Cell, ChoiceId, Effect, Logic, When, WordSource, Write};
+use crate::program::{
+    AreaId, BitSource, Cell, ChoiceId, Compare, Effect, Logic, Number, Reading, Relation, When,
+    WordSource, Write,
+};
 
 impl Decoder<'_> {
     /// A bit that the outside may give any value.
@@ -56,6 +59,49 @@ impl Decoder<'_> {
         choice
     }
 
+    /// Whether a timer whose coil is on is through, and what it stands at, by what it stood at. How far it has run is the
+    /// outside's.
+    pub(super) fn elapsed(&mut self, before: Cell, setting: WordSource) -> (ChoiceId, ChoiceId) {
+        let word = |source| Operand::Words(vec![source]);
+        let bit = |choice| Operand::Bits(vec![BitSource::Free(choice)]);
+        let (chance, number) = (self.world(), self.world_word());
+        let known = [word(WordSource::Cell(before)), word(setting)];
+        let through = self.exactly(Meaning {
+            operation: Operation::Expired,
+            inputs: [&[bit(chance)], &known[..]].concat(),
+            outputs: Vec::new(),
+        });
+        let now = self.exactly(Meaning {
+            operation: Operation::Elapsed,
+            inputs: [&[bit(through)], &known[..], &[word(number)]].concat(),
+            outputs: Vec::new(),
+        });
+        (through, now)
+    }
+
+    /// The same of a counter, by its contact, coil and value.
+    pub(super) fn counted(
+        &mut self,
+        [contact, coil, value]: [Cell; 3],
+        setting: WordSource,
+    ) -> (ChoiceId, ChoiceId) {
+        let was = |cell| Operand::Bits(vec![BitSource::Cell(cell)]);
+        let word = |source| Operand::Words(vec![source]);
+        let now = self.exactly(Meaning {
+            operation: Operation::Counted,
+            inputs: vec![was(coil), was(contact), word(WordSource::Cell(value)), word(setting)],
+            outputs: Vec::new(),
+        });
+        let compare = Compare {
+            relation: Relation::GreaterOrEqual,
+            reading: Reading::Signed,
+            left: Number::Words(vec![WordSource::Free(now)]),
+            right: Number::Words(vec![setting]),
+        };
+        let through = Meaning::of(Operand::Truth(Logic::Compare(Box::new(compare))));
+        (self.exactly(through), now)
+    }
+
     /// The cells that an indexed device may be, `offset` cells further on; `None` where they are not known.
     pub(super) fn indexed(&self, device: &Device, offset: u32) -> Option<Address> {
         let Index { number, letters, register, .. } = device.index?;
@@ -93,19 +139,27 @@ impl Decoder<'_> {
             // There the index of a double word has 32 bits.
             return None;
         }
-        let place = match device.place {
-            Place::Indexed(Kind::Word(_), false) => device,
+        let (digits, shape) = match device.place {
+            Place::Indexed(Kind::Word(_), false) => (None, Shape::Cells),
+            Place::IndexedDigits(Kind::Bit(_), digits) => {
+                (Some(u32::from(digits)), Shape::Packed(16))
+            }
             _ => return None,
         };
-        let words: Option<Vec<Address>> =
-            (0..words as u32).map(|n| self.indexed(place, n)).collect();
-        let word = |address| Meaning::of(Operand::Run(address, Shape::Cells, Count::Exactly(1)));
-        Some(
-            words?
-                .into_iter()
-                .map(|address| WordSource::Free(self.exactly(word(address))))
-                .collect(),
-        )
+        let mut found = Vec::new();
+        for n in 0..words as u32 {
+            let (offset, shape) = match digits.map(|digits| (4 * digits).saturating_sub(16 * n)) {
+                None => (n, shape),
+                Some(0) => {
+                    found.push(WordSource::Const(0));
+                    continue;
+                }
+                Some(bits) => (16 * n, Shape::Packed(bits.min(16) as u8)),
+            };
+            let run = Operand::Run(self.indexed(device, offset)?, shape, Count::Exactly(1));
+            found.push(WordSource::Free(self.exactly(Meaning::of(run))));
+        }
+        Some(found)
     }
 
     /// A bit of an indexed device, worked out where it is read.
@@ -127,6 +181,14 @@ impl Decoder<'_> {
             }
             let address = self.indexed(&device, 0)?;
             let shape = match (device.place, device.index?.bit) {
+                (Place::IndexedDigits(Kind::Bit(_), digits), _)
+                    if usize::from(digits).div_ceil(4) == words =>
+                {
+                    Shape::Packed(match digits % 4 {
+                        0 => 16,
+                        rest => 4 * rest,
+                    })
+                }
                 (Place::IndexedDigits(..), _) => return None,
                 (_, Some(bit)) => Shape::WordBits(bit),
                 (_, None) => Shape::Cells,
@@ -140,61 +202,38 @@ impl Decoder<'_> {
         }
     }
 
+    /// Whether an instruction reads so many words of a module as it may have written.
+    fn reads_module(&self, raw: &RawInstruction, entry: &Entry) -> bool {
+        let is_read = matches!(&*entry.mnemonic, "FROM" | "DFRO" | "DFROM" | "FROMD");
+        let (Some(to), Some(count)) = (raw.operands.get(2), raw.operands.get(3)) else {
+            return false;
+        };
+        let is_word = match parse(to, self.family) {
+            Ok(Written::Device(device)) => matches!(device.place, Place::At(Kind::Word(_), _)),
+            _ => false,
+        };
+        is_read && is_word && self.constant(count).is_some()
+    }
+
     /// Gives the effects of an instruction that writes any value their exact meaning, where it has one.
     pub(super) fn mean(&mut self, raw: &RawInstruction, entry: &Entry, effects: &mut [Effect]) {
         // What has no meaning here is none the less right.
         self.quiet = true;
         let meaning = self.meaning(raw, entry);
         self.quiet = false;
+        if entry.class == "module" && self.reads_module(raw, entry) {
+            for effect in effects.iter() {
+                if let Write::Forget(_, choice) = effect.write {
+                    self.program.kinds.insert(choice, ChoiceKind::World);
+                }
+            }
+        }
         let Some(meaning) = meaning else { return };
         let choice = self.exactly(meaning);
         for effect in effects {
             if let (When::Fired, Write::Forget(_, own)) = (effect.when, &mut effect.write) {
                 *own = choice;
             }
-        }
-    }
-
-    /// The exact meaning of a catalogued instruction; `None` where it has none here.
-    fn meaning(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Meaning> {
-        let name = &*entry.mnemonic;
-        let operand = |at: usize| raw.operands.get(at).map(String::as_str);
-        let value = |decoder: &mut Self, at: usize, words: usize| {
-            decoder.number(operand(at)?, words).map(Operand::Number)
-        };
-        let one =
-            |operation, inputs, output| Some(Meaning { operation, inputs, outputs: vec![output] });
-        match name {
-            "BCD" | "DBCD" | "BIN" | "DBIN" => {
-                let words = if name.starts_with('D') { 2 } else { 1 };
-                let unary = if name.ends_with("BCD") { Unary::ToBcd } else { Unary::FromBcd };
-                let from = value(self, 0, words)?;
-                one(Operation::Each(unary), vec![from], self.target(operand(1)?, words)?)
-            }
-            "SUM" | "DSUM" => {
-                let words = if name == "DSUM" { 2 } else { 1 };
-                let from = value(self, 0, words)?;
-                // How many words the sum of a double word fills differs between families.
-                let result = if words == 2 { return None } else { 1 };
-                one(Operation::CountBits(result), vec![from], self.target(operand(1)?, 1)?)
-            }
-            "ROL" | "ROR" if self.family != Family::Fx => {
-                // Of a count beyond the word's bits families make different things.
-                let places = self.constant(operand(1)?).filter(|n| (0..16).contains(n))?;
-                let left = name == "ROL";
-                let inputs = vec![
-                    value(self, 0, 1)?,
-                    Operand::Words(vec![WordSource::Const(places as u16)]),
-                    Operand::Words(vec![WordSource::Const(0)]),
-                ];
-                let outputs = vec![self.target(operand(0)?, 1)?, Target::Nowhere];
-                Some(Meaning {
-                    operation: Operation::Rotate { left, through: false },
-                    inputs,
-                    outputs,
-                })
-            }
-            _ => None,
         }
     }
 
@@ -213,7 +252,7 @@ impl Decoder<'_> {
 }
 
 /// So many devices of an area every CPU of the family surely has.
-fn certain_points(family: Family, cells: AreaId, letters: &str) -> Option<u32> {
+pub(super) fn certain_points(family: Family, cells: AreaId, letters: &str) -> Option<u32> {
     if family == Family::Fx || family == Family::Fx5 {
         return match letters {
             "D" => Some(256),

@@ -9,6 +9,7 @@ mod edges;
 mod exact;
 mod finish;
 mod held;
+mod meaning;
 mod named;
 mod output;
 mod overflow;
@@ -99,6 +100,8 @@ pub struct Decoder<'a> {
     turns_moves: bool,
     /// FX: with M8023 on, sums and differences of double words are of real numbers.
     sums_reals: bool,
+    /// Q, L: with SM702 on, searches take their blocks for sorted ones.
+    searches_by_halves: bool,
     /// FX, FX5: M8040, or IST, may keep a step ladder from moving on.
     states_may_stay: bool,
     /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
@@ -181,6 +184,7 @@ impl<'a> Decoder<'a> {
             turns_moves: matches!(options.family, Family::Fx | Family::Fx5)
                 && touches(project, options.family, &[8024, 8160]),
             sums_reals: options.family == Family::Fx && touches(project, options.family, &[8023]),
+            searches_by_halves: touches(project, options.family, &[702]),
             states_may_stay: matches!(options.family, Family::Fx | Family::Fx5)
                 && (touches(project, options.family, &[8040]) || has(project, "IST")),
             counts_elsewhere: options.family == Family::Fx

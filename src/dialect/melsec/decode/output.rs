@@ -3,12 +3,12 @@
 use super::access::BitPlace;
 use super::rungs::{letters, remember};
 use super::{Decoder, always, edge, fired, timing};
-use crate::dialect::melsec::device::{Family, Kind, Timed};
+use crate::dialect::melsec::device::{Family, Kind, Timed, area};
 use crate::dialect::melsec::operand::{Device, Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::meaning;
 use crate::program::{
-    BitTarget, Cell, ChoiceKind, Effect, Logic, Number, Region, Step, TimingKey, Units, When,
+    BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Units, When,
     WordSource, WordTarget, Write,
 };
 
@@ -55,10 +55,9 @@ impl Decoder<'_> {
             let Some(device) = self.device(target) else { return };
             let is_long =
                 variant.starts_with('L') || (self.family == Family::Fx && is_long_counter(&device));
-            if self.read_words(&raw.operands[1], if is_long { 2 } else { 1 }).is_none() {
-                return;
-            }
-            let setting = self.constant(&raw.operands[1]).and_then(|k| u16::try_from(k).ok());
+            let words = if is_long { 2 } else { 1 };
+            let Some(setting) = self.read_words(&raw.operands[1], words) else { return };
+            let setting = Some(setting[0]).filter(|_| !is_long);
             self.timed_effects(target, &device, setting)
         } else {
             let value = match parse(target, self.family) {
@@ -99,7 +98,12 @@ impl Decoder<'_> {
 
     /// A timer's or counter's contact is true only while its coil is, or, where it is retentive, keeps its
     /// value while the coil is off.
-    fn timed_effects(&mut self, text: &str, device: &Device, setting: Option<u16>) -> Vec<Effect> {
+    fn timed_effects(
+        &mut self,
+        text: &str,
+        device: &Device,
+        setting: Option<WordSource>,
+    ) -> Vec<Effect> {
         let (timed, index) = match device.place {
             Place::At(Kind::Timed(timed), index) => (timed, index),
             Place::Indexed(Kind::Timed(Timed { contact, coil, value, .. }), _) => {
@@ -116,15 +120,24 @@ impl Decoder<'_> {
         };
         let cell = |area| Cell { area, index };
         let (contact, value) = (cell(timed.contact), cell(timed.value));
-        let done = Logic::All(vec![Logic::Condition, self.world_bit()]);
-        let mut effects =
-            vec![always(Write::Bit(BitTarget::Cell(cell(timed.coil)), Logic::Condition))];
-        let come = self.choice();
-        if let Some(setting) = setting {
-            self.program.kinds.insert(come, ChoiceKind::Present { contact, setting });
+        let is_counter = device.name == "C";
+        let setting = setting.filter(|_| !self.runs_in_interrupts(device));
+        let (through, now) = match setting {
+            Some(setting) if is_counter => {
+                self.counted([timed.contact, timed.coil, timed.value].map(cell), setting)
+            }
+            Some(setting) => self.elapsed(self.stood_at(value), setting),
+            None => (self.choice(), self.choice()),
+        };
+        let done = Logic::All(vec![Logic::Condition, Logic::Bit(BitSource::Free(through))]);
+        let coil = always(Write::Bit(BitTarget::Cell(cell(timed.coil)), Logic::Condition));
+        let mut effects = Vec::new();
+        if setting.is_some() && !is_counter {
+            let now = Number::Words(vec![WordSource::Cell(value)]);
+            effects.push(always(Write::Words(vec![WordTarget::Cell(self.stood_at(value))], now)));
         }
-        let come = Number::Words(vec![WordSource::Free(come)]);
-        let present = Write::Words(vec![WordTarget::Cell(value)], come);
+        let present =
+            Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![WordSource::Free(now)]));
         if timed.retentive {
             // Once on, it stays so until it is reset; only up-and-down counters fall back by themselves.
             let old = Logic::cell(contact);
@@ -140,7 +153,14 @@ impl Decoder<'_> {
             )));
         }
         effects.push(fired(present));
+        // What a counter counts depends on what its coil was.
+        effects.push(coil);
         effects
+    }
+
+    /// The hidden word in which the timer under way keeps what it stood at.
+    fn stood_at(&self, value: Cell) -> Cell {
+        Cell { area: const { area("stood at ") }, index: value.index }
     }
 
     fn set(&mut self, mnemonic: &str, raw: &RawInstruction) {
