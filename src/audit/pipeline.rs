@@ -243,7 +243,8 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     let least = prices.least_times();
     let reals = super::real::Search { program: &program, least: &least, limits };
     let found = reals.run(&searched.witness, searched.upper).map_err(Failure::Internal)?;
-    let closer = found.best.replay.total < searched.upper && !found.knowledge.is_empty();
+    let small = searched.model.circuit.nodes().len() <= MOST_AGAIN;
+    let closer = small && found.best.replay.total < searched.upper && !found.knowledge.is_empty();
     let grown = |knowledge| {
         let reach = Reach { once: usize::MAX, all: MOST_LEARNED, ended: &|| budget.reached() };
         scan_model_knowing(&program, &times, knowledge, Side::Above, &reach).ok()
@@ -353,6 +354,9 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     Ok(Concluded { audit, followed, maxima })
 }
 
+/// So many nodes has a model, at most, that is searched again with what was learned. Of larger ones that takes several
+/// times as long as the first search, and what single scans teach hardly ever lowers their bound.
+const MOST_AGAIN: usize = 50_000;
 /// With what was learned, a model may have so many nodes and questions to words.
 const MOST_LEARNED: usize = 4_000_000;
 
