@@ -462,3 +462,54 @@ fn texts_and_modules() {
     let open = "LD SM400; FROM H0 K0 D0 D9; LD D0.0; CJ P0; LD SM400; OUT Y0; P0; END";
     assert_eq!(real_cost(open, &[]), (0, false));
 }
+
+/// Digits rotate and shift within themselves, by the remainder of the places: which no operation here does.
+#[test]
+fn digits_of_bits_are_not_whole_words() {
+    for instruction in ["ROL K2M0 K1", "ROR K2M0 K1", "DROL K5M0 K3", "SFL K2M0 K9", "SFR K2M0 K9"]
+    {
+        is_open(Family::Q, instruction, "M0", &[("M7", 1)]);
+    }
+    is_open(Family::Q, "SWAP K2M0", "M0", &[("M7", 1)]);
+    is_open(Family::Fx, "BCD D0 K2M0", "M0", &[("D0", 123)]);
+}
+
+/// The FX and FX5 code 16 bits of words at most.
+#[test]
+fn codes_of_the_fx_in_words_end_at_sixteen_bits() {
+    for family in [Family::Fx, Family::Fx5] {
+        is_open(family, "DECO D0 D10 K5; MOV D10 K4M0", "M3", &[("D0", 3)]);
+        is_open(family, "ENCO D10 D0 K5; MOV D0 K4M0", "M0", &[("D10", 8)]);
+    }
+}
+
+/// A sum past the limit is no ring's on the FX wherever it is stored, and an index of a double word has 32 bits.
+#[test]
+fn the_fx_at_index_registers() {
+    let over = [("D0", 0x7FFF), ("D1", 1)];
+    is_open(Family::Fx, "ADD D0 D1 D10Z0; MOV D10 K4M0", "M0", &over);
+    is_open(Family::Fx, "SUB D0 D1 D10Z0; MOV D10 K4M0", "M0", &[("D0", 0x8000), ("D1", 1)]);
+    is_open(Family::Fx5, "ADD D0 D1 K4M0Z0", "M0", &over);
+    is_open(Family::Fx, "DFMOV K1 D10Z0 K600; MOV D10 K4M0", "M0", &[]);
+    is_open(Family::Fx, "DMEAN D10Z0 D30 K2; MOV D30 K4M0", "M0", &[]);
+}
+
+/// Where a routine runs with its coils off, an indexed coil is off, too.
+#[test]
+fn indexed_coils_are_held_off_with_their_routine() {
+    let routine = "FEND; P1; LD SM400; OUT M0Z0; LDI M3; CJ P2; LD SM400; OUT Y0; P2; RET; END";
+    let found = run(
+        Family::Q,
+        &format!("LD X0; FCALL P1; {routine}"),
+        &Start::from([("Z0".to_owned(), 3), ("X0".to_owned(), 1)]),
+    );
+    assert!(found.stopped.is_some());
+}
+
+/// Of what every Q CPU has for certain.
+#[test]
+fn the_smallest_cpu_ends_the_areas() {
+    is_open(Family::Q, "MOV D0Z0 K4M0", "M0", &[("Z0", 11_136)]);
+    is_open(Family::Q, "MOV W0Z0 K4M0", "M0", &[("Z0", 0x800)]);
+    is_open(Family::Q, "MOV K4B0Z0 K4M0", "M0", &[("Z0", 0x7FF)]);
+}

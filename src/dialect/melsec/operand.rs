@@ -224,6 +224,7 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
         _ => index,
     };
     // The bit stands before the index register or behind it: D0.AZ1, D0Z1.A.
+    let is_behind_bit = suffix.starts_with('.');
     let (bit, suffix) = match suffix.split_once('.') {
         None => (None, Cow::Borrowed(suffix)),
         Some((before, rest)) => {
@@ -251,8 +252,13 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     if bit.is_some() && !matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
         return Err(format!("`{text}`: only a word device has bits of its own"));
     }
-    let index =
-        index_of(suffix).map(|(letters, register)| Index { number: index, bit, letters, register });
+    // Whether an index behind the bit is added to the word's number is not told.
+    let index = index_of(suffix).filter(|_| !is_behind_bit).map(|(letters, register)| Index {
+        number: index,
+        bit,
+        letters,
+        register,
+    });
     Ok(Device { name, place, index })
 }
 

@@ -261,13 +261,14 @@ pub(super) fn certain_points(family: Family, cells: AreaId, letters: &str) -> Op
         };
     }
     let points = [
-        ("X", 0x2000),
-        ("Y", 0x2000),
+        // The Basic model's; the others have more.
+        ("X", 0x800),
+        ("Y", 0x800),
         ("M", 8192),
-        ("L", 8192),
-        ("B", 0x2000),
-        ("D", 12_288),
-        ("W", 0x2000),
+        ("L", 2048),
+        ("B", 0x800),
+        ("D", 11_136),
+        ("W", 0x800),
     ];
     let found = points.iter().find(|(name, _)| *name == letters && area(name) == cells);
     found.map(|(_, points)| *points)

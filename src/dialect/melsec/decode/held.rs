@@ -2,7 +2,9 @@
 
 use super::Decoder;
 use crate::program::flow;
-use crate::program::{Approximation, BitSource, ChoiceId, Instruction, Logic, Step, Write};
+use crate::program::{
+    Approximation, BitSource, ChoiceId, ChoiceKind, Instruction, Logic, Step, When, Write,
+};
 use std::collections::BTreeSet;
 
 impl Decoder<'_> {
@@ -30,6 +32,14 @@ impl Decoder<'_> {
         for at in inside {
             let choice = self.choice();
             let_hold_off(&mut self.program.instructions[at], choice);
+            // What an operation takes from the rung's condition is held off, too.
+            for effect in &self.program.instructions[at].effects {
+                if let (When::Always, Write::Forget(_, own)) = (effect.when, &effect.write)
+                    && let Some(ChoiceKind::Exact(_)) = self.program.kinds.get(own)
+                {
+                    self.program.kinds.remove(own);
+                }
+            }
         }
         for instruction in entries {
             let what = "this routine may run with its coils off: each of its instructions is taken to act or not".to_owned();

@@ -52,7 +52,7 @@ impl Decoder<'_> {
 
     fn of_one(&mut self, name: &str, text: &str) -> Option<Meaning> {
         match name {
-            "SWAP" => {
+            "SWAP" if self.is_whole(text, 1) => {
                 let from = self.value(text, 1)?;
                 self.one(Operation::Each(Unary::SwapBytes), vec![from], text, 1)
             }
@@ -70,7 +70,10 @@ impl Decoder<'_> {
             decoder.one(operation, vec![value], to, words)
         };
         match plain {
-            "BCD" => one(self, Operation::Each(Unary::ToBcd)),
+            // What becomes of digits that are not written the FX's manuals leave open.
+            "BCD" if self.is_large() || self.is_whole(to, words) => {
+                one(self, Operation::Each(Unary::ToBcd))
+            }
             "BIN" => one(self, Operation::Each(Unary::FromBcd)),
             "GRY" => one(self, Operation::Each(Unary::ToGray)),
             "GBIN" => one(self, Operation::Each(Unary::FromGray)),
@@ -121,9 +124,23 @@ impl Decoder<'_> {
             || self.constant(text).is_some_and(|bit| (0..bits).contains(&bit))
     }
 
+    /// Whether an operand has all the bits of so many words.
+    fn is_whole(&mut self, text: &str, words: usize) -> bool {
+        match self.device(text).map(|device| device.place) {
+            Some(Place::Digits(_, _, digits) | Place::IndexedDigits(_, digits)) => {
+                usize::from(digits) == 4 * words
+            }
+            place => place.is_some(),
+        }
+    }
+
     /// A number that is rotated or shifted by a constant number of places, less than its bits: of more the families
     /// make different things, and of none.
     fn moved(&mut self, name: &str, text: &str, by: &str, words: usize) -> Option<Meaning> {
+        // Digits turn within themselves, by what is left of the places.
+        if !self.is_whole(text, words) {
+            return None;
+        }
         let least = i64::from(!self.is_large());
         let places = self.constant(by).filter(|n| (least..16 * words as i64).contains(n))?;
         let left = name.ends_with('L');
@@ -299,7 +316,7 @@ impl Decoder<'_> {
                 Target::Bits(cells.map(BitTarget::Cell).collect())
             }
             // What becomes of a word's other bits is not told.
-            Place::At(Kind::Word(_), _) if power >= 4 => {
+            Place::At(Kind::Word(_), _) if power >= 4 && self.codes_in_words(power) => {
                 let cells = self.places(to, 1 << (power - 4))?;
                 let bits = cells.into_iter().filter_map(|target| match target {
                     WordTarget::Cell(cell) => {
@@ -319,6 +336,11 @@ impl Decoder<'_> {
         self.constant(text).filter(|power| (1..=MOST_POWER).contains(power))
     }
 
+    /// Whether DECO and ENCO know so many bits in words: on the FX and FX5 those of one word, more is an error.
+    fn codes_in_words(&self, power: i64) -> bool {
+        self.is_large() || power <= 4
+    }
+
     /// Two to that power bits from an operand on.
     fn bits(&mut self, text: &str, power: i64) -> Option<Operand> {
         match self.device(text)?.place {
@@ -326,7 +348,7 @@ impl Decoder<'_> {
                 let cells = (index..index + (1 << power)).map(|index| Cell { area, index });
                 Some(Operand::Bits(cells.map(BitSource::Cell).collect()))
             }
-            Place::At(Kind::Word(_), _) => {
+            Place::At(Kind::Word(_), _) if self.codes_in_words(power) => {
                 let cells = self.cells(text, (1usize << power).div_ceil(16))?;
                 let bits = (0..1usize << power).map(|n| match cells[n / 16] {
                     WordSource::Cell(cell) => Some(BitSource::WordBit(cell, (n % 16) as u8)),
@@ -433,7 +455,7 @@ impl Decoder<'_> {
             (Many::Known(count), Place::At(..)) => {
                 return Some(Operand::Words(self.cells(text, (count * unit) as usize)?));
             }
-            _ => self.from(text)?,
+            _ => self.from(text, unit)?,
         };
         let count = match many {
             Many::Known(count) => Count::Exactly(count * unit),
@@ -453,15 +475,17 @@ impl Decoder<'_> {
             (Many::Known(count), Place::At(..)) => {
                 Some(Target::Words(self.places(text, (count * unit) as usize)?))
             }
-            _ => Some(Target::Run(self.from(text)?, Shape::Cells)),
+            _ => Some(Target::Run(self.from(text, unit)?, Shape::Cells)),
         }
     }
 
-    /// The address of a word device, plain or indexed.
-    fn from(&mut self, text: &str) -> Option<Address> {
+    /// The address of a word device, plain or indexed, at which elements of so many words begin.
+    fn from(&mut self, text: &str, unit: u32) -> Option<Address> {
         let device = self.device(text)?;
         if let Place::Indexed(Kind::Word(_), false) = device.place {
-            return self.indexed(&device, 0);
+            // On the FX the index of a double word has 32 bits.
+            let is_wide = self.family == Family::Fx && unit > 1;
+            return self.indexed(&device, 0).filter(|_| !is_wide);
         }
         let &[WordSource::Cell(cell)] = &self.cells(text, 1)?[..] else { return None };
         let points = certain_points(self.family, cell.area, device.name)?;

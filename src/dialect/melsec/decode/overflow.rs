@@ -36,8 +36,13 @@ impl Decoder<'_> {
         let is_sum = entry.operation == Operation::Add;
         let (left, right) = (Box::new(a.clone()), Box::new(b.clone()));
         let result = if is_sum { Number::Add(left, right) } else { Number::Sub(left, right) };
-        let WordPlace::All(targets) = self.word_place(text, words)? else {
-            return self.write_number(text, words, result);
+        let targets = match self.word_place(text, words)? {
+            WordPlace::All(targets) => targets,
+            // What is stored there is not known: it may be no ring's.
+            WordPlace::Somewhere(region) => {
+                return Some(vec![fired(Write::Forget(region, self.choice()))]);
+            }
+            WordPlace::Nowhere => return Some(Vec::new()),
         };
         let is_unsigned = entry.mnemonic.ends_with("_U");
         let overflow = overflow(&result, (&a, &b), is_sum, is_unsigned, words);
