@@ -13,6 +13,8 @@ use crate::time::Picos;
 
 /// Loops and calls may add so many executed instructions to those that the program has.
 const MOST_UNROLLED: u64 = 200_000;
+/// So often loops are put back whose counts the model of a scan tells.
+const MOST_NESTED: usize = 8;
 /// The model of a scan may have so many nodes and questions to words, ...
 const NODES: usize = 1_000_000;
 /// ... so many more for each instruction that is executed, ...
@@ -53,37 +55,73 @@ pub fn keep_in_range(
 }
 
 /// The model of a scan, and whether it is no more than the sum of all that can run: where the time is over, or
-/// nothing less fits. What has too many turns and calls to be followed is taken in bulk.
+/// nothing less fits. What has too many turns and calls to be followed is taken in bulk; loops that were taken so since
+/// their counts stand in words are followed after all where the scan tells what these can be.
 pub fn model_of(
     program: &mut Program,
     prices: &mut Prices,
     budget: &Budget<'_>,
 ) -> Result<(ScanModel, bool), Failure> {
-    let too_often = |bulk::TooOften { instruction }| ScanError::TooOften { instruction };
-    let fitted = bulk::fit(program, MOST_UNROLLED).map_err(too_often);
-    let executed = fitted.map_err(|error| cannot_follow(program, &error))?;
-    // What the program got on top costs nothing by itself.
-    prices.instructions.resize(program.instructions.len(), None);
-    let executed = usize::try_from(executed).unwrap_or(usize::MAX);
-    let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);
-    let followed = scan_model_fitted(program, &prices.times(), most, &|| budget.reached());
-    let why = match followed {
-        Ok(Some(model)) => return Ok((model, false)),
-        Ok(None) => "the values that the program works out take too much to follow",
-        Err(ScanError::Ended { .. }) => {
+    let why = match follow(program, prices, budget)? {
+        Ok(mut model) => {
+            // A loop that is followed may show the count of one that stands in it or behind it.
+            for _ in 0..MOST_NESTED {
+                let mut closer = program.clone();
+                if !bulk::put_back(&mut closer, &model.turns) {
+                    break;
+                }
+                let mut priced = prices.clone();
+                let Ok(Ok(found)) = follow(&mut closer, &mut priced, budget) else { break };
+                (model, *program, *prices) = (found, closer, priced);
+            }
+            return Ok((model, false));
+        }
+        Err(Unfollowed::Grown) => "the values that the program works out take too much to follow",
+        Err(Unfollowed::Ended) => {
             budget.cut(
                 "following the scan",
                 "the bound is the sum of all that can run, each at its dearer time",
             );
             "the time was over before the scan was followed"
         }
-        Err(error) => return Err(cannot_follow(program, &error)),
     };
-    let summed = bulk::whole(program, why).map_err(too_often);
-    summed.map_err(|error| cannot_follow(program, &error))?;
+    let summed = bulk::whole(program, why);
+    summed.map_err(|error| cannot_follow(program, &too_often(error)))?;
     prices.instructions.resize(program.instructions.len(), None);
     let model = scan_model(program, &prices.times());
     Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
+}
+
+/// Why a scan was not followed.
+enum Unfollowed {
+    /// The model would take too much.
+    Grown,
+    /// The time is over.
+    Ended,
+}
+
+/// The model of a scan in which nothing runs more often than can be followed.
+fn follow(
+    program: &mut Program,
+    prices: &mut Prices,
+    budget: &Budget<'_>,
+) -> Result<Result<ScanModel, Unfollowed>, Failure> {
+    let fitted = bulk::fit(program, MOST_UNROLLED).map_err(too_often);
+    let executed = fitted.map_err(|error| cannot_follow(program, &error))?;
+    // What the program got on top costs nothing by itself.
+    prices.instructions.resize(program.instructions.len(), None);
+    let executed = usize::try_from(executed).unwrap_or(usize::MAX);
+    let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);
+    match scan_model_fitted(program, &prices.times(), most, &|| budget.reached()) {
+        Ok(Some(model)) => Ok(Ok(model)),
+        Ok(None) => Ok(Err(Unfollowed::Grown)),
+        Err(ScanError::Ended { .. }) => Ok(Err(Unfollowed::Ended)),
+        Err(error) => Err(cannot_follow(program, &error)),
+    }
+}
+
+fn too_often(bulk::TooOften { instruction }: bulk::TooOften) -> ScanError {
+    ScanError::TooOften { instruction }
 }
 
 fn cannot_follow(program: &Program, error: &ScanError) -> Failure {

@@ -7,6 +7,7 @@ pub use circuit::{Atom, Circuit, Lit, Node, Values, VarId};
 
 use crate::program::{Cell, ChoiceId, ChoiceKey, Frame};
 use crate::time::Picos;
+use std::collections::BTreeMap;
 
 /// What a free variable holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -119,6 +120,8 @@ pub struct ScanModel {
     pub forgotten: Vec<Forgotten>,
     /// Where a scan goes round for ever.
     pub unbounded: Vec<Unbounded>,
+    /// How many turns loops taken in bulk make at most, by what their counts can say.
+    pub turns: BTreeMap<usize, u32>,
 }
 
 /// Charges that hang together by free variables. Groups share no variable.

@@ -58,6 +58,36 @@ pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
     }
 }
 
+/// Puts back loops that were taken in bulk where their counts say less than was charged: `turns` tells how many turns
+/// each makes at most. Whether there were any.
+pub fn put_back(program: &mut Program, turns: &BTreeMap<usize, u32>) -> bool {
+    let mut any = false;
+    for (&begin, &known) in turns {
+        let Step::Bulk { end, turns: Some((count, least, most)), .. } =
+            program.instructions[begin].step
+        else {
+            continue;
+        };
+        if known < most {
+            program.instructions[begin].step = Step::ForBegin { count, least, most: known, end };
+            program
+                .approximations
+                .retain(|one| one.instruction != begin || !one.what.contains(IN_BULK));
+            any = true;
+        }
+    }
+    any
+}
+
+/// How an approximation says that a loop was taken in bulk: so many times.
+const IN_BULK: &str = "the loop is charged ";
+
+/// What is said of a loop that is charged so many times.
+#[must_use]
+pub fn charged(turns: u32) -> String {
+    format!("{IN_BULK}{turns} times at its dearest, and what it writes is taken as any value")
+}
+
 /// Takes the whole program in bulk: the sum of all that can run, each at its dearest. Whether it can run together,
 /// or run at all, is left open.
 ///
@@ -284,7 +314,10 @@ impl Shape {
             program.instructions[begin].step = gathered.step(program, end, count);
             program.approximations.push(Approximation {
                 instruction: begin,
-                what: format!("followed turn by turn the scan has too many instructions: the loop is charged {turns} times at its dearest, and what it writes is taken as any value"),
+                what: format!(
+                    "followed turn by turn the scan has too many instructions: {}",
+                    charged(turns)
+                ),
             });
         }
         Ok(())

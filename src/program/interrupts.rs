@@ -37,8 +37,11 @@ pub fn isolate(program: &mut Program, volatile: &[Region]) {
     program.volatile.extend(regions.iter().copied());
     for (at, instruction) in program.instructions.iter_mut().enumerate() {
         let all = inside.contains(&at);
-        if let (true, Step::ForBegin { count: WordSource::Free(choice), .. }) =
-            (all, &instruction.step)
+        if let (
+            true,
+            Step::ForBegin { count: WordSource::Free(choice), .. }
+            | Step::Bulk { turns: Some((WordSource::Free(choice), ..)), .. },
+        ) = (all, &instruction.step)
         {
             kinds.remove(choice);
         }

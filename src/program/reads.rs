@@ -21,13 +21,15 @@ pub enum SourceMut<'a> {
 }
 
 impl Instruction {
-    /// Shows every source of the step and of the effects. The choices that are not sources, those of real
-    /// comparisons, forgotten regions and bulk loops, are not shown.
+    /// Shows every source of the step and of the effects, the count of a loop taken in bulk included. The choices that
+    /// are not sources, those of real comparisons, forgotten regions and bulk loops, are not shown.
     pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
         if let Some(fires) = self.step.fires() {
             logic(fires, see);
         }
-        if let Step::ForBegin { count, .. } = self.step {
+        if let Step::ForBegin { count, .. } | Step::Bulk { turns: Some((count, ..)), .. } =
+            self.step
+        {
             see(Source::Word(count));
         }
         for effect in &self.effects {
@@ -48,7 +50,9 @@ impl Instruction {
             | Step::Call { fires, .. }
             | Step::Stop { fires }
             | Step::ZoneBegin { fires, .. } => logic_mut(fires, change),
-            Step::ForBegin { count, .. } => change(SourceMut::Word(count)),
+            Step::ForBegin { count, .. } | Step::Bulk { turns: Some((count, ..)), .. } => {
+                change(SourceMut::Word(count));
+            }
             Step::AndBlock
             | Step::OrBlock
             | Step::Save(_)
@@ -57,7 +61,7 @@ impl Instruction {
             | Step::End
             | Step::Unbounded { .. }
             | Step::ForEnd
-            | Step::Bulk { .. }
+            | Step::Bulk { turns: None, .. }
             | Step::ZoneEnd { .. }
             | Step::Nothing => {}
         }

@@ -11,7 +11,7 @@ pub mod reach;
 mod word;
 
 use crate::model::{Charge, Lit, ScanModel, Unbounded};
-use crate::program::meaning::Knowledge;
+use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
     BitSource, Cell, ChoiceId, Effect, Exit, Frame, Join, Logic, Program, Region, Relation, Source,
     Step, When, WordSource, Write,
@@ -455,7 +455,12 @@ impl Run<'_> {
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
-            Step::Bulk { end, charges, forgets, choice, exits, .. } => {
+            Step::Bulk { end, charges, forgets, choice, exits, turns } => {
+                if let Some((count, least, most)) = *turns {
+                    let turns = self.most_turns(count, at).clamp(least, most);
+                    let known = self.memory.model.turns.entry(at).or_default();
+                    *known = turns.max(*known);
+                }
                 self.bulk(act, charges, forgets, *choice)?;
                 act.results = Results::default();
                 for &(choice, exit) in exits {
@@ -593,6 +598,20 @@ impl Run<'_> {
         }
         act.active = self.memory.circuit().or(act.active, done);
         Ok(())
+    }
+
+    /// How many turns a count can mean here at most.
+    fn most_turns(&mut self, count: WordSource, at: usize) -> u32 {
+        let (word, least) = match count {
+            WordSource::Free(choice) => match self.program.kinds.get(&choice) {
+                Some(ChoiceKind::Turns(word)) => (*word, 1),
+                _ => return u32::MAX,
+            },
+            word => (word, 0),
+        };
+        let word = self.word(word, at);
+        let most = self.memory.words.most(&mut self.memory.model.circuit, word);
+        most.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(least))
     }
 
     /// Charges a loop in bulk and forgets what it may write.

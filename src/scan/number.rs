@@ -135,8 +135,13 @@ fn less(words: &mut Words, circuit: &mut Circuit, signed: bool, a: &[Word], b: &
     for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
         let sign = signed && i + 1 == a.len();
         let smaller = less_word(words, circuit, sign, x, y);
-        let same = equal_word(words, circuit, x, y);
-        let lower_words = circuit.and(same, result);
+        let lower_words = match result {
+            Lit::FALSE => Lit::FALSE,
+            _ => {
+                let same = equal_word(words, circuit, x, y);
+                circuit.and(same, result)
+            }
+        };
         result = circuit.or(smaller, lower_words);
     }
     result
@@ -148,11 +153,14 @@ fn less_word(words: &mut Words, circuit: &mut Circuit, signed: bool, a: Word, b:
     }
     match (words.as_constant(a), words.as_constant(b)) {
         (_, Some(c)) => below(words, circuit, signed, a, c),
-        // c < b unless b <= c, that is b < c or b = c.
+        // c < b unless b < c + 1: one range, the same that is asked where a count is held against c.
         (Some(c), _) => {
-            let below = below(words, circuit, signed, b, c);
-            let same = words.in_range(circuit, b, c, c);
-            circuit.and(!below, !same)
+            let greatest = if signed { 0x7FFF } else { 0xFFFF };
+            if c == greatest {
+                Lit::FALSE
+            } else {
+                !below(words, circuit, signed, b, c.wrapping_add(1))
+            }
         }
         _ => {
             let (mut x, mut y) = (words.bits(circuit, a), words.bits(circuit, b));

@@ -1,7 +1,13 @@
 //! Symbolic 16-bit words: constants, free words, either-or, sums with a constant, and words put together from bits.
 
 use crate::model::{self, Atom, Circuit, Lit, VarId};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeSet;
+
+/// So many parts of a word are looked at for the most that it can be.
+const MOST_PARTS: usize = 64;
+/// Asking that of them takes less than this.
+const ASKED: usize = 1 << 14;
 
 /// A symbolic word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -117,6 +123,65 @@ impl Words {
             Node::Const(value) => Some(value),
             _ => None,
         }
+    }
+
+    /// The most that the word can be as a signed number, where something bounds it.
+    ///
+    /// That is what its parts can be, or one of the constants among them that the word is found never to exceed, as
+    /// where a program limits a count before it uses it.
+    pub fn most(&mut self, circuit: &mut Circuit, word: Word) -> Option<i16> {
+        let mut constants = BTreeSet::new();
+        let most = self.greatest(word, &mut constants)?;
+        let asked = if self.allowance >= ASKED { 0..most.max(0) } else { 0..0 };
+        for &constant in constants.range(asked) {
+            let above = self.in_range(circuit, word, constant.cast_unsigned() + 1, 0x7FFF);
+            if above == Lit::FALSE {
+                return Some(constant);
+            }
+        }
+        Some(most).filter(|&most| most < i16::MAX)
+    }
+
+    /// The greatest signed number that the word's parts allow, and the constants that it may be. `None` if there are
+    /// too many parts to look at.
+    fn greatest(&self, word: Word, constants: &mut BTreeSet<i16>) -> Option<i16> {
+        let (mut open, mut seen) = (vec![(word, 0u16)], FxHashSet::default());
+        let mut most = i16::MIN;
+        while let Some((word, addend)) = open.pop() {
+            if !seen.insert((word, addend)) {
+                continue;
+            }
+            if seen.len() > MOST_PARTS {
+                return None;
+            }
+            most = most.max(match self.node(word) {
+                Node::Const(value) => {
+                    let value = value.wrapping_add(addend).cast_signed();
+                    constants.insert(value);
+                    value
+                }
+                Node::Either(_, a, b) => {
+                    open.extend([(a, addend), (b, addend)]);
+                    continue;
+                }
+                Node::Plus(inner, more) => {
+                    open.push((inner, addend.wrapping_add(more)));
+                    continue;
+                }
+                Node::Bits(bits) => {
+                    let may = |i: usize| bits[i] != Lit::FALSE;
+                    let most = (0..15).fold(0u16, |most, i| most | u16::from(may(i)) << i);
+                    let negative = bits[15] == Lit::TRUE;
+                    match most.checked_add(addend).map(u16::cast_signed) {
+                        Some(most) if most >= 0 && !negative && !may(15) => most,
+                        _ if negative && addend == 0 => -1,
+                        _ => i16::MAX,
+                    }
+                }
+                Node::Free(_) => i16::MAX,
+            });
+        }
+        Some(most)
     }
 
     /// Whether the word, unsigned, lies in `low..=high`.

@@ -2,6 +2,7 @@
 //! for a scan above it.
 #![allow(dead_code)] // each test file uses its part
 
+pub mod audited;
 pub mod bound;
 pub mod flowcharts;
 pub mod ir;

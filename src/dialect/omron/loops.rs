@@ -47,9 +47,7 @@ pub(super) fn settle(asm: &mut Assembly) {
             continue;
         };
         asm.program.instructions[begin].step = step;
-        let what = format!(
-            "the loop is charged {most} times at its dearest, and what it writes is taken as any value"
-        );
+        let what = bulk::charged(most);
         asm.program.approximations.push(Approximation { instruction: begin, what });
     }
 }

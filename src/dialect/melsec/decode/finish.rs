@@ -211,7 +211,7 @@ impl Decoder<'_> {
             self.program.instructions[begin].step = step;
             self.program.approximations.push(crate::program::Approximation {
                 instruction: begin,
-                what: format!("the loop is charged {turns} times at its dearest, and what it writes is taken as any value"),
+                what: bulk::charged(turns),
             });
         }
     }

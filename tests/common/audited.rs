@@ -1,0 +1,59 @@
+//! Audits source text with times of one's own: nothing costs anything but what is stated.
+
+use scanbound::audit::{Concluded, Failure, Request, conclude, follow};
+use scanbound::dialect::Input;
+use scanbound::facts::Facts;
+use scanbound::solve::Method;
+use scanbound::table::{CLASSES, Table};
+
+/// A table of the rows that are given (`Op1,1,0,0`: name, on, off, per unit), all else costing nothing.
+pub fn table(rows: &str) -> Table {
+    let mut text = "instruction,on_us,off_us,per_unit_us\n".to_owned();
+    for class in CLASSES {
+        text += &format!("@{class},0,0,0\n");
+    }
+    text += rows;
+    Table::parse("t.csv", text.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
+}
+
+/// The project and its audit.
+pub fn audited(
+    dialect: &str,
+    cpu: Option<&str>,
+    files: &[(&str, &str)],
+    table: &Table,
+    facts: &Facts,
+) -> Result<Concluded, String> {
+    let input = |(name, text): &(&str, &str)| Input {
+        name: (*name).to_owned(),
+        bytes: text.as_bytes().to_vec(),
+    };
+    let inputs: Vec<Input> = files.iter().map(input).collect();
+    let request = Request {
+        inputs: &inputs,
+        dialect: Some(dialect),
+        cpu,
+        table: Some(table),
+        times: &[],
+        clock: None,
+        warnings: &[],
+        facts,
+        strict_times: false,
+        method: Method::Auto,
+        trace: false,
+        confirm: false,
+        time_limit: None,
+        limit: None,
+        cancelled: &|| false,
+        progress: &|_| {},
+    };
+    let told = |failure| match failure {
+        Failure::Input(faults) => {
+            let faults: Vec<String> =
+                faults.iter().map(|fault| format!("{}: {}", fault.text, fault.message)).collect();
+            faults.join("\n")
+        }
+        Failure::Internal(why) => why,
+    };
+    conclude(follow(&request).map_err(told)?, &request).map_err(told)
+}
