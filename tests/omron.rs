@@ -143,6 +143,17 @@ fn condition_flags_are_turned_off_or_left() {
 }
 
 #[test]
+fn an_instruction_that_ends_in_an_error_leaves_the_flag_of_zero() {
+    // What it reads is no number of decimal digits: the result's word stays 0, and the flag stays off.
+    let cx = ["LD P_On", "CMP(020) D20 #1", "LD P_On", "BIN(023) D0 D10", "LD P_EQ", "OUT W0.00"];
+    let asked = ["LD=(300) D10 #0", "Op1", "LDNOT W0.00", "Op2", "END"];
+    assert_eq!(seconds(CX, &[&cx[..], &asked].concat(), ""), 3);
+    let c = ["LD 25313", "DIV(33) DM 0000 DM 0001 DM 0010", "LD 25506", "OUT 01000"];
+    let asked = ["LD 25313", "CMP(20) DM 0010 #0000", "LD 25506", "Op1", "LDNOT 01000", "Op2"];
+    assert_eq!(seconds(C, &[&c[..], &asked, &["END"]].concat(), ""), 3);
+}
+
+#[test]
 fn interrupts_let_subroutines_in() {
     let runs = |line: &str, number: &str| {
         let (begin, label) = (format!("SBN(92) {number}"), format!("\"SBN {number}\""));

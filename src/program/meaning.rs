@@ -234,6 +234,14 @@ pub enum Operation {
         /// Two's complement.
         signed: bool,
     },
+    /// The results of an operation, and behind them two bits of so many words of the first one from its least on: whether
+    /// all are 0, and the highest bit.
+    Judged {
+        /// The operation.
+        operation: Box<Operation>,
+        /// How many words.
+        words: u8,
+    },
     /// The first input's words, each changed by a function as a number of its own.
     EachWord(Unary),
     /// The third input's number, kept between those of the first and the second, signed. Not known where the first is

@@ -70,6 +70,14 @@ pub fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> 
         Operation::DivideJoined { signed } => {
             Some(vec![run(&Operation::Divide { signed: *signed }, inputs)?.concat()])
         }
+        Operation::Judged { operation, words } => {
+            let mut results = run(operation, inputs)?;
+            let judged = results.first()?.get(..usize::from(*words))?;
+            let is_zero = judged.iter().all(|&word| word == 0);
+            let highest = judged.last()? >> 15;
+            results.extend([vec![u16::from(is_zero)], vec![highest]]);
+            Some(results)
+        }
         Operation::EachWord(unary) => {
             let words = inputs.first()?.iter().map(|&word| each(*unary, &[word]));
             Some(vec![words.collect::<Option<Vec<_>>>()?.concat()])
@@ -229,6 +237,19 @@ mod tests {
         assert_eq!(one(right(false), &[&[0x8003], &[1]]), Some(vec![vec![0x4001], vec![1]]));
         assert_eq!(one(right(true), &[&[0x8003], &[2]]), Some(vec![vec![0xE000], vec![1]]));
         assert_eq!(one(right(false), &[&[0x8000], &[16]]), Some(vec![vec![0], vec![1]]));
+    }
+
+    #[test]
+    fn a_judged_result_tells_of_zero_and_the_highest_bit() {
+        let divide = Operation::DivideJoined { signed: false };
+        let judged = |words| Operation::Judged { operation: Box::new(divide.clone()), words };
+        assert_eq!(one(judged(1), &[&[3], &[4]]), Some(vec![vec![0, 3], vec![1], vec![0]]));
+        assert_eq!(one(judged(2), &[&[3], &[4]]), Some(vec![vec![0, 3], vec![0], vec![0]]));
+        assert_eq!(
+            one(judged(1), &[&[0x8000], &[1]]),
+            Some(vec![vec![0x8000, 0], vec![0], vec![1]])
+        );
+        assert_eq!(one(judged(1), &[&[3], &[0]]), None);
     }
 
     #[test]

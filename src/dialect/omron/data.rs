@@ -21,8 +21,8 @@ pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
         if item.operands.iter().any(Operand::is_indirect) { None } else { exact(asm, item) };
     let followed = exact.is_some();
     let carry = super::exact::carry_before(asm, item).filter(|_| followed);
-    let (writes, known) = match exact {
-        Some(writes) => (writes, true),
+    let (writes, outcome) = match exact {
+        Some(writes) => (writes, super::exact::Outcome::Written),
         None => super::exact::writes(asm, item),
     };
     let widened = !followed && !writes.is_empty();
@@ -32,7 +32,7 @@ pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
     }
     effects.extend(carry);
     effects.extend(writes.into_iter().map(fired));
-    effects.extend(super::exact::flags(asm, item, known));
+    effects.extend(super::exact::flags(asm, item, outcome));
     if item.meaning() == "out-bit" {
         // The one instruction here that also writes while its condition is off.
         for effect in &mut effects {

@@ -21,23 +21,44 @@ struct Exactly {
     carries: bool,
 }
 
+/// What is known of an instruction's result, which the flags behind it tell of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// Nothing.
+    Unknown,
+    /// An operation gives it, with the flags that it tells: where it ends in an error, these are left as they were.
+    Worked,
+    /// It is written whenever the instruction fires, so the flags can be read off what was written.
+    Written,
+}
+
 /// The writes of an instruction that may leave any value, with what it really does where that is known; whether it is.
-pub(super) fn writes(asm: &mut Assembly, item: &Item<'_>) -> (Vec<Write>, bool) {
+pub(super) fn writes(asm: &mut Assembly, item: &Item<'_>) -> (Vec<Write>, Outcome) {
     let exactly = match item.operands.iter().any(Operand::is_indirect) {
         true => None,
         false => meaning(asm, item),
     };
     let choice = asm.choice();
     let mut writes = data::forget(asm, item, choice);
-    let known = exactly.is_some();
-    if let Some(Exactly { meaning, carries }) = exactly {
-        asm.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
-        if let Some(target) = asm.memory.flag("CY").filter(|_| carries) {
-            let (BitTarget::Cell(first) | BitTarget::WordBit(first, _)) = target;
-            writes.push(Write::Forget(Region::Range { first, count: 1 }, choice));
+    let Some(Exactly { mut meaning, carries }) = exactly else {
+        return (writes, Outcome::Unknown);
+    };
+    let mut flags: Vec<BitTarget> = asm.memory.flag("CY").filter(|_| carries).into_iter().collect();
+    if let Some(result) = result(item).filter(|_| tells(item)) {
+        let operation = Box::new(meaning.operation);
+        meaning.operation = Operation::Judged { operation, words: result.len() as u8 };
+        for flag in ["EQ", "N"] {
+            let told = asm.memory.flag(flag).filter(|_| is_told(item, flag));
+            meaning.outputs.push(told.map_or(Target::Nowhere, |flag| Target::Bits(vec![flag])));
+            flags.extend(told);
         }
     }
-    (writes, known)
+    asm.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
+    writes.extend(flags.into_iter().map(|flag| {
+        let (BitTarget::Cell(first) | BitTarget::WordBit(first, _)) = flag;
+        Write::Forget(Region::Range { first, count: 1 }, choice)
+    }));
+    (writes, Outcome::Worked)
 }
 
 /// Whether the carry flag comes with the result.
@@ -49,27 +70,43 @@ fn carries(name: &str, family: Family) -> bool {
     }
 }
 
+/// Whether the instruction's flags tell of its result.
+fn tells(item: &Item<'_>) -> bool {
+    item.row.is_none_or(|row| row.flags == "*")
+}
+
+/// Whether this flag is what the result says.
+fn is_told(item: &Item<'_>, flag: &str) -> bool {
+    match flag {
+        // No manual says whether the remainder counts.
+        "EQ" => !matches!(&*item.name, "DIV" | "DIVL" | "DVB" | "/B" | "/BL"),
+        // Of decimal results the manuals name none.
+        "N" => !item.name.contains('B'),
+        _ => false,
+    }
+}
+
 /// The condition flags behind an instruction: those that its result tells, and any value for the others.
-pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>, known: bool) -> Vec<Effect> {
-    let all = item.row.is_none_or(|row| row.flags == "*");
-    let Some(result) = result(item).filter(|_| known && all) else {
+pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>, outcome: Outcome) -> Vec<Effect> {
+    let told = outcome != Outcome::Unknown && tells(item);
+    let Some(result) = result(item).filter(|_| told) else {
         return data::flags(asm, item).into_iter().map(fired).collect();
     };
     let carry = carry_of(asm, item);
     let mut effects = Vec::new();
     for flag in ["ER", "GT", "EQ", "LT", "GE", "NE", "LE", "N", "OF", "UF", "AER", "CY"] {
         let Some(target) = asm.memory.flag(flag) else { continue };
-        let choice = asm.choice();
         let value = match (flag, &carry) {
+            ("CY", Carried::Apart(_) | Carried::Within) => continue,
+            (flag, _) if !is_told(item, flag) => None,
+            _ if outcome == Outcome::Worked => continue,
             ("EQ", _) => Some(Meaning::of(Input::Truth(is_zero(&result)))),
-            // Of decimal results the manuals name none.
-            ("N", _) if !item.name.contains('B') => {
+            _ => {
                 let last = result.last().copied();
                 last.map(|cell| Meaning::of(Input::Bits(vec![BitSource::WordBit(cell, 15)])))
             }
-            ("CY", Carried::Apart(_)) | ("CY", Carried::Within) => continue,
-            _ => None,
         };
+        let choice = asm.choice();
         if let Some(value) = value {
             asm.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(value)));
         }
@@ -101,7 +138,8 @@ fn carry_of(asm: &mut Assembly, item: &Item<'_>) -> Carried {
         "*" | "*L" | "*U" | "*UL" | "*B" | "*BL" | "/" | "/L" | "/U" | "/UL" | "/B" | "/BL"
         | "MUL" | "MULL" | "MLB" | "DIV" | "DIVL" | "DVB" | "BIN" | "BINL" | "BCD" | "BCDL"
         | "NEG" | "NEGL" | "SIGN" | "BCNT" | "COLL" | "DIST" | "INC" | "DEC" | "SLD" | "SRD"
-        | "++" | "++L" | "--" | "--L" => Carried::Unknown,
+        // Of these the manuals say that it tells of a digit that went over, not of the number.
+        | "++" | "++L" | "--" | "--L" | "++B" | "++BL" | "--B" | "--BL" => Carried::Unknown,
         _ => Carried::Within,
     }
 }
