@@ -154,6 +154,21 @@ fn an_instruction_that_ends_in_an_error_leaves_the_flag_of_zero() {
 }
 
 #[test]
+fn what_reaches_beyond_its_area_may_write_nothing() {
+    let set = ["LD P_On", "MOV #1 D0", "LD P_On"];
+    let asked = ["LD=(300) D0 #1", "Op1", "END"];
+    let kept = |line: &str| seconds(CX, &[&set[..], &[line], &asked].concat(), "") == 1;
+    assert!(kept("XFER(070) &10 D32760 D0"));
+    assert!(!kept("BSET(071) #2 D0 D0"));
+    let over = ["LD P_On", "MOV #1 D32760", "LD P_On", "XFER(070) &10 D0 D32760"];
+    let asked = ["LD=(300) D32760 #1", "AND=(300) D0 #2", "Op1", "END"];
+    assert_eq!(seconds(CX, &[&over[..], &asked].concat(), ""), 1);
+    let bits = ["LD P_On", "MOV #1 D32767", "LD P_On", "RSTA(531) D32767 &0 &32"];
+    let asked = ["LD=(300) D32767 #1", "Op1", "END"];
+    assert_eq!(seconds(CX, &[&bits[..], &asked].concat(), ""), 1);
+}
+
+#[test]
 fn interrupts_let_subroutines_in() {
     let runs = |line: &str, number: &str| {
         let (begin, label) = (format!("SBN(92) {number}"), format!("\"SBN {number}\""));

@@ -57,8 +57,7 @@ impl<F: Free> State<'_, F> {
         let writes = written.iter().map(|(&cell, &(mask, value))| (cell, mask, value)).collect();
         self.learn(choice, [reads, more].concat(), Learned::Writes(writes));
         for (cell, (mask, value)) in written {
-            let (kept, rest) = if mask == u16::MAX { (0, None) } else { self.kept(cell, mask) };
-            self.put(cell, kept | value & mask, doubt.or(rest), fired);
+            self.put(cell, mask, value, doubt, fired);
         }
         true
     }
@@ -84,8 +83,7 @@ impl<F: Free> State<'_, F> {
             return false;
         };
         for (cell, mask, value) in writes {
-            let (kept, _) = self.kept(cell, mask);
-            self.put(cell, kept | value & mask, None, Truth::TRUE);
+            self.put(cell, mask, value, None, Truth::TRUE);
         }
         true
     }

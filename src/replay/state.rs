@@ -55,10 +55,13 @@ struct Forgotten {
 }
 
 /// A cell's value and how much of its area had been forgotten when it got it.
+#[derive(Clone, Copy)]
 struct Held {
     value: u16,
     forgotten: usize,
     doubt: Doubt,
+    /// Which of its bits are not known; none where there is no doubt.
+    unknown: u16,
 }
 
 /// Values of exact choices, by the moment.
@@ -176,62 +179,72 @@ impl<'p, F: Free> State<'p, F> {
 
     /// The same where only these bits of it matter.
     pub(super) fn read_masked(&mut self, cell: Cell, mask: u16) -> u16 {
-        let value = self.value(cell);
+        let held = self.held(cell);
+        self.doubt = self.doubt.or(held.doubt.filter(|_| held.unknown & mask != 0));
         if self.reading.is_some() {
             let changes = self.program.volatile.iter().any(|region| region.holds(cell));
             self.changing |= changes || self.interrupting;
         }
         if let Some(reads) = &mut self.reading {
-            reads.push(Read::Cell(cell, mask, value & mask));
+            reads.push(Read::Cell(cell, mask, held.value & mask));
         }
-        value
+        held.value
     }
 
-    fn value(&mut self, cell: Cell) -> u16 {
-        let held = self.cells.get(&cell);
+    /// What the cell holds now; what comes from outside is asked for here.
+    fn held(&mut self, cell: Cell) -> Held {
+        let held = self.cells.get(&cell).copied();
         let since = held.map_or(0, |held| held.forgotten);
         let forgotten = &self.forgotten[usize::from(cell.area.0)];
         let lost = forgotten[since..].iter().rev().find(|lost| lost.region.holds(cell));
         let kind = self.program.areas[usize::from(cell.area.0)].kind;
-        let (value, doubt) = match (lost, held) {
+        let (value, doubt, unknown) = match (lost, held) {
             (Some(lost), _) => {
                 let (frames, doubt) = (lost.frames.to_vec(), lost.doubt);
                 let key = ChoiceKey { frames, choice: lost.choice, cell: Some(cell) };
-                (self.free.choice(&key, kind), doubt)
+                (self.free.choice(&key, kind), doubt, u16::MAX)
             }
-            (None, Some(held)) => (held.value, held.doubt),
+            (None, Some(held)) => (held.value, held.doubt, held.unknown),
             (None, None) => {
                 let value = self.free.start(cell, kind);
                 self.started.insert(cell, value);
-                (value, None)
+                (value, None, 0)
             }
         };
         let value = if kind == AreaKind::Bit { value & 1 } else { value };
-        self.hold(cell, value, doubt);
-        self.doubt = self.doubt.or(doubt);
-        value
+        self.hold(cell, value, doubt, unknown)
     }
 
-    fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt) {
+    fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt, unknown: u16) -> Held {
         let forgotten = self.forgotten[usize::from(cell.area.0)].len();
-        self.cells.insert(cell, Held { value, forgotten, doubt });
+        let unknown = if doubt.is_some() { unknown } else { 0 };
+        let held = Held { value, forgotten, doubt: doubt.filter(|_| unknown != 0), unknown };
+        self.cells.insert(cell, held);
+        held
     }
 
-    /// The cell takes a value if `fired`, which may not be known; nor may the value.
-    pub(super) fn put(&mut self, cell: Cell, value: u16, doubt: Doubt, fired: Truth) {
-        if fired.doubt.is_none() {
-            if fired.value {
-                self.hold(cell, value, doubt);
-            }
+    /// These bits of the cell take a value if `fired`, which may not be known; nor may the value.
+    pub(super) fn put(&mut self, cell: Cell, mask: u16, value: u16, doubt: Doubt, fired: Truth) {
+        if fired.doubt.is_none() && !fired.value {
             return;
         }
-        let outer = self.doubt.take();
-        let old = self.value(cell);
-        let before = std::mem::replace(&mut self.doubt, outer);
+        if fired.doubt.is_none() && mask == u16::MAX {
+            self.hold(cell, value, doubt, u16::MAX);
+            return;
+        }
+        let old = self.held(cell);
+        let (kept, written) = (old.value & !mask, value & mask);
+        if fired.doubt.is_none() {
+            let unknown = old.unknown & !mask | if doubt.is_some() { mask } else { 0 };
+            self.hold(cell, kept | written, doubt.or(old.doubt), unknown);
+            return;
+        }
         // Where it takes the value that it has, it does not matter.
-        let same = old == value && before.is_none() && doubt.is_none();
-        let doubt = if same { None } else { fired.doubt };
-        self.hold(cell, if fired.value { value } else { old }, doubt);
+        if old.value & mask == written && old.unknown & mask == 0 && doubt.is_none() {
+            return;
+        }
+        let value = if fired.value { kept | written } else { old.value };
+        self.hold(cell, value, fired.doubt, old.unknown | mask);
     }
 
     fn read_bit(&mut self, cell: Cell) -> bool {
@@ -347,29 +360,19 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     pub(super) fn put_bit(&mut self, target: BitTarget, value: Truth, fired: Truth) {
+        let bit = u16::from(value.value);
         match target {
-            BitTarget::Cell(cell) => self.put(cell, u16::from(value.value), value.doubt, fired),
-            BitTarget::WordBit(cell, bit) => {
-                let (rest, doubt) = self.kept(cell, 1 << bit);
-                let doubt = doubt.or(value.doubt);
-                self.put(cell, rest | u16::from(value.value) << bit, doubt, fired);
-            }
+            BitTarget::Cell(cell) => self.put(cell, u16::MAX, bit, value.doubt, fired),
+            BitTarget::WordBit(cell, at) => self.put(cell, 1 << at, bit << at, value.doubt, fired),
         }
-    }
-
-    /// What a cell holds besides these bits, and whether that is known.
-    pub(super) fn kept(&mut self, cell: Cell, mask: u16) -> (u16, Doubt) {
-        let outer = self.doubt.take();
-        let rest = self.value(cell) & !mask;
-        (rest, std::mem::replace(&mut self.doubt, outer))
     }
 
     pub(super) fn put_word(&mut self, target: WordTarget, word: u16, doubt: Doubt, fired: Truth) {
         match target {
-            WordTarget::Cell(cell) => self.put(cell, word, doubt, fired),
+            WordTarget::Cell(cell) => self.put(cell, u16::MAX, word, doubt, fired),
             WordTarget::Bits { first, count } => {
                 for n in 0..count {
-                    self.put(first.plus(u32::from(n)), word >> n & 1, doubt, fired);
+                    self.put(first.plus(u32::from(n)), u16::MAX, word >> n & 1, doubt, fired);
                 }
             }
             WordTarget::Discard => {}

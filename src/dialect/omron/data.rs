@@ -252,6 +252,12 @@ pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
     targets.into_iter().map(|target| Write::Bit(target, asm.free())).collect()
 }
 
+/// Whether so many words lie within their area: an instruction that reaches beyond ends in an error.
+pub(super) fn fits(memory: Memory, first: Cell, count: u32) -> bool {
+    first.index.checked_add(count).is_some_and(|end| end <= memory.size(first.area))
+}
+
+/// So many words from an operand on as they are read; `None` where that is no read of words.
 pub(super) fn sources(
     asm: &mut Assembly,
     item: &Item<'_>,
@@ -259,7 +265,11 @@ pub(super) fn sources(
     count: u32,
 ) -> Option<Vec<WordSource>> {
     let memory = asm.memory;
-    let mut sources = item.operands.get(at)?.sources(count, memory, &mut || asm.choice())?;
+    let operand = item.operands.get(at)?;
+    if operand.word().is_some_and(|first| !fits(memory, first, count)) {
+        return None;
+    }
+    let mut sources = operand.sources(count, memory, &mut || asm.choice())?;
     // Behind a timer's value there may be that of one that the system counts on.
     for source in &mut sources {
         if let WordSource::Cell(cell) = *source
@@ -372,6 +382,9 @@ fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
             (first, from)
         }
     };
+    if !fits(asm.memory, first, count) {
+        return None;
+    }
     let to = (0..count).map(|n| WordTarget::Cell(first.plus(n))).collect();
     Some(vec![Write::Words(to, Number::Words(from))])
 }
@@ -412,6 +425,9 @@ fn bits(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
             let start = item.operands.get(1)?.count(family).filter(|&bit| bit < 16)?;
             let count =
                 item.operands.get(2)?.count(family).filter(|&count| count <= 16 * MOST_WORDS)?;
+            if !fits(asm.memory, first, (start + count).div_ceil(16)) {
+                return None;
+            }
             let write = |bit| Write::Bit(place(first, bit), value("set"));
             Some((start..start + count).map(write).collect())
         }

@@ -210,15 +210,15 @@ fn meaning(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
         if carry {
             inputs.push(carry_bit(asm)?);
         }
-        with(asm, operation, inputs, target(item, 2, to)?)
+        with(asm, operation, inputs, target(asm, item, 2, to)?)
     };
     let one = |asm: &mut Assembly, operation, wide, to| {
         let inputs = vec![words(asm, item, 0, wide)?];
-        with(asm, operation, inputs, target(item, 1, to)?)
+        with(asm, operation, inputs, target(asm, item, 1, to)?)
     };
     let own = |asm: &mut Assembly, operation: Operation, wide, more: Vec<Input>| {
         let inputs = [vec![words(asm, item, 0, wide)?], more].concat();
-        with(asm, operation, inputs, target(item, 0, wide)?)
+        with(asm, operation, inputs, target(asm, item, 0, wide)?)
     };
     let decimal = |subtract| Operation::DecimalSum { subtract };
     let binary = |subtract| Operation::Sum { subtract };
@@ -231,7 +231,7 @@ fn meaning(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
         "NEGL" if family == Family::Cs => one(asm, Operation::Each(Unary::Negate), 2, 2),
         "SIGN" => {
             let inputs = vec![words(asm, item, 0, 1)?, constant(1)];
-            with(asm, Operation::Multiply { signed: true }, inputs, target(item, 1, 2)?)
+            with(asm, Operation::Multiply { signed: true }, inputs, target(asm, item, 1, 2)?)
         }
         "ROL" | "ROR" | "ROLL" | "RORL" | "RLNC" | "RRNC" | "RLNL" | "RRNL" => {
             let left = name.starts_with("ROL") || name.starts_with("RL");
@@ -303,7 +303,7 @@ fn moved(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
         // What is read is read before anything is written, so areas may overlap.
         "XFER" if family == Family::Cs => {
             let count = item.operands.first()?.count(family).filter(|&count| count <= 4_096)?;
-            simple(Operation::Copy, words(asm, item, 1, count)?, target(item, 2, count)?)
+            simple(Operation::Copy, words(asm, item, 1, count)?, target(asm, item, 2, count)?)
         }
         // Low digit: the source's first; next: how many less one; next: the target's first.
         "MOVD" => {
@@ -323,12 +323,12 @@ fn moved(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
         "BCNT" if family == Family::Cs => {
             let count = item.operands.first()?.count(family);
             let count = count.filter(|count| (1..=data::MOST_WORDS).contains(count))?;
-            simple(Operation::CountBits(1), words(asm, item, 1, count)?, target(item, 2, 1)?)
+            simple(Operation::CountBits(1), words(asm, item, 1, count)?, target(asm, item, 2, 1)?)
         }
         "COLL" if family == Family::Cs => {
             let address = offset(asm, item, 0, 1)?;
             let run = Input::Run(address, Shape::Cells, Count::Exactly(1));
-            simple(Operation::Copy, run, target(item, 2, 1)?)
+            simple(Operation::Copy, run, target(asm, item, 2, 1)?)
         }
         "DIST" if family == Family::Cs => {
             let address = offset(asm, item, 1, 2)?;
@@ -342,8 +342,12 @@ fn moved(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
 /// The word so far behind an operand as another says.
 fn offset(asm: &mut Assembly, item: &Item<'_>, base: usize, by: usize) -> Option<Address> {
     let &Operand::Word(first) = item.operands.get(base)? else { return None };
-    let size = asm.memory.size(first.area);
     let memory = asm.memory;
+    // What the system changes by itself is read as any value, which a word that is searched for is not.
+    if memory.is_volatile(first) || memory.timing_areas().contains(&first.area) {
+        return None;
+    }
+    let size = memory.size(first.area);
     let by = item.operands.get(by)?.sources(1, memory, &mut || asm.choice())?[0];
     let start = Cell { area: AreaId(first.area.0), index: 0 };
     Some(Address::within(start, size, i64::from(first.index), vec![Term::unsigned(by)]))
@@ -380,7 +384,10 @@ fn carry_target(asm: &Assembly) -> Option<Target> {
 }
 
 /// Where so many words from an operand on are written.
-fn target(item: &Item<'_>, at: usize, count: u32) -> Option<Target> {
-    let Operand::Word(first) = item.operands.get(at)? else { return None };
+fn target(asm: &Assembly, item: &Item<'_>, at: usize, count: u32) -> Option<Target> {
+    let &Operand::Word(first) = item.operands.get(at)? else { return None };
+    if !data::fits(asm.memory, first, count) {
+        return None;
+    }
     Some(Target::Words((0..count).map(|n| WordTarget::Cell(first.plus(n))).collect()))
 }

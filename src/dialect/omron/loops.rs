@@ -17,7 +17,9 @@ pub(super) fn settle(asm: &mut Assembly) {
         let Some((cell, low, high)) = stated
             .filter(|range| range.cells.len() == 1 && range.low >= 0)
             .map(|range| (range.cells[0], range.low, range.high))
-            .filter(|(cell, ..)| !flow::is_written(&asm.program, *cell))
+            .filter(|(cell, ..)| {
+                !flow::is_written(&asm.program, *cell) && !asm.memory.is_volatile(*cell)
+            })
         else {
             // A count from 32768 on is none that a signed word says.
             unknown.insert(at);
