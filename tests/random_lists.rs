@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::bound::{Times, bound_within};
+use common::bound::{Bound, Times, bound_knowing, bound_within};
 use common::list::{Part, Taste, generate};
 use common::plc::{Device, Executed, Line, Luck, Plc, line};
 use common::search::{holds, none_above};
@@ -12,10 +12,13 @@ use scanbound::dialect::melsec::decode::{DecodeOptions, decode};
 use scanbound::dialect::melsec::device::Family;
 use scanbound::dialect::{Input, Project, read};
 use scanbound::facts::Facts;
-use scanbound::program::Program;
+use scanbound::program::meaning::Knowledge;
+use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
+use scanbound::replay::{Free, real, replay_knowing};
 use scanbound::solve::{Limits, Method};
 use scanbound::time::Picos;
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::time::{Duration, Instant};
 
 const PLAIN: Taste = Taste { words: false, control: false, wild: false, items: 6 };
@@ -248,12 +251,97 @@ fn check_within(
         Some(_) => none_above(&program, &times, bound.upper, cap).map_err(with_lines)?,
     };
     let words = common::search::words(&program);
+    let closer = learned(&program, &times, &bound, &words, &limits).map_err(with_lines)?;
     let interrupts = if has_interrupt { &[(0, 2)][..] } else { &[] };
     let start = Fortune { words: &words, ranged, values: BTreeMap::new(), seed: 0 };
-    climb(&files, &prices(&program, &times), bound.upper, &start, scans, interrupts)
+    climb(&files, &prices(&program, &times), closer, &start, scans, interrupts)
         .map_err(with_lines)?;
     Ok(())
 }
+
+/// Values by chance, the same for the same question.
+struct Drawn<'w> {
+    words: &'w [u16],
+    program: &'w Program,
+    seed: u64,
+}
+
+impl Drawn<'_> {
+    fn draw(&self, question: impl Hash, kind: AreaKind, is_index: bool) -> u16 {
+        let mut hasher = DefaultHasher::new();
+        (self.seed, question).hash(&mut hasher);
+        let z = hasher.finish();
+        match kind {
+            AreaKind::Bit => (z >> 20) as u16 & 1,
+            AreaKind::Word if is_index => (z >> 20) as u16 % 3,
+            AreaKind::Word => self.words[(z >> 20) as usize % self.words.len()],
+        }
+    }
+}
+
+impl Free for Drawn<'_> {
+    fn start(&mut self, cell: Cell, kind: AreaKind) -> u16 {
+        let is_index = self.program.areas[usize::from(cell.area.0)].name == "Z";
+        self.draw(cell, kind, is_index)
+    }
+
+    fn choice(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16 {
+        self.draw(key, kind, false)
+    }
+}
+
+/// The bound with what is learned of operations in some scans that are run really: its witness reaches it.
+fn learned(
+    program: &Program,
+    times: &Times,
+    bound: &Bound,
+    words: &[u16],
+    limits: &Limits<'_>,
+) -> Result<Picos, String> {
+    let mut knowledge = Knowledge::new();
+    for seed in 0..LESSONS {
+        let start = || Drawn { words, program, seed };
+        let found = real(program, times, start, 5_000);
+        if !found.beyond.is_empty() {
+            return Err(format!("written beyond its effects: {:?}", found.beyond));
+        }
+        for (moment, facts) in found.learned {
+            let known = knowledge.entry(moment).or_default();
+            for fact in facts {
+                if !known.contains(&fact) {
+                    known.push(fact);
+                }
+            }
+        }
+    }
+    if knowledge.is_empty() {
+        return Ok(bound.upper);
+    }
+    let closer = bound_knowing(program, times, &knowledge, Method::Auto, limits)
+        .map_err(|why| why.to_string())?;
+    let reached = replay_knowing(program, times, &knowledge, &closer.best);
+    if reached.total != closer.lower {
+        return Err(format!(
+            "with what was learned {:?}, its witness costs {:?}",
+            closer.lower, reached.total
+        ));
+    }
+    for seed in 0..2 * LESSONS {
+        let start = || Drawn { words, program, seed };
+        let found = real(program, times, start, 5_000);
+        let excluded = found.replay.broken_ranges.is_empty() && found.stopped.is_none();
+        if excluded && found.replay.total > closer.upper {
+            return Err(format!(
+                "the bound is {:?}, a real scan costs {:?}",
+                closer.upper, found.replay.total
+            ));
+        }
+    }
+    Ok(closer.upper)
+}
+
+/// From so many real scans is learned.
+const LESSONS: u64 = 20;
 
 #[test]
 fn rungs_of_bits() {

@@ -74,3 +74,31 @@ fn omron_words_are_rotated_and_coded() {
     assert!(cx(&["LD CF113", "MOV &1234 D0", "BCD D0 D1"], "LD=(300) D1 #1234"));
     assert!(cx(&["LD CF113", "MOV #1234 D0", "BIN D0 D1"], "LD=(300) D1 &1234"));
 }
+
+/// No clock changes twice within a scan, no date is any number, and no step comes and goes between two rungs.
+#[test]
+fn clocks_do_not_jump_within_a_scan() {
+    let cost = |cpu: &str, text: &str| {
+        let directory = tempfile::tempdir().expect("a directory");
+        let file = directory.path().join("a.il");
+        std::fs::write(&file, text).expect("written");
+        let run = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+            .args(["audit", "--cpu", cpu, "--format", "json"])
+            .args(["--time", "SwOp0=100us/0us", "--time", "SwOp1=100us/0us"])
+            .arg(&file)
+            .output()
+            .expect("it runs");
+        assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+        let report: serde_json::Value = serde_json::from_slice(&run.stdout).expect("JSON");
+        let of = |name: &str| report["scan"][name].as_u64().expect("a number");
+        (of("upper_ps") - of("lower_ps")) / 100_000_000
+    };
+    for (cpu, relay) in [("Q26UDV", "SM412"), ("FX3U", "M8013"), ("Q26UDV", "BL0\\S5")] {
+        let text = format!("LD {relay}\nSwOp0\nLDI {relay}\nSwOp1\nLD {relay}\nSwOp0\nEND\n");
+        assert!(cost(cpu, &text) >= 1, "{relay}");
+        let text = format!("LD {relay}\nSwOp0\nLD {relay}\nSwOp1\nEND\n");
+        assert!(relay.starts_with("BL") || cost(cpu, &text) == 0, "{relay}");
+    }
+    assert!(cost("Q26UDV", "LD= SD210 K-7\nSwOp0\nEND\n") >= 1);
+    assert!(cost("FX3U", "LD= D8013 K99\nSwOp0\nEND\n") >= 1);
+}

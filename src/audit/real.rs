@@ -176,9 +176,12 @@ fn standing(
 ) -> Standing {
     let of = |choice| match program.kinds.get(&choice) {
         None if bulk.contains(&choice) => Standing::Free,
-        Some(ChoiceKind::World | ChoiceKind::Exact(_) | ChoiceKind::Present { .. }) => {
-            Standing::Free
-        }
+        Some(
+            ChoiceKind::World
+            | ChoiceKind::Steady(_)
+            | ChoiceKind::Exact(_)
+            | ChoiceKind::Present { .. },
+        ) => Standing::Free,
         Some(ChoiceKind::Turns(_)) => Standing::Zero,
         None => Standing::Unknown,
     };

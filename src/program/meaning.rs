@@ -5,7 +5,7 @@
 //! that a PLC can make, so the interpreter also runs programs *really*, and then asks what kind a choice is of:
 //!
 //! - [`ChoiceKind::World`]: the outside may give any value: inputs that are read directly, what modules and networks
-//!   deliver, how far timers have run, clocks, the moment of an interrupt.
+//!   deliver, how far timers have run, the moment of an interrupt.
 //! - [`ChoiceKind::Exact`]: the value, or what is written, is worked out by an operation on operands.
 //! - none (`Program::kinds` does not name the choice): it is not known here. A scan whose way or cost depends on such a
 //!   value is followed no further.
@@ -35,6 +35,9 @@ pub enum ChoiceKind {
     World,
     /// An operation gives it.
     Exact(Box<Meaning>),
+    /// A bit that is read, which the outside gives but does not change within a scan: what this cell holds when the scan
+    /// starts. The analysis follows it as any value at each place.
+    Steady(Cell),
     /// What a timer or counter has come to, a word that is read: the setting if its contact is on, else any value below
     /// the setting that the outside gives (0 where the choice's is none).
     Present {
@@ -340,7 +343,7 @@ impl ChoiceKind {
     /// Shows every word that is read for the choice.
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
-            ChoiceKind::World | ChoiceKind::Present { .. } => return,
+            ChoiceKind::World | ChoiceKind::Steady(_) | ChoiceKind::Present { .. } => return,
             ChoiceKind::Turns(word) => return see(*word),
             ChoiceKind::Exact(meaning) => meaning,
         };

@@ -146,6 +146,7 @@ impl<'p, F: Free> State<'p, F> {
         }
         let value = match self.program.kinds.get(&choice) {
             Some(ChoiceKind::World) => self.free.choice(&key, kind),
+            Some(&ChoiceKind::Steady(cell)) => self.read(cell),
             Some(&ChoiceKind::Present { contact, setting }) => {
                 if self.read(contact) & 1 == 1 {
                     setting

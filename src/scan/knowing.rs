@@ -50,6 +50,11 @@ impl Run<'_> {
     /// A choice read as a bit.
     pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
         let program = self.program;
+        if let (Some(&ChoiceKind::Steady(cell)), Side::Below) =
+            (program.kinds.get(&choice), self.side)
+        {
+            return self.memory.read_bit(cell);
+        }
         let free = self.memory.bit_choice(&self.frames, choice, &|| describe(program, at));
         if self.facts(choice).is_empty() {
             return free;

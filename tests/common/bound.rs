@@ -2,8 +2,10 @@
 
 use scanbound::groups::{groups, witness};
 use scanbound::model::{Assignment, Group, ScanModel, VarId};
+use scanbound::program::meaning::Knowledge;
 use scanbound::program::{Program, Witness};
-use scanbound::scan::{ScanError, scan_model};
+use scanbound::scan::reach::Reach;
+use scanbound::scan::{ScanError, Side, scan_model_knowing};
 use scanbound::solve::{Limits, Method, maximum};
 use scanbound::time::Picos;
 
@@ -29,7 +31,18 @@ pub fn bound_within(
     method: Method,
     limits: &Limits<'_>,
 ) -> Result<Bound, ScanError> {
-    let model = scan_model(program, times)?;
+    bound_knowing(program, times, &Knowledge::new(), method, limits)
+}
+
+/// The same where something was learned of exact choices.
+pub fn bound_knowing(
+    program: &Program,
+    times: &Times,
+    knowledge: &Knowledge,
+    method: Method,
+    limits: &Limits<'_>,
+) -> Result<Bound, ScanError> {
+    let model = scan_model_knowing(program, times, knowledge, Side::Above, &Reach::default())?;
     let constant = |charge: &&scanbound::model::Charge| charge.is_constant();
     let always: Picos = model
         .charges

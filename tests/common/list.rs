@@ -417,6 +417,20 @@ impl Generator<'_, '_> {
                         "LIMIT? K-1 K2 D0 D1",
                         "WTOB? D0 D1 K2",
                         "DECO? D0 M0 K2",
+                        "SWAP? D1",
+                        "BCD? D0 D1",
+                        "BIN? D1 D0",
+                        "MAX? D0 D1 K2",
+                        "SER? D0 D1 D1 K2",
+                        "WSUM? D0 D1 K2",
+                        "DIS? D0 D1 K2",
+                        "UNI? D0 D1 K2",
+                        "TEST? D0 D1 M2",
+                        "ZONE? K-1 K1 D0 D1",
+                        "DBL? D0 D1",
+                        "D*? D0 D1 D0",
+                        "SFL? D0 K3",
+                        "E+? D0 D1 D2",
                     ])
                     .replace('?', pulse)
             }

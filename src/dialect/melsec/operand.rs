@@ -315,6 +315,9 @@ fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
     Ok(Operand::Device(Device { name: name.letters, place, index }))
 }
 
+/// The name of a step of an SFC program's block.
+pub const SFC_BLOCK: &str = "BL";
+
 /// `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`, with an index behind either part.
 fn foreign(text: &str) -> Result<Operand, String> {
     let (unit, rest) = text.split_once(['\\', '¥']).unwrap_or((text, ""));
@@ -339,7 +342,8 @@ fn foreign(text: &str) -> Result<Operand, String> {
     match place {
         Some((number, bits)) if digits_of(number) => {
             let bit = (bits && !digits) || number.contains('.');
-            Ok(Operand::Device(Device { name: "", place: Place::Foreign(bit), index: None }))
+            let name = if unit.starts_with(SFC_BLOCK) { SFC_BLOCK } else { "" };
+            Ok(Operand::Device(Device { name, place: Place::Foreign(bit), index: None }))
         }
         _ => Err(format!("`{text}`: module access is written as U0\\G100, link access as J1\\W10")),
     }

@@ -144,7 +144,11 @@ impl Decoder<'_> {
                 self.approximate(format!(
                     "{text} may change at any time: it is taken as any value wherever it is read"
                 ));
-                if self.is_world(&device) { self.world_bit() } else { self.free_bit() }
+                match self.clock(&device) {
+                    Some(clock) => clock,
+                    None if self.is_world(&device) => self.world_bit(),
+                    None => self.free_bit(),
+                }
             }
             Place::Indexed(Kind::Bit(_) | Kind::Timed(_) | Kind::VolatileBit, false)
             | Place::Indexed(Kind::Word(_) | Kind::VolatileWord, true) => self.unknown_bit(text),

@@ -3,7 +3,7 @@
 use super::Decoder;
 use crate::dialect::melsec::catalog::Entry;
 use crate::dialect::melsec::device::{Family, Kind, area};
-use crate::dialect::melsec::operand::{Device, Index, Operand as Written, Place, parse};
+use crate::dialect::melsec::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK, parse};
 use crate::dialect::melsec::source::RawInstruction;
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
@@ -31,23 +31,14 @@ impl Decoder<'_> {
         choice
     }
 
-    /// Whether the outside gives a device any value: direct inputs, modules' memory, links, clocks. What instructions
-    /// leave in special relays and registers (carry, errors) is not the outside's.
+    /// Whether the outside gives a device any value whenever it is read: direct inputs, modules' memory, links. What
+    /// instructions leave in special relays and registers (carry, errors) is not the outside's, and a date or time is
+    /// not any value.
     pub(super) fn is_world(&self, device: &Device) -> bool {
         match device.place {
-            // A step of an SFC program is none; its text is not told apart here.
-            Place::Foreign(_) => true,
-            Place::At(Kind::VolatileBit, index) => match device.name {
-                "DX" => true,
-                "SM" => (409..=499).contains(&index),
-                "M" => (8011..=8014).contains(&index),
-                _ => false,
-            },
-            Place::At(Kind::VolatileWord, index) => match device.name {
-                "SD" => (210..=213).contains(&index) || (412..=414).contains(&index),
-                "D" => (8013..=8019).contains(&index),
-                _ => false,
-            },
+            // A step of an SFC program is none of the outside's.
+            Place::Foreign(_) => device.name != SFC_BLOCK,
+            Place::At(Kind::VolatileBit, _) => device.name == "DX",
             _ => false,
         }
     }
@@ -200,6 +191,20 @@ impl Decoder<'_> {
             Some(meaning) => self.exactly(meaning),
             None => self.choice(),
         }
+    }
+
+    /// A special relay that the outside switches, but not twice within a scan: the clocks.
+    pub(super) fn clock(&mut self, device: &Device) -> Option<Logic> {
+        let Place::At(Kind::VolatileBit, index) = device.place else { return None };
+        let is_clock = match device.name {
+            "SM" => (409..=415).contains(&index),
+            "M" => (8011..=8014).contains(&index),
+            _ => false,
+        };
+        let choice = is_clock.then(|| self.choice())?;
+        let cell = Cell { area: area(device.name), index };
+        self.program.kinds.insert(choice, ChoiceKind::Steady(cell));
+        Some(Logic::Bit(BitSource::Free(choice)))
     }
 
     /// Whether an instruction reads so many words of a module as it may have written.
