@@ -5,6 +5,7 @@ mod refresh;
 pub mod touched;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
@@ -32,7 +33,7 @@ pub struct Price {
     /// The weakest evidence among the rows used; that of the table's factor stands in [`Prices::factor`].
     pub evidence: Evidence,
     /// The rows used, joined by ` + `.
-    pub row: String,
+    pub row: Arc<str>,
     /// Whether the first row is that of a class, not the instruction's own.
     pub by_class: bool,
     /// Where the number of units is not known: the largest number, which was charged.
@@ -55,8 +56,8 @@ pub struct OverheadTerm {
 /// What a program's scan is charged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Prices {
-    /// Parallel to `Program::instructions`; `None` costs nothing.
-    pub instructions: Vec<Option<Price>>,
+    /// Parallel to `Program::instructions`; `None` costs nothing. Those that are priced alike share one.
+    pub instructions: Vec<Option<Arc<Price>>>,
     /// Once a scan.
     pub overhead: Vec<OverheadTerm>,
     /// The factor that all these times hold already.
@@ -73,14 +74,15 @@ impl Prices {
     /// On-time and off-time of every instruction.
     #[must_use]
     pub fn times(&self) -> Vec<(Picos, Picos)> {
-        let times = |price: &Option<Price>| price.as_ref().map(|price| (price.on, price.off));
+        let times = |price: &Option<Arc<Price>>| price.as_ref().map(|price| (price.on, price.off));
         self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
     }
 
     /// The same where it is not known how many units an instruction handles: without any.
     #[must_use]
     pub fn least_times(&self) -> Vec<(Picos, Picos)> {
-        let times = |price: &Option<Price>| price.as_ref().map(|price| (price.least, price.off));
+        let times =
+            |price: &Option<Arc<Price>>| price.as_ref().map(|price| (price.least, price.off));
         self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
     }
 
@@ -118,8 +120,9 @@ pub enum NoPrice {
 /// cells are read or written; for `WORDBIT`, how many bits of words.
 pub type Tags = BTreeMap<String, u64>;
 
-/// All that a price depends on: of a key all but what its operands touch, and the tags.
-type Asked<'a> = (&'a [String], &'static str, &'a Units, [bool; 2], Tags);
+/// All that a price depends on: of a key all but what its operands touch, the tags, and whether a rung and an interrupt
+/// begin here.
+type Asked<'a> = (&'a [String], &'static str, &'a Units, [bool; 2], Tags, [bool; 2]);
 
 /// The tag for bits of words.
 const WORD_BIT: &str = "WORDBIT";
@@ -135,7 +138,7 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     let extras = table.has_extras();
     let tagged: Vec<Option<String>> = program.areas.iter().map(tag).collect();
     // Most instructions are priced like many others.
-    let mut sums: FxHashMap<Asked<'_>, Result<Sum<'_>, NoPrice>> = FxHashMap::default();
+    let mut known: FxHashMap<Asked<'_>, Priced> = FxHashMap::default();
     let rung = table.row("@rung");
     let entry = table.row("@interrupt-entry");
     let entries: BTreeSet<usize> = match entry {
@@ -146,8 +149,12 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     let mut instructions = Vec::with_capacity(program.instructions.len());
     let mut block = 0;
     for (at, instruction) in program.instructions.iter().enumerate() {
-        let mut sum = match &instruction.timing {
-            None => Err(NoPrice::Free),
+        // A rung costs where it begins, so that it costs nothing where it is jumped over and again in a loop.
+        let begins = rung.filter(|_| instruction.block != block);
+        // An interrupt costs where its routine is entered: once an occurrence.
+        let entered = entry.filter(|_| entries.contains(&at));
+        let Priced { price, begun } = match &instruction.timing {
+            None => priced(table, Err(NoPrice::Free), begins, entered),
             Some(key) => {
                 let touched = if extras {
                     tags(&Cells::of(instruction, units(&key.units)), &tagged)
@@ -155,26 +162,18 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
                     Tags::new()
                 };
                 let switches = [key.dearer, key.optional];
-                let known = sums.entry((&key.names, key.class, &key.units, switches, touched));
-                known.or_insert_with_key(|(.., touched)| sum_of(table, key, touched)).clone()
+                let here = [begins.is_some(), entered.is_some()];
+                let asked = (&*key.names, key.class, &key.units, switches, touched, here);
+                let known = known.entry(asked).or_insert_with_key(|(.., touched, _)| {
+                    priced(table, sum_of(table, key, touched), begins, entered)
+                });
+                known.clone()
             }
         };
-        // A rung costs where it begins, so that it costs nothing where it is jumped over and again in a loop.
-        if let (Some(rung), Ok(sum)) = (rung, &mut sum)
-            && instruction.block != block
-        {
-            sum.add(rung, 1, 0);
+        if begun {
             block = instruction.block;
         }
-        // An interrupt costs where its routine is entered: once an occurrence.
-        if let Some(entry) = entry.filter(|_| entries.contains(&at)) {
-            match &mut sum {
-                Ok(sum) => sum.add(entry, 1, 0),
-                Err(NoPrice::Free) => sum = Ok(Sum::new(entry, 0)),
-                Err(_) => {}
-            }
-        }
-        instructions.push(match sum.and_then(|sum| sum.price(table)) {
+        instructions.push(match price {
             Ok(price) => Some(price),
             Err(NoPrice::Free) => None,
             Err(why) => {
@@ -194,6 +193,33 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     };
     let factor = table.factor.clone();
     Ok(Prices { instructions, overhead, factor, points, bases, networks })
+}
+
+/// An instruction's price, and whether it holds the cost of the rung that begins there.
+#[derive(Clone)]
+struct Priced {
+    price: Result<Arc<Price>, NoPrice>,
+    begun: bool,
+}
+
+/// What an instruction costs, with the rung and the interrupt that begin there.
+fn priced<'a>(
+    table: &Table,
+    mut sum: Result<Sum<'a>, NoPrice>,
+    begins: Option<&'a Row>,
+    entered: Option<&'a Row>,
+) -> Priced {
+    let mut begun = false;
+    if let (Some(rung), Ok(sum)) = (begins, &mut sum) {
+        sum.add(rung, 1, 0);
+        begun = true;
+    }
+    match (entered, &mut sum) {
+        (Some(entry), Ok(sum)) => sum.add(entry, 1, 0),
+        (Some(entry), Err(NoPrice::Free)) => sum = Ok(Sum::new(entry, 0)),
+        _ => {}
+    }
+    Priced { price: sum.and_then(|sum| sum.price(table)).map(Arc::new), begun }
 }
 
 /// The price of an instruction: the first of its names that has a row, else its class's row; then what `@+`
@@ -261,7 +287,6 @@ fn with_extras<'a>(
 }
 
 /// Rows being added up for one price.
-#[derive(Clone)]
 struct Sum<'a> {
     on: u128,
     off: u128,
@@ -325,7 +350,7 @@ impl<'a> Sum<'a> {
             on: fit(self.on).ok_or(NoPrice::TooLarge)?,
             off: fit(self.off).ok_or(NoPrice::TooLarge)?,
             evidence: self.evidence,
-            row: self.rows.join(" + "),
+            row: self.rows.join(" + ").into(),
             by_class: self.by_class,
             at_most_units: self.at_most_units,
         })
@@ -373,7 +398,7 @@ fn fault(program: &Program, table: &Table, at: &Instruction, why: NoPrice) -> Di
         ),
     };
     let file = program.files.get(at.place.file as usize).map_or("", |file| file.name.as_str());
-    Diagnostic::line("no-time", file, at.place.line, at.text.clone(), message, help)
+    Diagnostic::line("no-time", file, at.place.line, &*at.text, message, help)
         .at_step(at.place.step)
 }
 

@@ -41,6 +41,7 @@ pub use reads::{Source, SourceMut};
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::Arc;
 
 /// Which area of memory, an index into `Program::areas`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -397,20 +398,7 @@ pub enum Step {
     /// charged so often at its dearer time, then the regions are forgotten (under `choice`), then each exit whose
     /// choice's bit 0 is true is taken (the first such), else control goes behind `end`. No result is left on the
     /// stack or in a slot.
-    Bulk {
-        /// The matching `ForEnd`; what stands between is not run.
-        end: usize,
-        /// Instruction and how often it is charged.
-        charges: Vec<(usize, u64)>,
-        /// What the loop may have written.
-        forgets: Vec<Region>,
-        /// The choice of the values.
-        choice: ChoiceId,
-        /// Ways out of it other than its end.
-        exits: Vec<(ChoiceId, Exit)>,
-        /// How it really runs, for a loop: the count of the `ForBegin` that it stands for, its least and its most.
-        turns: Option<(WordSource, u32, u32)>,
-    },
+    Bulk(Box<Bulk>),
     /// Opens a zone: until the zone ends, the zone's condition (whether this fired) holds off what stands in it.
     ZoneBegin {
         /// The zone's nesting level.
@@ -425,6 +413,23 @@ pub enum Step {
     },
     /// Nothing: a label, a page break, no operation.
     Nothing,
+}
+
+/// What is taken in bulk. It stands apart: few steps are one, and all are as large as the largest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bulk {
+    /// The matching `ForEnd`; what stands between is not run.
+    pub end: usize,
+    /// Instruction and how often it is charged.
+    pub charges: Vec<(usize, u64)>,
+    /// What the loop may have written.
+    pub forgets: Vec<Region>,
+    /// The choice of the values.
+    pub choice: ChoiceId,
+    /// Ways out of it other than its end.
+    pub exits: Vec<(ChoiceId, Exit)>,
+    /// How it really runs, for a loop: the count of the `ForBegin` that it stands for, its least and its most.
+    pub turns: Option<(WordSource, u32, u32)>,
 }
 
 /// A way out of what is taken in bulk.
@@ -460,7 +465,7 @@ impl Step {
             | Step::Unbounded { .. }
             | Step::ForBegin { .. }
             | Step::ForEnd
-            | Step::Bulk { .. }
+            | Step::Bulk(_)
             | Step::ZoneEnd { .. }
             | Step::Nothing => None,
         }
@@ -523,10 +528,10 @@ pub struct Instruction {
     pub place: Place,
     /// Its rung, from 1 through all files.
     pub block: u32,
-    /// As the source has it, operands apart by one blank.
-    pub text: String,
+    /// As the source has it, operands apart by one blank. The parts of an instruction share it.
+    pub text: Arc<str>,
     /// How it is priced; `None` for a part of an instruction that is priced elsewhere.
-    pub timing: Option<TimingKey>,
+    pub timing: Option<Box<TimingKey>>,
     /// What it changes.
     pub effects: Vec<Effect>,
     /// What it does.

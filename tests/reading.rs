@@ -153,7 +153,7 @@ fn read(name: &str, bytes: impl Into<Vec<u8>>) -> Result<RawProject, Vec<Diagnos
 }
 
 fn texts(project: &RawProject) -> Vec<&str> {
-    project.files[0].instructions.iter().map(|i| i.text.as_str()).collect()
+    project.files[0].instructions.iter().map(|i| &*i.text).collect()
 }
 
 fn codes(found: &[Diagnostic]) -> Vec<(&str, Option<u32>)> {
@@ -542,7 +542,7 @@ fn same(instructions: &[RawInstruction], program: &[Line]) {
             .chain(&instruction.operands)
             .map(|w| w.as_str())
             .collect();
-        assert_eq!(instruction.text, words.join(" "));
+        assert_eq!(&*instruction.text, words.join(" "));
     }
 }
 

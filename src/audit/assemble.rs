@@ -20,6 +20,7 @@ use crate::table::{Evidence, Table};
 use crate::time::Picos;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// For so many rungs a group it is asked why they don't cost their most.
@@ -175,7 +176,7 @@ impl Findings<'_> {
             runs,
             reached,
             cost,
-            row: price.map_or(String::new(), |price| price.row.clone()),
+            row: price.map_or_else(Arc::default, |price| price.row.clone()),
             evidence: price.map_or(Evidence::Published, |price| price.evidence),
         }
     }
@@ -356,7 +357,7 @@ impl Findings<'_> {
         bound: &Bound,
         overhead: &[OverheadUse],
     ) -> TableUse {
-        let assumed = |price: &&Price| price.evidence == Evidence::Assumed;
+        let assumed = |price: &&Arc<Price>| price.evidence == Evidence::Assumed;
         let mut rows: Vec<AssumedUse> = Vec::new();
         let mut known: BTreeMap<&str, usize> = BTreeMap::new();
         let mut row_of: Vec<Option<usize>> = Vec::new();
@@ -368,7 +369,7 @@ impl Findings<'_> {
                 let row = *known.entry(name).or_insert_with(|| {
                     rows.push(AssumedUse {
                         name: name.to_owned(),
-                        row: price.row.clone(),
+                        row: price.row.to_string(),
                         by_class: price.by_class,
                         count: 0,
                         time: Picos::ZERO,

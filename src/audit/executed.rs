@@ -15,7 +15,7 @@ impl Executed {
     pub fn of(program: &Program, real: &Real) -> Executed {
         let mut executed: BTreeMap<(usize, Vec<Frame>), (bool, Picos)> = BTreeMap::new();
         let is_bulk =
-            |frame: &&Frame| !matches!(program.instructions[frame.at].step, Step::Bulk { .. });
+            |frame: &&Frame| !matches!(program.instructions[frame.at].step, Step::Bulk(_));
         for event in &real.replay.events {
             let frames: Vec<Frame> = event.frames.iter().take_while(is_bulk).copied().collect();
             let known = executed.entry((event.instruction, frames)).or_default();

@@ -11,14 +11,14 @@ fn charge(line: u32, block: u32, instruction: &str, on: u64, off: u64, runs: boo
     ChargeUse {
         at: Where { file: usize::from(line > 99), line, step: Some(line * 2) },
         block,
-        instruction: instruction.to_owned(),
+        instruction: instruction.into(),
         via: Vec::new(),
         on: us(on),
         off: us(off),
         runs,
         reached: true,
         cost: us(if runs { on } else { off }),
-        row: instruction.split(' ').next().unwrap_or_default().to_owned(),
+        row: instruction.split(' ').next().unwrap_or_default().into(),
         evidence: if instruction.starts_with("BMOV") {
             Evidence::Assumed
         } else {
@@ -165,7 +165,7 @@ pub fn fixture() -> Audit {
         ]
         .map(|(line, instruction, what)| ApproximationUse {
             at: Where { file: 0, line, step: None },
-            instruction: instruction.to_owned(),
+            instruction: instruction.into(),
             what: what.to_owned(),
         })
         .into(),

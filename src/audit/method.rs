@@ -13,6 +13,7 @@ use crate::solve::{Engine, Item, Limits, Maximum, Opinion, Problem, second_opini
 use crate::time::Picos;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// So many conditions of a group are written out.
 const MOST: usize = 200;
@@ -60,7 +61,7 @@ pub struct ConditionUse {
     /// Its dearest instruction's place.
     pub at: Where,
     /// Its dearest instruction's text.
-    pub instruction: String,
+    pub instruction: Arc<str>,
     /// How many other charges hang on it.
     pub others: usize,
     /// The condition in words; where it is too long for that, on what it depends.

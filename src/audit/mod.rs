@@ -29,6 +29,7 @@ pub use crate::solve::{Engine, Opinion};
 pub use crate::table::Evidence;
 use crate::time::Picos;
 use std::fmt;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// What is known about one project's longest scan.
@@ -331,7 +332,7 @@ pub struct PathStep {
     /// Where it stands.
     pub at: Where,
     /// Its source text.
-    pub instruction: String,
+    pub instruction: Arc<str>,
     /// The calls on the way to it, outermost first.
     pub via: Vec<String>,
     /// Whether it fired: a test that held, a jump that was taken.
@@ -348,7 +349,7 @@ pub struct ChargeUse {
     /// Its rung.
     pub block: u32,
     /// Its source text.
-    pub instruction: String,
+    pub instruction: Arc<str>,
     /// The calls, loop turns and interrupts on the way to it, outermost first.
     pub via: Vec<String>,
     /// Time when it runs.
@@ -362,7 +363,7 @@ pub struct ChargeUse {
     /// What it costs there.
     pub cost: Picos,
     /// The table's row.
-    pub row: String,
+    pub row: Arc<str>,
     /// How well the time is founded.
     pub evidence: Evidence,
 }
@@ -421,7 +422,7 @@ pub struct RungUse {
     /// Its dearest instruction's place.
     pub at: Where,
     /// Its dearest instruction's text.
-    pub instruction: String,
+    pub instruction: Arc<str>,
     /// The comments of the devices in that text, those that have one.
     pub comments: Vec<String>,
     /// How many other charges of the group it has.
@@ -496,7 +497,7 @@ pub struct ApproximationUse {
     /// Where.
     pub at: Where,
     /// The instruction's text.
-    pub instruction: String,
+    pub instruction: Arc<str>,
     /// What was done.
     pub what: String,
 }

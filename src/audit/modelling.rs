@@ -50,7 +50,7 @@ pub fn keep_in_range(
     let at = &program.instructions[charge.instruction];
     let file = &program.files[at.place.file as usize].name;
     let message = format!("{message}: this here to {}", charge.dearer().best_text());
-    let fault = Diagnostic::line("no-time", file, at.place.line, &at.text, message, help);
+    let fault = Diagnostic::line("no-time", file, at.place.line, &*at.text, message, help);
     Err(Failure::from(fault.at_step(at.place.step)))
 }
 
@@ -143,6 +143,6 @@ fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
             "a rung begins with LD; a jump must not go into the middle of one"
         }
     };
-    let fault = Diagnostic::line("scan", file, at.place.line, &at.text, error.to_string(), help);
+    let fault = Diagnostic::line("scan", file, at.place.line, &*at.text, error.to_string(), help);
     Failure::from(fault.at_step(at.place.step))
 }

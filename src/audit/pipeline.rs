@@ -157,6 +157,13 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     stage("reading");
     let project = dialect::read(request.inputs, request.dialect)?;
     let (mut program, table, found) = understand(&project, request)?;
+    let shortest_timer = match &project {
+        Project::Flowchart(source) => source.shortest_timer(),
+        _ => None,
+    };
+    let shortest_timer = shortest_timer.map(|tenths| Picos(TENTH).times(u64::from(tenths)));
+    // The source takes as much memory as the program, which is all that the stages behind look at.
+    drop(project);
     know_interrupts(&program, request)?;
     stated::know_words(&program, request.facts)?;
 
@@ -174,11 +181,6 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let (model, whole) = model_of(&mut program, &mut prices, &budget)?;
     keep_in_range(&program, &table, &prices, &model)?;
     let groups = groups::groups(&model);
-    let shortest_timer = match &project {
-        Project::Flowchart(source) => source.shortest_timer(),
-        _ => None,
-    };
-    let shortest_timer = shortest_timer.map(|tenths| Picos(TENTH).times(u64::from(tenths)));
     let cuts = budget.cuts();
     Ok(Followed {
         start,
@@ -278,7 +280,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         );
     }
     let same = found.best.replay.total == replayed.total;
-    let replayed = found.best.replay.clone();
+    drop(replayed);
     let findings = Findings {
         program: &program,
         table: &table,
@@ -317,7 +319,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         audit.doubts.push(format!("nor was it of {more} more loops"));
     }
     if program.dialect == dialect::flowchart::NAME {
-        audit.path = findings.path(&replayed);
+        audit.path = findings.path(&found.best.replay);
     }
     audit.doubts.extend(shortest_timer.and_then(|shortest| outlasts(shortest, audit.bound.upper)));
     audit.facts.extend(request.times.iter().map(|Override { name, on, off }| {
@@ -564,7 +566,7 @@ fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
                 "assumed-time",
                 &program.files[place.file as usize].name,
                 place.line,
-                &instruction.text,
+                &*instruction.text,
                 format!("the time of row {row} is assumed{more}"),
                 help,
             )

@@ -199,8 +199,8 @@ fn standing(
 /// The choices of loops that the model takes in bulk: running them tells what they write.
 fn bulk_choices(program: &Program) -> BTreeSet<ChoiceId> {
     let choices = program.instructions.iter().flat_map(|one| match &one.step {
-        Step::Bulk { choice, exits, turns: Some(_), .. } => {
-            exits.iter().map(|exit| exit.0).chain([*choice]).collect()
+        Step::Bulk(bulk) if bulk.turns.is_some() => {
+            bulk.exits.iter().map(|exit| exit.0).chain([bulk.choice]).collect()
         }
         _ => Vec::new(),
     });
@@ -210,7 +210,7 @@ fn bulk_choices(program: &Program) -> BTreeSet<ChoiceId> {
 /// The words that count a loop of which the model does not follow the turns.
 fn counts(program: &Program) -> Vec<Cell> {
     let bulk = |step: &Step| match step {
-        Step::Bulk { turns: Some((count, ..)), .. } => Some(*count),
+        Step::Bulk(bulk) => bulk.turns.map(|(count, ..)| count),
         _ => None,
     };
     let counts = program.instructions.iter().filter_map(|one| bulk(&one.step));

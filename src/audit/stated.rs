@@ -187,7 +187,7 @@ mod tests {
         let mut instruction = crate::program::Instruction {
             place: crate::program::Place { file: 0, line: 1, step: None },
             block: 1,
-            text: String::new(),
+            text: "".into(),
             timing: None,
             effects: Vec::new(),
             step: crate::program::Step::Nothing,

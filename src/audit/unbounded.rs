@@ -30,9 +30,12 @@ pub fn loops(
     model: &ScanModel,
     limits: &Limits<'_>,
 ) -> Result<Loops, String> {
+    let mut known = Loops { found: Vec::new(), open: Vec::new() };
+    if model.unbounded.iter().all(|one| one.reached == Lit::FALSE) {
+        return Ok(known);
+    }
     let mut bare = ScanModel { charges: Vec::new(), unbounded: Vec::new(), ..model.clone() };
     let mut rest: Vec<_> = model.unbounded.iter().filter(|one| one.reached != Lit::FALSE).collect();
-    let mut known = Loops { found: Vec::new(), open: Vec::new() };
     while let Some(first) = rest.first() {
         // Worth a picosecond, and nothing else worth anything: the maximum tells whether one of them can be reached.
         let reached = bare.circuit.any(rest.iter().map(|one| one.reached).collect::<Vec<_>>());
@@ -108,7 +111,7 @@ fn shown(program: &Program, at: usize) -> LoopUse {
     LoopUse {
         from: place(start.place),
         to: place(end.place),
-        begins: start.text.clone(),
-        ends: end.text.clone(),
+        begins: start.text.to_string(),
+        ends: end.text.to_string(),
     }
 }

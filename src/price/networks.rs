@@ -85,7 +85,7 @@ pub fn used(program: &Program, table: &Table) -> Vec<NetworkUse> {
         .zip(firsts)
         .filter_map(|((_, what), first)| Some(NetworkUse { what, first: first? }));
     let direct = program.direct_links.map(|first| {
-        let text = program.instructions.get(first).map_or("", |one| one.text.as_str());
+        let text = program.instructions.get(first).map_or("", |one| &*one.text);
         NetworkUse { what: format!("the station that {text} reaches into"), first }
     });
     used.chain(direct).collect()

@@ -29,7 +29,7 @@ fn us(n: u64) -> Picos {
 
 fn times(table: &Table, key: &TimingKey) -> (Picos, Picos, String) {
     let price = price_of(table, key, &Tags::new()).unwrap();
-    (price.on, price.off, price.row)
+    (price.on, price.off, price.row.to_string())
 }
 
 #[test]
@@ -156,8 +156,8 @@ fn instruction(line: u32, block: u32, text: &str, class: &'static str) -> Instru
     Instruction {
         place: Place { file: 0, line, step: Some(line * 10) },
         block,
-        text: text.to_owned(),
-        timing: Some(key(&[name], class, Units::None)),
+        text: text.into(),
+        timing: Some(Box::new(key(&[name], class, Units::None))),
         effects: Vec::new(),
         step: Step::Act { fires: Logic::Condition },
     }
@@ -234,7 +234,7 @@ fn words_of_an_area_and_bits_of_words_add_what_they_cost() {
     let table = table("DMOV,1,\nLD,1,\nBMOV,1,\n@+ZR,10,0\n@+wordbit,100,\n");
     let prices = price(&program(vec![moved, bit, forgets]), &table, &Facts::default()).unwrap();
     assert_eq!(prices.times(), [(us(21), us(1)), (us(111), us(101)), (us(81), us(1))]);
-    assert_eq!(prices.instructions[1].as_ref().unwrap().row, "LD + @+wordbit + @+ZR");
+    assert_eq!(&*prices.instructions[1].as_ref().unwrap().row, "LD + @+wordbit + @+ZR");
 }
 
 #[test]

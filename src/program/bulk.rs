@@ -5,7 +5,8 @@
 
 use super::flow::{self, written};
 use super::{
-    Approximation, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step, WordSource,
+    Approximation, BitSource, Bulk, ChoiceId, Exit, Instruction, Logic, Program, Region, Step,
+    WordSource,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -63,11 +64,8 @@ pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
 pub fn put_back(program: &mut Program, turns: &BTreeMap<usize, u32>) -> bool {
     let mut any = false;
     for (&begin, &known) in turns {
-        let Step::Bulk { end, turns: Some((count, least, most)), .. } =
-            program.instructions[begin].step
-        else {
-            continue;
-        };
+        let Step::Bulk(bulk) = &program.instructions[begin].step else { continue };
+        let (end, Some((count, least, most))) = (bulk.end, bulk.turns) else { continue };
         if known < most {
             program.instructions[begin].step = Step::ForBegin { count, least, most: known, end };
             program
@@ -231,9 +229,9 @@ impl Shape {
                         all
                     }
                 }
-                Step::Bulk { end, charges, .. } => {
-                    at = *end;
-                    charges.len() as u64
+                Step::Bulk(bulk) => {
+                    at = bulk.end;
+                    bulk.charges.len() as u64
                 }
                 Step::Call { target, .. } => sizes.get(target).copied().unwrap_or(0),
                 _ => 0,
@@ -387,12 +385,12 @@ impl Shape {
                     self.span(program, at + 1, *end, turns, gathered, called)?;
                     at = *end;
                 }
-                Step::Bulk { end, charges, .. } => {
-                    for &(charged, often) in charges {
+                Step::Bulk(bulk) => {
+                    for &(charged, often) in &bulk.charges {
                         let often = often.checked_mul(times).ok_or(too_often)?;
                         add(gathered.charges.entry(charged).or_default(), often)?;
                     }
-                    at = *end;
+                    at = bulk.end;
                 }
                 Step::Call { target, .. } => {
                     let place = *self.place.get(target).ok_or(too_often)?;
@@ -433,12 +431,12 @@ impl Gathered {
                 Step::Return => {
                     found.insert(Exit::Return);
                 }
-                Step::Bulk { exits, .. } => {
-                    found.extend(exits.iter().map(|&(_, exit)| exit).filter(|exit| match exit {
+                Step::Bulk(bulk) => found.extend(bulk.exits.iter().map(|&(_, exit)| exit).filter(
+                    |exit| match exit {
                         Exit::To(target) => *target > to,
                         _ => true,
-                    }))
-                }
+                    },
+                )),
                 _ => {}
             }
         }
@@ -455,8 +453,8 @@ impl Gathered {
                 Step::Stop { .. } => {
                     self.out.insert(Exit::Stop);
                 }
-                Step::Bulk { exits, .. } => {
-                    let out = exits.iter().map(|&(_, exit)| exit);
+                Step::Bulk(bulk) => {
+                    let out = bulk.exits.iter().map(|&(_, exit)| exit);
                     self.out.extend(out.filter(|exit| matches!(exit, Exit::End | Exit::Stop)));
                 }
                 Step::Unbounded { .. } => self.endless = true,
@@ -477,14 +475,14 @@ impl Gathered {
         };
         let exits = self.own.union(&self.out).map(|&exit| (choice(), exit)).collect();
         let choice = choice();
-        Step::Bulk {
+        Step::Bulk(Box::new(Bulk {
             end,
             charges: self.charges.into_iter().collect(),
             forgets: merged(self.regions),
             choice,
             exits,
             turns,
-        }
+        }))
     }
 }
 

@@ -117,14 +117,14 @@ fn unrolled_between(
     let mut at = from;
     while at <= to {
         total = total.saturating_add(1);
-        match program.instructions[at].step {
-            Step::ForBegin { most, end, .. } => {
+        match &program.instructions[at].step {
+            &Step::ForBegin { most, end, .. } => {
                 let body = unrolled_between(program, at + 1, end, known);
                 total = total.saturating_add(body.saturating_mul(u64::from(most)));
                 at = end;
             }
-            Step::Bulk { end, .. } => at = end,
-            Step::Call { target, .. } => {
+            Step::Bulk(bulk) => at = bulk.end,
+            &Step::Call { target, .. } => {
                 let size = match (known.get(&target), extent(program, target)) {
                     (Some(&size), _) => size,
                     (None, Some(end)) => unrolled_between(program, target, end, known),
@@ -161,8 +161,8 @@ pub fn written(program: &Program, at: usize) -> Vec<Region> {
             Write::Forget(region, _) => regions.push(*region),
         }
     }
-    if let Step::Bulk { forgets, .. } = &program.instructions[at].step {
-        regions.extend(forgets);
+    if let Step::Bulk(bulk) = &program.instructions[at].step {
+        regions.extend(&bulk.forgets);
     }
     regions
 }

@@ -37,13 +37,13 @@ pub fn isolate(program: &mut Program, volatile: &[Region]) {
     program.volatile.extend(regions.iter().copied());
     for (at, instruction) in program.instructions.iter_mut().enumerate() {
         let all = inside.contains(&at);
-        if let (
-            true,
-            Step::ForBegin { count: WordSource::Free(choice), .. }
-            | Step::Bulk { turns: Some((WordSource::Free(choice), ..)), .. },
-        ) = (all, &instruction.step)
-        {
-            kinds.remove(choice);
+        let count = match &instruction.step {
+            Step::ForBegin { count, .. } => Some(*count),
+            Step::Bulk(bulk) => bulk.turns.map(|(count, ..)| count),
+            _ => None,
+        };
+        if let (true, Some(WordSource::Free(choice))) = (all, count) {
+            kinds.remove(&choice);
         }
         let mut taken = false;
         instruction.each_read_mut(&mut |source| match source {
@@ -117,7 +117,7 @@ mod tests {
         let instruction = |step| Instruction {
             place: Place { file: 0, line: 1, step: None },
             block: 1,
-            text: String::new(),
+            text: "".into(),
             timing: None,
             effects: Vec::new(),
             step,

@@ -27,9 +27,12 @@ impl Instruction {
         if let Some(fires) = self.step.fires() {
             logic(fires, see);
         }
-        if let Step::ForBegin { count, .. } | Step::Bulk { turns: Some((count, ..)), .. } =
-            self.step
-        {
+        let count = match &self.step {
+            Step::ForBegin { count, .. } => Some(*count),
+            Step::Bulk(bulk) => bulk.turns.map(|(count, ..)| count),
+            _ => None,
+        };
+        if let Some(count) = count {
             see(Source::Word(count));
         }
         for effect in &self.effects {
@@ -50,8 +53,11 @@ impl Instruction {
             | Step::Call { fires, .. }
             | Step::Stop { fires }
             | Step::ZoneBegin { fires, .. } => logic_mut(fires, change),
-            Step::ForBegin { count, .. } | Step::Bulk { turns: Some((count, ..)), .. } => {
-                change(SourceMut::Word(count));
+            Step::ForBegin { count, .. } => change(SourceMut::Word(count)),
+            Step::Bulk(bulk) => {
+                if let Some((count, ..)) = &mut bulk.turns {
+                    change(SourceMut::Word(count));
+                }
             }
             Step::AndBlock
             | Step::OrBlock
@@ -61,7 +67,6 @@ impl Instruction {
             | Step::End
             | Step::Unbounded { .. }
             | Step::ForEnd
-            | Step::Bulk { turns: None, .. }
             | Step::ZoneEnd { .. }
             | Step::Nothing => {}
         }

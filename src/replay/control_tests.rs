@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::program::{
-    Area, AreaId, BitSource, BitTarget, ChoiceId, Effect, Exit, Instruction, Interrupt, Join,
+    Area, AreaId, BitSource, BitTarget, Bulk, ChoiceId, Effect, Exit, Instruction, Interrupt, Join,
     Logic, Place, Radix, Region, Step, When, WordSource, Write,
 };
 
@@ -21,7 +21,7 @@ pub(super) fn instruction(step: Step, effects: Vec<Effect>) -> Instruction {
     Instruction {
         place: Place { file: 0, line: 1, step: None },
         block: 1,
-        text: String::new(),
+        text: "".into(),
         timing: None,
         effects,
         step,
@@ -369,14 +369,14 @@ fn a_jump_out_ends_the_loops_and_a_return_too() {
 
 #[test]
 fn a_loop_in_bulk_charges_the_dearer_times_forgets_and_leaves_by_its_first_open_exit() {
-    let bulk = Step::Bulk {
+    let bulk = Step::Bulk(Box::new(Bulk {
         end: 2,
         charges: vec![(1, 7), (2, 3)],
         forgets: vec![Region::Range { first: bit(0), count: 1 }],
         choice: ChoiceId(0),
         exits: vec![(ChoiceId(1), Exit::To(4)), (ChoiceId(2), Exit::To(3))],
         turns: None,
-    };
+    }));
     let p = program(vec![step(bulk), act(), step(Step::ForEnd), ld(0), ld(1)]);
     let times =
         [(5, 6), (1, 2), (20, 10), (100, 0), (1000, 0)].map(|(on, off)| (Picos(on), Picos(off)));

@@ -4,7 +4,7 @@ use super::state::{Doubt, State, Truth};
 use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    ChoiceId, Exit, Frame, Instruction, Join, Program, Region, Step, When, WordSource, Write,
+    Bulk, ChoiceId, Exit, Frame, Instruction, Join, Program, Region, Step, When, WordSource, Write,
 };
 use crate::time::Picos;
 use std::collections::BTreeMap;
@@ -198,8 +198,8 @@ impl<'p, F: Free> Machine<'p, F> {
             | Step::Stop { fires }
             | Step::ZoneBegin { fires, .. } => (Some(fires), None),
             Step::ForBegin { count, .. } => (None, Some(*count)),
-            Step::Bulk { turns: Some((count, ..)), .. } if self.state.mode == Mode::Real => {
-                (None, Some(*count))
+            Step::Bulk(bulk) if self.state.mode == Mode::Real => {
+                (None, bulk.turns.map(|(count, ..)| count))
             }
             _ => (None, None),
         };
@@ -240,7 +240,7 @@ impl<'p, F: Free> Machine<'p, F> {
     fn turns(&mut self, step: &Step, count: WordSource) -> Result<u32, Why> {
         let (least, most) = match step {
             Step::ForBegin { least, most, .. } => (*least, *most),
-            Step::Bulk { turns: Some((_, least, most)), .. } => (*least, *most),
+            Step::Bulk(bulk) => bulk.turns.map_or((0, u32::MAX), |(_, least, most)| (least, most)),
             _ => (0, u32::MAX),
         };
         let number = |count: u16| u32::try_from(count.cast_signed()).unwrap_or(0);
@@ -291,7 +291,7 @@ impl<'p, F: Free> Machine<'p, F> {
             | Step::End
             | Step::Unbounded { .. }
             | Step::Stop { .. }
-            | Step::Bulk { .. }
+            | Step::Bulk(_)
             | Step::ZoneBegin { .. }
             | Step::ZoneEnd { .. }
             | Step::Nothing => true,
@@ -376,18 +376,19 @@ impl<'p, F: Free> Machine<'p, F> {
                 self.routine().loops.push(Loop { begin: at, end: *end, turn: 0, turns });
                 self.state.enter(Frame { at, turn: 0 });
             }
-            Step::Bulk { end, turns: Some(_), .. } if self.state.mode == Mode::Real => {
+            Step::Bulk(bulk) if bulk.turns.is_some() && self.state.mode == Mode::Real => {
                 if turns == 0 {
-                    return Next::Go(end + 1);
+                    return Next::Go(bulk.end + 1);
                 }
-                self.routine().loops.push(Loop { begin: at, end: *end, turn: 0, turns });
+                self.routine().loops.push(Loop { begin: at, end: bulk.end, turn: 0, turns });
                 self.state.enter(Frame { at, turn: 0 });
             }
-            Step::Bulk { .. } if self.state.mode == Mode::Real => {
+            Step::Bulk(_) if self.state.mode == Mode::Real => {
                 return self.stop(at, Why::Unknown(at));
             }
             Step::ForEnd => return self.end_turn(at),
-            Step::Bulk { end, charges, forgets, choice, exits, .. } => {
+            Step::Bulk(bulk) => {
+                let Bulk { end, charges, forgets, choice, exits, .. } = &**bulk;
                 return self.bulk(*end, charges, forgets, *choice, exits);
             }
             Step::ZoneBegin { level, .. } => {

@@ -78,7 +78,7 @@ fn row(audit: &Audit, charge: &ChargeUse, group: &str, part: &str) -> [String; H
         charge.at.line.to_string(),
         charge.at.step.map_or(String::new(), |step| step.to_string()),
         charge.block.to_string(),
-        charge.instruction.clone(),
+        charge.instruction.to_string(),
         charge.via.join(" > "),
         charge.on.us_text(),
         charge.off.us_text(),
@@ -86,7 +86,7 @@ fn row(audit: &Audit, charge: &ChargeUse, group: &str, part: &str) -> [String; H
         charge.runs.to_string(),
         charge.cost.us_text(),
         charge.evidence.word().to_owned(),
-        charge.row.clone(),
+        charge.row.to_string(),
         part.to_owned(),
         factor(audit, charge.cost),
     ]

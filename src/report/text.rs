@@ -313,7 +313,7 @@ fn rung(audit: &Audit, rung: &RungUse) -> Vec<Cell> {
         Fate::Partly => format!("{} of {}", us(rung.cost), us(rung.naive)),
         Fate::Excluded => format!("0 of {}", us(rung.naive)),
     };
-    let mut what = rung.instruction.clone();
+    let mut what = rung.instruction.to_string();
     if rung.others > 0 {
         what += &format!(" (+{})", rung.others);
     }

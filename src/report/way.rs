@@ -37,7 +37,7 @@ pub fn way(audit: &Audit) -> String {
         rows.push(vec![
             right(us(step.cost)),
             left(format!("line {}", step.at.line)),
-            left(&step.instruction),
+            left(&*step.instruction),
             left(if step.held { "" } else { "no" }),
         ]);
     }

@@ -13,8 +13,8 @@ mod word;
 use crate::model::{Charge, Lit, ScanModel, Unbounded};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    BitSource, Cell, ChoiceId, Effect, Exit, Frame, Join, Logic, Program, Region, Relation, Source,
-    Step, When, WordSource, Write,
+    BitSource, Bulk, Cell, ChoiceId, Effect, Exit, Frame, Join, Logic, Program, Region, Relation,
+    Source, Step, When, WordSource, Write,
 };
 use crate::time::Picos;
 use memory::Memory;
@@ -455,7 +455,8 @@ impl Run<'_> {
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
-            Step::Bulk { end, charges, forgets, choice, exits, turns } => {
+            Step::Bulk(bulk) => {
+                let Bulk { end, charges, forgets, choice, exits, turns } = &**bulk;
                 if let Some((count, least, most)) = *turns {
                     let turns = self.most_turns(count, at).clamp(least, most);
                     let known = self.memory.model.turns.entry(at).or_default();

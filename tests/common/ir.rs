@@ -3,7 +3,7 @@
 use super::bound::Times;
 use super::tape::Tape;
 use scanbound::program::{
-    Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Compare, Effect, Exit,
+    Area, AreaId, AreaKind, BitSource, BitTarget, Bulk, Cell, ChoiceId, Compare, Effect, Exit,
     Instruction, Interrupt, Join, Logic, Number, Place, Program, Radix, Reading, Region, Relation,
     StartRange, Step, When, WordSource, WordTarget, Write,
 };
@@ -146,7 +146,7 @@ pub fn times(tape: &mut Tape<'_>, count: usize) -> Times {
 
 impl Generator<'_, '_> {
     fn put(&mut self, step: Step, effects: Vec<Effect>) -> usize {
-        let text = format!("{} {step:?}", self.instructions.len());
+        let text = format!("{} {step:?}", self.instructions.len()).into();
         let place = Place { file: 0, line: self.instructions.len() as u32 + 1, step: None };
         let block = self.block;
         self.instructions.push(Instruction { place, block, text, timing: None, effects, step });
@@ -274,7 +274,7 @@ impl Generator<'_, '_> {
             pending.push(Pending { at: begin, exit: Some(exit), items });
         }
         self.instructions[begin].step =
-            Step::Bulk { end, charges, forgets, choice, exits, turns: None };
+            Step::Bulk(Box::new(Bulk { end, charges, forgets, choice, exits, turns: None }));
     }
 
     /// Contacts that leave one result, then what acts on it.
@@ -514,7 +514,7 @@ impl Generator<'_, '_> {
 fn aim(step: &mut Step, exit: Option<usize>, to: usize) {
     match (step, exit) {
         (Step::Jump { target, .. }, None) => *target = to,
-        (Step::Bulk { exits, .. }, Some(exit)) => exits[exit].1 = Exit::To(to),
+        (Step::Bulk(bulk), Some(exit)) => bulk.exits[exit].1 = Exit::To(to),
         _ => unreachable!("only jumps and loops in bulk are aimed"),
     }
 }

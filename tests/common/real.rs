@@ -51,7 +51,7 @@ pub fn real(dialect: &str, text: &str, start: &[(&str, u16)]) -> Real {
         let instruction = &program.instructions[event.instruction];
         instruction.timing.is_some() && !instruction.text.starts_with("END")
     };
-    let told = |at: usize| program.instructions[at].text.clone();
+    let told = |at: usize| program.instructions[at].text.to_string();
     Real {
         fired: found
             .replay

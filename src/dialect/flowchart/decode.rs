@@ -269,7 +269,7 @@ impl Layout<'_> {
                 for group in groups {
                     let step = Step::Call { fires: Logic::cell(runs(group)), target: 0 };
                     let call = self.put(at, None, step, vec![]);
-                    self.program.instructions[call].text = format!("GJ, group {group}");
+                    self.program.instructions[call].text = format!("GJ, group {group}").into();
                     self.calls.push((call, group));
                 }
             }
@@ -366,14 +366,16 @@ impl Layout<'_> {
         self.program.instructions.push(Instruction {
             place: Place { file: 0, line: one.line, step: one.step },
             block: self.blocks[at],
-            text: one.text.clone(),
-            timing: class.map(|(class, dearer)| TimingKey {
-                names: vec![mnemonic(one.op).to_owned()],
-                class,
-                units: Units::None,
-                dearer,
-                optional: false,
-                touched: Touched::default(),
+            text: one.text.as_str().into(),
+            timing: class.map(|(class, dearer)| {
+                Box::new(TimingKey {
+                    names: vec![mnemonic(one.op).to_owned()],
+                    class,
+                    units: Units::None,
+                    dearer,
+                    optional: false,
+                    touched: Touched::default(),
+                })
             }),
             effects,
             step,

@@ -1,6 +1,7 @@
 //! A MELSEC project as its source has it: files of mnemonics and operands, nothing interpreted yet.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::diagnostic::Diagnostic;
 use crate::dialect::{Places, Pointer};
@@ -17,7 +18,7 @@ pub struct RawInstruction {
     /// The operands as written; a string keeps its quotes (`"text"`).
     pub operands: Vec<String>,
     /// Mnemonic and operands as in the source, with one blank between each two.
-    pub text: String,
+    pub text: Arc<str>,
     /// Where they stand.
     pub places: Places,
 }

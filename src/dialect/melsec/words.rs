@@ -63,7 +63,14 @@ pub(super) fn instruction(
         text.push(' ');
         text.push_str(operand);
     }
-    RawInstruction { line, step, mnemonic: mnemonic.to_owned(), operands, text, places }
+    RawInstruction {
+        line,
+        step,
+        mnemonic: mnemonic.to_owned(),
+        operands,
+        text: text.into(),
+        places,
+    }
 }
 
 /// Whether there are more instructions than any CPU holds; then they are an error, and the file is read no

@@ -32,7 +32,7 @@ pub fn decode(source: &Source) -> Program {
         program.instructions.push(Instruction {
             place: place(source, 0),
             block: 1,
-            text: "ACC".to_owned(),
+            text: "ACC".into(),
             timing: None,
             effects: Vec::new(),
             step: Step::Logic {
@@ -83,15 +83,15 @@ fn instruction(source: &Source, address: usize, word: Word, program: &mut Progra
     Instruction {
         place: place(source, address),
         block: program.blocks,
-        text: word.to_string(),
-        timing: Some(TimingKey {
+        text: word.to_string().into(),
+        timing: Some(Box::new(TimingKey {
             names: vec![opcode.mnemonic().to_owned()],
             class: if opcode.is_store() { "coil" } else { "contact" },
             units: Units::None,
             dearer: false,
             optional: false,
             touched: Touched::default(),
-        }),
+        })),
         effects,
         step,
     }
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(program.blocks, 3);
         let blocks: Vec<u32> = program.instructions.iter().take(8).map(|i| i.block).collect();
         assert_eq!(blocks, [1, 1, 1, 2, 2, 2, 3, 3]);
-        assert_eq!(program.instructions[255].text, "LD X00");
+        assert_eq!(&*program.instructions[255].text, "LD X00");
         assert_eq!(program.instructions[255].block, 3);
     }
 

@@ -1,6 +1,7 @@
 //! Puts a program together: instructions with their effects, choices, saved branches, notes on what is widened.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::memory::Memory;
 use super::named;
@@ -40,7 +41,7 @@ pub(super) struct Assembly {
     /// Index registers that the instruction's operands move, until it is put in.
     moved: Vec<Cell>,
     place: Place,
-    text: String,
+    text: Arc<str>,
 }
 
 impl Assembly {
@@ -60,14 +61,14 @@ impl Assembly {
             counted: Vec::new(),
             moved: Vec::new(),
             place: Place { file: 0, line: 1, step: None },
-            text: String::new(),
+            text: Arc::default(),
         }
     }
 
     /// The instruction that comes next is this.
     pub(super) fn at(&mut self, item: &Item<'_>) {
         self.place = Place { file: self.file, line: item.raw.line, step: item.raw.step };
-        self.text.clone_from(&item.raw.text);
+        self.text = item.raw.text.clone();
         let memory = self.memory;
         let operands = item.raw.operands.iter();
         self.moved = operands.filter_map(|text| moved_register(text, memory)).collect();
@@ -147,7 +148,7 @@ impl Assembly {
             place: self.place,
             block: self.program.blocks.max(1),
             text: self.text.clone(),
-            timing,
+            timing: timing.map(Box::new),
             effects,
             step,
         });

@@ -44,7 +44,7 @@ fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
         "too-many",
         &file.name,
         instruction.line,
-        &instruction.text,
+        &*instruction.text,
         format!("the project has more than {MOST} instructions"),
         "no CPU holds as many: check the file",
     )])

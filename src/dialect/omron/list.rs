@@ -5,6 +5,9 @@ use super::source::{RawInstruction, RawProgram, Symbols, Task};
 use super::words::{self, Line};
 use crate::dialect::Faults;
 
+/// No instruction has more operands: what follows so many is none of them.
+const MOST_OPERANDS: usize = 100;
+
 /// How many lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 200;
 
@@ -187,15 +190,12 @@ pub(super) fn read_line(
         Line::Empty => {}
         Line::Instruction(instruction) => out.push(instruction),
         Line::Operands(operands, places) => match out.last_mut() {
-            Some(before) => {
+            Some(before) if before.operands.len() < MOST_OPERANDS => {
                 before.places.extend(places);
-                for operand in operands {
-                    before.text.push(' ');
-                    before.text.push_str(&operand);
-                    before.operands.push(operand);
-                }
+                before.text = [&*before.text, &operands.join(" ")].join(" ").into();
+                before.operands.extend(operands);
             }
-            None => not_an_instruction(line, number, faults),
+            _ => not_an_instruction(line, number, faults),
         },
         Line::Unknown => not_an_instruction(line, number, faults),
     }

@@ -43,7 +43,7 @@ pub(super) fn settle(asm: &mut Assembly) {
             let file = &asm.program.files[instruction.place.file as usize].name;
             let message = "loops and calls multiply to more turns here than can be counted";
             let help = "state the range of its count in the facts file";
-            let (line, text) = (instruction.place.line, instruction.text.clone());
+            let (line, text) = (instruction.place.line, &*instruction.text);
             let fault = Diagnostic::line("loop", file, line, text, message, help);
             asm.faults.push(fault.at_step(asm.program.instructions[begin].place.step));
             continue;

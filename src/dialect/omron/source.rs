@@ -1,6 +1,7 @@
 //! An OMRON project as its source has it: programs of mnemonics and operands, nothing interpreted yet.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::diagnostic::Diagnostic;
 use crate::dialect::{Places, Pointer};
@@ -51,7 +52,7 @@ pub struct RawInstruction {
     /// The operands; an area and its number are one operand (`DM 0100`).
     pub operands: Vec<String>,
     /// As in the source, with one blank between each two words.
-    pub text: String,
+    pub text: Arc<str>,
     /// Where mnemonic and operands stand.
     pub places: Places,
 }

@@ -65,7 +65,7 @@ fn fires(program: &Program, on: &[(&str, u16)], choices: u16) -> Vec<(String, bo
     let priced =
         events.iter().filter(|event| program.instructions[event.instruction].timing.is_some());
     priced
-        .map(|event| (program.instructions[event.instruction].text.clone(), event.fired))
+        .map(|event| (program.instructions[event.instruction].text.to_string(), event.fired))
         .collect()
 }
 
@@ -443,7 +443,7 @@ fn a_project_file_gives_programs_symbols_and_the_cpu() {
     let line = program
         .instructions
         .iter()
-        .find(|instruction| instruction.text == "AND Mine")
+        .find(|instruction| &*instruction.text == "AND Mine")
         .unwrap()
         .place
         .line;

@@ -60,7 +60,8 @@ pub(super) fn read(text: &str, line: &str, number: u32) -> Line {
             instruction.text = std::iter::once(words[..used].join(" "))
                 .chain(instruction.operands.iter().cloned())
                 .collect::<Vec<_>>()
-                .join(" ");
+                .join(" ")
+                .into();
             Line::Instruction(instruction)
         }
         None if words.iter().all(|word| is_operand(word)) => {
@@ -169,7 +170,7 @@ fn head(words: &[&str]) -> Option<(RawInstruction, usize)> {
             mnemonic: if known { name } else { rest.split('(').next().unwrap_or(rest).to_owned() },
             number,
             operands: Vec::new(),
-            text: String::new(),
+            text: "".into(),
             places: Places::default(),
         };
         (instruction, used)
@@ -267,7 +268,7 @@ mod tests {
         );
         assert_eq!(read.number, Some(FunctionNumber { value: 21, digits: 3 }));
         assert_eq!(read.operands, ["#1234", "D100"]);
-        assert_eq!(read.text, "@MOV(021) #1234 D100");
+        assert_eq!(&*read.text, "@MOV(021) #1234 D100");
         assert_eq!(instruction("--(592) D0").mnemonic, "--");
         assert_eq!(instruction("!%++L(591) D0").edge, Some(Edge::Falling));
         assert_eq!(instruction("/(430) D0 D2 D4").mnemonic, "/");

@@ -50,15 +50,9 @@ impl Decoder<'_> {
         let instruction = &self.program.instructions[at];
         let file = instruction.place.file as usize;
         let name = &self.project.files[file].name;
-        let found = Diagnostic::line(
-            code,
-            name,
-            instruction.place.line,
-            instruction.text.clone(),
-            message,
-            help,
-        )
-        .at_step(instruction.place.step);
+        let found =
+            Diagnostic::line(code, name, instruction.place.line, &*instruction.text, message, help)
+                .at_step(instruction.place.step);
         self.faults[file].push(found);
     }
 

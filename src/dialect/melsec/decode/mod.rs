@@ -33,6 +33,7 @@ use crate::program::{
 };
 use ranges::Counts;
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 use zones::State;
 
 /// What decoding needs to know besides the source.
@@ -321,8 +322,8 @@ impl<'a> Decoder<'a> {
                 step: raw.and_then(|raw| raw.step),
             },
             block: self.program.blocks.max(1),
-            text: raw.map_or_else(String::new, |raw| raw.text.clone()),
-            timing,
+            text: raw.map_or_else(Arc::default, |raw| raw.text.clone()),
+            timing: timing.map(Box::new),
             effects,
             step,
         });

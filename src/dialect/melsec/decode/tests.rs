@@ -7,7 +7,7 @@ use crate::dialect::melsec::catalog::{Extent, Role, find};
 use crate::dialect::melsec::device::Family;
 use crate::dialect::melsec::source::{RawFile, RawInstruction, RawProject};
 use crate::facts::Facts;
-use crate::program::{Cell, Program, Step, Units, When, WordTarget, Write};
+use crate::program::{Bulk, Cell, Program, Step, Units, When, WordTarget, Write};
 use std::fmt::Write as _;
 
 fn raw_file(name: &str, text: &str) -> RawFile {
@@ -23,7 +23,7 @@ fn raw_file(name: &str, text: &str) -> RawFile {
                 step: None,
                 mnemonic: words.next().unwrap_or_default(),
                 operands: words.collect(),
-                text: line.to_owned(),
+                text: line.into(),
                 places: Places::default(),
             }
         })
@@ -143,7 +143,7 @@ fn pointers_that_files_share_are_found_in_the_other_file() {
         Step::Call { target, .. } => Some(target),
         _ => None,
     });
-    assert_eq!(p.instructions[target.expect("a call")].text, "P5");
+    assert_eq!(&*p.instructions[target.expect("a call")].text, "P5");
     assert_eq!(p.mains.len(), 2);
 }
 
@@ -151,9 +151,11 @@ fn pointers_that_files_share_are_found_in_the_other_file() {
 fn a_loop_of_unknown_length_is_taken_in_bulk_and_a_stated_one_is_not() {
     let text = "FOR D0; LD X0; INC D5; LD X1; BREAK D9 P0; NEXT; P0; LD X0; OUT Y0; END";
     let p = program(text);
-    let Some(Step::Bulk { charges, exits, forgets, .. }) =
-        p.instructions.iter().map(|i| &i.step).find(|step| matches!(step, Step::Bulk { .. }))
-    else {
+    let bulk = p.instructions.iter().find_map(|one| match &one.step {
+        Step::Bulk(bulk) => Some(bulk),
+        _ => None,
+    });
+    let Some(Bulk { charges, exits, forgets, .. }) = bulk.map(|bulk| &**bulk) else {
         panic!("{p:?}")
     };
     assert!(charges.iter().all(|&(_, times)| times == 32_767));
@@ -275,7 +277,7 @@ fn a_stated_range_does_not_bound_a_count_that_the_scan_overwrites() {
     let text = "LD X0; MOV K100 D0; FOR D0; LD X1; FB1 D9; NEXT; LD X0; BMOV D10 D20 D0; END";
     let facts = Facts { ranges: [("D0".to_owned(), (1, 3))].into(), ..Facts::default() };
     let p = decode_files(&[("main", text)], Family::Q, &facts).expect("a program");
-    assert!(p.instructions.iter().any(|i| matches!(i.step, Step::Bulk { .. })));
+    assert!(p.instructions.iter().any(|i| matches!(i.step, Step::Bulk(_))));
     let units = p.instructions.iter().filter_map(|i| i.timing.as_ref()).map(|key| &key.units);
     assert!(units.into_iter().any(|units| *units == Units::AtMost(65_535)));
 }
