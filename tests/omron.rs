@@ -169,6 +169,34 @@ fn what_reaches_beyond_its_area_may_write_nothing() {
 }
 
 #[test]
+fn a_setting_of_wrong_digits_leaves_the_flag() {
+    let timer = |line: &str| {
+        let lines = ["LD 0.00", line, "LD T0000", "ANDNOT 0.00", "Op1", "END"];
+        seconds(CX, &lines, "") == 1
+    };
+    assert!(timer("TIM 0000 D0"));
+    assert!(!timer("TIM 0000 #10"));
+    assert!(!timer("TIMX(550) 0000 D0"));
+    let counter = |setting: &str| {
+        let count = format!("CNT 000 {setting}");
+        let lines = ["LD 00000", "LD 00001", &count, "LD CNT 000", "AND 00001", "Op1", "END"];
+        seconds(C, &lines, "") == 1
+    };
+    assert!(counter("DM 0000"));
+    assert!(!counter("#0010"));
+}
+
+#[test]
+fn an_edge_in_a_subroutine_that_other_programs_call_is_not_the_outsides() {
+    let first =
+        "LD 25313\nSBS(91) 1\nEND\nSBN(92) 1\nLD 00000\nDIFU(13) 01000\nLD 01000\nOp1\nRET(93)\n";
+    let files = [("a.txt", first), ("b.txt", "LD 25313\nSBS(91) 1\nEND\n")];
+    let audit = audited(C, &files, "", "Op1,1000000,0").expect("an audit");
+    assert_eq!(audit.bound.upper.0 / SECOND, 2);
+    assert_eq!(audit.bound.lower.0 / SECOND, 0);
+}
+
+#[test]
 fn interrupts_let_subroutines_in() {
     let runs = |line: &str, number: &str| {
         let (begin, label) = (format!("SBN(92) {number}"), format!("\"SBN {number}\""));

@@ -288,3 +288,17 @@ fn what_an_instruction_saw_is_the_outsides_only_in_its_first_run() {
     };
     assert_eq!((stops(&called(1)), stops(&called(2))), (false, true));
 }
+
+#[test]
+fn a_timer_of_no_time_or_of_wrong_digits_is_not_the_outsides() {
+    let stops = |line: &str, setting: u16| {
+        let text = format!("LD P_On\n{line}\nLD T0000\nJMP(004) #1\nSwOp0\nJME(005) #1");
+        real("omron-cx", &text, &[("D0", setting)]).stopped.is_some()
+    };
+    assert!(stops("TIM 0000 #0", 0));
+    assert!(!stops("TIM 0000 #10", 0));
+    assert!(stops("TIM 0000 D0", 0));
+    assert!(!stops("TIM 0000 D0", 0x10));
+    assert!(stops("TIM 0000 D0", 0x1A));
+    assert!(!stops("TIMX(550) 0000 D0", 0x1A));
+}

@@ -70,6 +70,8 @@ pub fn decode(
         switches: false,
         interrupted: Interrupted::default(),
         unmasked: false,
+        shared: memory.family == Family::C
+            && project.files.iter().map(|file| file.programs.len()).sum::<usize>() > 1,
         used: [BTreeSet::new(), BTreeSet::new()],
     };
     decoder.asm.fast = fast_timers(project, memory);
@@ -187,6 +189,8 @@ struct Decoder {
     interrupted: Interrupted,
     /// Whether the program lets interrupts in that run tasks (CS, CJ and CP).
     unmasked: bool,
+    /// Whether programs call each other's subroutines: those of the C series do where there are several.
+    shared: bool,
     /// Words of the input and output area that are read, and those that are written.
     used: [BTreeSet<u32>; 2],
 }
@@ -259,7 +263,7 @@ impl Decoder {
                 memory.family == Family::Cs && matches!(item.name.as_str(), "MSKS" | "CTBL");
         }
         let mut layout_faults = Faults::new(&file.name);
-        let layout = layout(&items, memory.family, &mut layout_faults);
+        let layout = layout(&items, memory.family, self.shared, &mut layout_faults);
         if items.is_empty() && complete {
             faults.push(Diagnostic::file(
                 "empty-program",
@@ -385,7 +389,7 @@ impl Decoder {
 
     /// Leads each call to its subroutine, and finds those that come back to themselves.
     fn connect(&mut self) {
-        let shared = self.asm.memory.family == Family::C;
+        let shared = self.shared;
         let mut graph: BTreeSet<(usize, usize)> = BTreeSet::new();
         let mut entries: Vec<(usize, usize, usize)> = Vec::new();
         for (program, call, fault) in &self.calls {

@@ -46,18 +46,29 @@ struct Site {
     loops: Vec<usize>,
 }
 
-/// Works the layout out, or tells all that is wrong with it.
-pub(super) fn layout(items: &[Item<'_>], family: Family, faults: &mut Faults<'_>) -> Layout {
+/// Works the layout out, or tells all that is wrong with it. `shared`: other programs may call its subroutines.
+pub(super) fn layout(
+    items: &[Item<'_>],
+    family: Family,
+    shared: bool,
+    faults: &mut Faults<'_>,
+) -> Layout {
     let mut layout = Layout { dead: vec![false; items.len()], ..Layout::default() };
     routines(items, family, &mut layout, faults);
     let sites = sites(items, &mut layout, faults);
     jumps(items, family, &sites, &mut layout, faults);
-    layout.repeated = repeated(items, family, &sites, &layout);
+    layout.repeated = repeated(items, family, shared, &sites, &layout);
     layout.zoned = sites.iter().map(|site| site.zone.is_some()).collect();
     layout
 }
 
-fn repeated(items: &[Item<'_>], family: Family, sites: &[Site], layout: &Layout) -> Vec<bool> {
+fn repeated(
+    items: &[Item<'_>],
+    family: Family,
+    shared: bool,
+    sites: &[Site],
+    layout: &Layout,
+) -> Vec<bool> {
     let once = |routine: &Routine| {
         let called = |at: &usize| {
             matches!(items[*at].meaning(), "call" | "macro")
@@ -66,6 +77,7 @@ fn repeated(items: &[Item<'_>], family: Family, sites: &[Site], layout: &Layout)
         let calls: Vec<usize> = (0..items.len()).filter(called).collect();
         matches!(calls[..], [at] if sites[at].loops.is_empty() && sites[at].routine == 0)
             && !routine.global
+            && !shared
     };
     let many: Vec<&Routine> = layout.routines.iter().filter(|routine| !once(routine)).collect();
     let within = |at| many.iter().any(|routine| (routine.begin..=routine.end).contains(&at));

@@ -2,10 +2,12 @@
 
 use super::assembly::{Assembly, always, fired};
 use super::data;
-use super::operand::Operand;
+use super::operand::{Notation, Operand};
 use super::resolve::Item;
 use super::source::RawInstruction;
-use crate::program::{AreaId, BitTarget, Cell, ChoiceId, Effect, Logic, Region, Write};
+use crate::program::{
+    AreaId, BitSource, BitTarget, Cell, ChoiceId, Effect, Logic, Region, WordSource, Write,
+};
 
 /// The present value's word behind a completion flag: its area follows that of the flags.
 fn present(flag: Cell) -> Cell {
@@ -23,21 +25,90 @@ pub(super) fn is_fast(raw: &RawInstruction) -> bool {
     named || (name.is_empty() && raw.number.is_some_and(|number| number.value == 15))
 }
 
+/// What a timer's or counter's setting may be.
+struct Setting {
+    /// It is no decimal number where one is asked for: the instruction may end in an error, which leaves the flag.
+    wrong: Logic,
+    /// That, or it is 0: what becomes of the flag then is not the outside's.
+    odd: Logic,
+}
+
+fn setting(asm: &mut Assembly, item: &Item<'_>) -> Setting {
+    let binary = item.row.is_some_and(|row| row.mnemonic.ends_with('X'));
+    let source = data::sources(asm, item, 1, 1).map(|sources| sources[0]);
+    let (wrong, zero) = match (source, item.operands.get(1)) {
+        (Some(WordSource::Const(value)), Some(&Operand::Constant(_, notation))) => {
+            let digits = (0..4).any(|place| value >> (4 * place) & 15 > 9);
+            (Logic::Const(notation == Notation::Digits && digits), Logic::Const(value == 0))
+        }
+        (Some(WordSource::Cell(word)), _) => {
+            let bit = |bit| Logic::Bit(BitSource::WordBit(word, bit));
+            let above = |place: u8| {
+                let more = Logic::Any(vec![bit(4 * place + 1), bit(4 * place + 2)]);
+                Logic::All(vec![bit(4 * place + 3), more])
+            };
+            let any = Logic::Any((0..16).map(bit).collect());
+            (Logic::Any((0..4).map(above).collect()), any.not())
+        }
+        _ => (asm.free(), Logic::Const(false)),
+    };
+    let wrong = if binary { Logic::Const(false) } else { wrong };
+    let odd = Logic::Any(vec![wrong.clone(), zero]);
+    Setting { wrong, odd }
+}
+
+impl Setting {
+    /// Whether the time or count is over, which the outside says.
+    fn over(&self, asm: &mut Assembly) -> Logic {
+        match self.odd {
+            Logic::Any(ref parts) if parts.iter().all(|part| *part == Logic::Const(false)) => {
+                asm.any()
+            }
+            ref odd => Logic::Any(vec![
+                Logic::All(vec![asm.any(), odd.clone().not()]),
+                Logic::All(vec![asm.free(), odd.clone()]),
+            ]),
+        }
+    }
+
+    /// The value, or what the bit held where the instruction may end in an error.
+    fn unless_wrong(&self, asm: &mut Assembly, value: Logic, bit: Cell) -> Logic {
+        match &self.wrong {
+            Logic::Const(false) => value,
+            wrong => {
+                let kept = Logic::All(vec![Logic::cell(bit), wrong.clone(), asm.free()]);
+                Logic::Any(vec![value, kept])
+            }
+        }
+    }
+
+    fn note(&self, asm: &mut Assembly) {
+        if self.wrong != Logic::Const(false) {
+            asm.note("its flag may stay as it is while its setting is no decimal number");
+        }
+    }
+}
+
 /// A timer with one branch, or the instruction that resets timers.
 pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
     let key = asm.key(item, false);
     let choice = asm.choice();
     let mut effects: Vec<Effect> = Vec::new();
+    let mut set = None;
     match (item.meaning(), item.operands.first()) {
         ("timer", Some(Operand::Flag(flag))) => {
+            let setting = setting(asm, item);
             // Done only while the condition holds, and then at some time.
-            let value = Logic::All(vec![Logic::Condition, asm.any()]);
+            let done = Logic::All(vec![Logic::Condition, setting.over(asm)]);
+            let value = setting.unless_wrong(asm, done, *flag);
             effects.push(always(Write::Bit(BitTarget::Cell(*flag), value)));
             effects.push(always(forget_present(*flag, choice)));
             if asm.fast.contains(flag) {
-                let runs = BitTarget::Cell(asm.memory.runs(*flag));
-                effects.push(always(Write::Bit(runs, Logic::Condition)));
+                let runs = asm.memory.runs(*flag);
+                let value = setting.unless_wrong(asm, Logic::Condition, runs);
+                effects.push(always(Write::Bit(BitTarget::Cell(runs), value)));
             }
+            set = Some(setting);
         }
         ("timer-unknown", Some(Operand::Flag(flag))) => {
             let value = asm.free();
@@ -65,6 +136,9 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
     effects.extend(flags.into_iter().map(always));
     let fires = asm.fires(item.raw.edge);
     asm.act(fires, effects, Some(key));
+    if let Some(setting) = set {
+        setting.note(asm);
+    }
     match item.meaning() {
         "timer-unknown" => asm.note("this timer's completion flag is on or off at will"),
         "always-forget" => asm.note("this timer's flags and values take any value"),
@@ -113,23 +187,25 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
         }
         ("counter" | "timer-holding", Some(target), Some(Operand::Flag(flag))) => {
             // On its way the flag can only come on; the reset takes it off.
-            let done = Logic::Any(vec![Logic::cell(*flag), asm.any()]);
+            let setting = setting(asm, item);
+            let done = Logic::Any(vec![Logic::cell(*flag), setting.over(asm)]);
             asm.product(&[(0, true), (reset, false)]);
             let effects =
                 vec![fired(Write::Bit(target, done)), fired(forget_present(*flag, choice))];
             asm.act(Logic::Condition, effects, None);
-            reset_flag(asm, reset, *flag);
+            reset_flag(asm, reset, *flag, &setting);
         }
         ("counter-reversible", Some(target), Some(Operand::Flag(flag))) => {
+            let setting = setting(asm, item);
             for counting in [0, 1] {
                 asm.product(&[(counting, true), (reset, false)]);
-                let value = asm.any();
+                let value = setting.over(asm);
                 let choice = asm.choice();
                 let effects =
                     vec![fired(Write::Bit(target, value)), fired(forget_present(*flag, choice))];
                 asm.act(Logic::Condition, effects, None);
             }
-            reset_flag(asm, reset, *flag);
+            reset_flag(asm, reset, *flag, &setting);
         }
         ("shift-register", ..) => shift_register(asm, item, reset),
         _ => {
@@ -143,14 +219,14 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
     }
 }
 
-fn reset_flag(asm: &mut Assembly, reset: u32, flag: Cell) {
+fn reset_flag(asm: &mut Assembly, reset: u32, flag: Cell, setting: &Setting) {
     let choice = asm.choice();
     asm.product(&[(reset, true)]);
-    let effects = vec![
-        fired(Write::Bit(BitTarget::Cell(flag), Logic::Const(false))),
-        fired(forget_present(flag, choice)),
-    ];
+    let value = setting.unless_wrong(asm, Logic::Const(false), flag);
+    let effects =
+        vec![fired(Write::Bit(BitTarget::Cell(flag), value)), fired(forget_present(flag, choice))];
     asm.act(Logic::Condition, effects, None);
+    setting.note(asm);
 }
 
 /// SFT: on the second branch's rising edge all bits go one place up and the first branch comes in.
