@@ -101,6 +101,10 @@ pub trait Luck {
     fn value(&mut self, of: Device) -> u16;
     /// A number below `n` at this moment.
     fn below(&mut self, n: u32) -> u32;
+    /// Whether a loop whose count is below 1 runs once, or not at all.
+    fn once(&mut self) -> bool {
+        true
+    }
 }
 
 pub struct Plc<'p, L> {
@@ -431,8 +435,11 @@ impl<'p, L: Luck> Plc<'p, L> {
                 return (condition, if condition { Err(Ended::Scan) } else { next });
             }
             "FOR" => {
-                let turns = self.number(&operands[0], 1).max(1) as u32;
-                rung.loops.push((at, turns));
+                let turns = self.number(&operands[0], 1);
+                if turns < 1 && !self.luck.once() {
+                    return (true, Ok(loop_end(&self.files[file], at) + 1));
+                }
+                rung.loops.push((at, turns.max(1) as u32));
             }
             "NEXT" => {
                 let (begin, left) = rung.loops.pop().expect("FOR");
@@ -707,18 +714,21 @@ fn extend(value: i64, words: u32) -> i64 {
     if words == 1 { i64::from(value as i16) } else { i64::from(value as i32) }
 }
 
+/// Where the loop that begins at a line ends.
+fn loop_end(lines: &[Line], begin: usize) -> usize {
+    let mut depth = 0;
+    let end = lines.iter().enumerate().skip(begin).find_map(|(at, line)| {
+        match line.mnemonic.as_str() {
+            "FOR" => depth += 1,
+            "NEXT" => depth -= 1,
+            _ => {}
+        }
+        (depth == 0).then_some(at)
+    });
+    end.expect("NEXT")
+}
+
 /// A jump ends the loops that it leaves.
 fn leave_loops(lines: &[Line], rung: &mut Rung, target: usize) {
-    rung.loops.retain(|(begin, _)| {
-        let mut depth = 0;
-        let end = lines.iter().enumerate().skip(*begin).find_map(|(at, line)| {
-            match line.mnemonic.as_str() {
-                "FOR" => depth += 1,
-                "NEXT" => depth -= 1,
-                _ => {}
-            }
-            (depth == 0).then_some(at)
-        });
-        *begin < target && end.is_some_and(|end| target <= end)
-    });
+    rung.loops.retain(|(begin, _)| *begin < target && target <= loop_end(lines, *begin));
 }
