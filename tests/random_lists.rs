@@ -251,7 +251,10 @@ fn check_within(
         Some(_) => none_above(&program, &times, bound.upper, cap).map_err(with_lines)?,
     };
     let words = common::search::words(&program);
-    let closer = learned(&program, &times, &bound, &words, &limits).map_err(with_lines)?;
+    let closer = match time {
+        None => learned(&program, &times, &bound, &words).map_err(with_lines)?,
+        Some(_) => bound.upper,
+    };
     let interrupts = if has_interrupt { &[(0, 2)][..] } else { &[] };
     let start = Fortune { words: &words, ranged, values: BTreeMap::new(), seed: 0 };
     climb(&files, &prices(&program, &times), closer, &start, scans, interrupts)
@@ -296,7 +299,6 @@ fn learned(
     times: &Times,
     bound: &Bound,
     words: &[u16],
-    limits: &Limits<'_>,
 ) -> Result<Picos, String> {
     let mut knowledge = Knowledge::new();
     for seed in 0..LESSONS {
@@ -317,7 +319,8 @@ fn learned(
     if knowledge.is_empty() {
         return Ok(bound.upper);
     }
-    let closer = bound_knowing(program, times, &knowledge, Method::Auto, limits)
+    let limits = Limits::default();
+    let closer = bound_knowing(program, times, &knowledge, Method::Auto, &limits)
         .map_err(|why| why.to_string())?;
     let reached = replay_knowing(program, times, &knowledge, &closer.best);
     if reached.total != closer.lower {

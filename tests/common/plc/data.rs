@@ -21,9 +21,9 @@ fn digits(mut value: i64) -> i64 {
     coded
 }
 
-/// The number that digits of four bits write down.
-fn decimal(coded: i64) -> i64 {
-    format!("{coded:x}").parse().expect("decimal digits")
+/// The number that digits of four bits write down; none if one is above 9.
+fn decimal(coded: i64) -> Option<i64> {
+    format!("{coded:x}").parse().ok()
 }
 
 impl<L: Luck> Plc<'_, L> {
@@ -82,21 +82,30 @@ impl<L: Luck> Plc<'_, L> {
             }
             "BIN" => {
                 let coded = number(self, 0, 1) & 0xFFFF;
-                self.set_number(&operands[1], 1, decimal(coded));
+                // An error leaves the destination as it is.
+                if let Some(value) = decimal(coded) {
+                    self.set_number(&operands[1], 1, value);
+                }
             }
             "DBIN" => {
                 let coded = number(self, 0, 2) & 0xFFFF_FFFF;
-                self.set_number(&operands[1], 2, decimal(coded));
+                if let Some(value) = decimal(coded) {
+                    self.set_number(&operands[1], 2, value);
+                }
             }
             "BKBCD" | "BKBIN" => {
                 let count = number(self, 2, 1) as u32;
-                let values: Vec<u16> = (0..count)
+                let values: Option<Vec<u16>> = (0..count)
                     .map(|n| {
                         let value = i64::from(self.word(&operands[0], n));
-                        (if name == "BKBCD" { digits(value) } else { decimal(value) }) as u16
+                        let result =
+                            if name == "BKBCD" { Some(digits(value)) } else { decimal(value) };
+                        result.map(|value| value as u16)
                     })
                     .collect();
-                self.put_all(&operands[1], &values);
+                if let Some(values) = values {
+                    self.put_all(&operands[1], &values);
+                }
             }
             "DBL" => {
                 let value = number(self, 0, 1);

@@ -531,6 +531,20 @@ fn is_cut(meaning: &Meaning) -> bool {
         meaning.operation,
         Operation::EachWord(_) | Operation::Split(_) | Operation::Join(_) | Operation::Repeat
     );
+    // These have several results, of which one may be stored where another is still looked for.
+    if let Operation::Extreme { .. } | Operation::Find = meaning.operation {
+        let may_hold = |input: &Operand, cell: &Cell| match input {
+            Operand::Run(address, ..) => address.stretches.iter().any(|stretch| {
+                let is_before =
+                    address.terms.is_empty() && i64::from(cell.index) < address.base + stretch.from;
+                stretch.first.area == cell.area && !is_before
+            }),
+            _ => false,
+        };
+        return writes.iter().any(|cell| {
+            reads.contains(cell) || meaning.inputs.iter().any(|input| may_hold(input, cell))
+        });
+    }
     let runs = |meaning: &Meaning| {
         meaning.inputs.iter().any(|input| matches!(input, Operand::Run(..)))
             || meaning.outputs.iter().any(|output| matches!(output, Target::Run(..)))
