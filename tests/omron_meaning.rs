@@ -234,6 +234,7 @@ fn words_and_digits_are_moved() {
     assert!(cx("BCNT(067) &2 D0 D5", &[("D0", 0xF0F0), ("D1", 1)], "LD=(300) D5 &9"));
     assert!(cx("COLL(081) D0 D9 D5", &[("D9", 2), ("D2", 77)], "LD=(300) D5 &77"));
     assert!(cx("DIST(080) #0042 D0 D9", &[("D9", 3)], "LD=(300) D3 #42"));
+    assert!(cx("MLPX(076) D0 #0000 D5", &[("D0", 0x123A), ("D5", 1)], "LD=(300) D5 #0400"));
 }
 
 #[test]
@@ -301,4 +302,34 @@ fn a_timer_of_no_time_or_of_wrong_digits_is_not_the_outsides() {
     assert!(!stops("TIM 0000 D0", 0x10));
     assert!(stops("TIM 0000 D0", 0x1A));
     assert!(!stops("TIMX(550) 0000 D0", 0x1A));
+}
+
+#[test]
+fn numbers_are_shifted_by_places_and_held_to_limits() {
+    let cx = |line: &str, start: &[(&str, u16)], test: &str| {
+        holds("omron-cx", &["LD P_On", line], start, test)
+    };
+    assert!(cx("NASL(580) D0 #0004", &[("D0", 0x9234)], "LD=(300) D0 #2340"));
+    assert!(cx("NASL(580) D0 #0004", &[("D0", 0x9234)], "LD P_CY"));
+    assert!(cx("NASL(580) D0 #0010", &[("D0", 0x9234)], "LD P_EQ"));
+    assert!(cx("NASR(581) D0 #8004", &[("D0", 0x9234)], "LD=(300) D0 #F923"));
+    assert!(cx("NASR(581) D0 #8004", &[("D0", 0x9234)], "LD P_N"));
+    assert!(cx("NASR(581) D0 #0003", &[("D0", 0x9234)], "LD P_CY"));
+    let two = [("D0", 0x5678), ("D1", 0x1234)];
+    assert!(cx("NSLL(582) D0 #0008", &two, "LD=L(301) D0 #34567800"));
+    assert!(cx("NSRL(583) D0 #0010", &two, "LD=L(301) D0 #1234"));
+    let limits = |value| [("D0", value), ("D10", 0xFFF0), ("D11", 5)];
+    assert!(cx("LMT(680) D0 D10 D5", &limits(0xFF00), "LD=(300) D5 #FFF0"));
+    assert!(cx("LMT(680) D0 D10 D5", &limits(9), "LD=(300) D5 #5"));
+    assert!(cx("BAND(681) D0 D10 D5", &limits(9), "LD=(300) D5 #4"));
+    assert!(cx("ZONE(682) D0 D10 D5", &limits(9), "LD=(300) D5 #E"));
+    assert!(cx("ZONE(682) D0 D10 D5", &limits(0), "LD P_EQ"));
+    let stops = |line: &str| {
+        let text = format!("LD P_On\n{line}\nLD=(300) D5 #1\nJMP(004) #1\nSwOp0\nJME(005) #1");
+        real("omron-cx", &text, &[("D10", 7), ("D11", 5)]).stopped.is_some()
+    };
+    // The limits in the wrong order are an error.
+    assert!(stops("LMT(680) D0 D10 D5"));
+    assert!(stops("NASL(580) D5 #0011"));
+    assert!(stops("NASL(580) D5 #8004"));
 }

@@ -137,7 +137,7 @@ fn carry_of(asm: &mut Assembly, item: &Item<'_>) -> Carried {
         }
         "*" | "*L" | "*U" | "*UL" | "*B" | "*BL" | "/" | "/L" | "/U" | "/UL" | "/B" | "/BL"
         | "MUL" | "MULL" | "MLB" | "DIV" | "DIVL" | "DVB" | "BIN" | "BINL" | "BCD" | "BCDL"
-        | "NEG" | "NEGL" | "SIGN" | "BCNT" | "COLL" | "DIST" | "INC" | "DEC" | "SLD" | "SRD"
+        | "LMT" | "BAND" | "ZONE" | "MLPX" | "NEG" | "NEGL" | "SIGN" | "BCNT" | "COLL" | "DIST" | "INC" | "DEC" | "SLD" | "SRD"
         // Of these the manuals say that it tells of a digit that went over, not of the number.
         | "++" | "++L" | "--" | "--L" | "++B" | "++BL" | "--B" | "--BL" => Carried::Unknown,
         _ => Carried::Within,
@@ -161,8 +161,8 @@ fn result(item: &Item<'_>) -> Option<Vec<Cell>> {
     let wide = match &*item.name {
         "+L" | "-L" | "+CL" | "-CL" | "+BL" | "-BL" | "+BCL" | "-BCL" | "ADDL" | "SUBL"
         | "BINL" | "BCDL" | "NEGL" | "SIGN" | "*" | "*U" | "*B" | "MUL" | "MLB" | "ASLL"
-        | "ASRL" | "ROLL" | "RORL" | "RLNL" | "RRNL" | "++L" | "--L" | "++BL" | "--BL" | "/L"
-        | "/UL" | "/BL" | "DIVL" => 2,
+        | "ASRL" | "NSLL" | "NSRL" | "ROLL" | "RORL" | "RLNL" | "RRNL" | "++L" | "--L" | "++BL"
+        | "--BL" | "/L" | "/UL" | "/BL" | "DIVL" => 2,
         "*L" | "*UL" | "*BL" | "MULL" => 4,
         "SLD" | "SRD" | "XFER" | "BSET" | "XFRB" | "MLPX" | "DIST" => return None,
         _ => 1,
@@ -245,6 +245,35 @@ fn meaning(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
             let left = name.starts_with("ASL");
             own(asm, Operation::Shift { left, signed: false }, wide, vec![constant(1)])
         }
+        // Low byte: how many places; high digit: 0 for zeros, 8 for the end's own bit.
+        "NASL" | "NASR" | "NSLL" | "NSRL" => {
+            let wide = if name.starts_with("NS") { 2 } else { 1 };
+            let left = matches!(name, "NASL" | "NSLL");
+            let &Operand::Constant(control, _) = item.operands.get(1)? else { return None };
+            let signed = match control >> 8 {
+                0 => false,
+                0x80 if !left => true,
+                _ => return None,
+            };
+            let places = (control & 0xFF) as u16;
+            if !(1..=16 * wide).contains(&u32::from(places)) {
+                return None;
+            }
+            own(asm, Operation::Shift { left, signed }, wide, vec![constant(places)])
+        }
+        // The second operand's two words: for what is too small, then for what is too large.
+        "LMT" | "BAND" | "ZONE" => {
+            item.operands.get(1)?.word()?;
+            let limits = data::sources(asm, item, 1, 2)?;
+            let limits = limits.into_iter().map(|limit| Input::Words(vec![limit]));
+            let value = words(asm, item, 0, 1)?;
+            let operation = match name {
+                "LMT" => Operation::Limit,
+                "BAND" => Operation::Band,
+                _ => Operation::Zone,
+            };
+            with(asm, operation, limits.chain([value]).collect(), target(asm, item, 2, 1)?)
+        }
         "SLD" | "SRD" => {
             let count = data::length(asm.memory, item, super::catalog::Extent::UpTo(1))?;
             let count = Some(count).filter(|&count| count <= data::MOST_WORDS)?;
@@ -319,6 +348,16 @@ fn moved(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
                 places.push(BitTarget::WordBit(target, ((4 * to + bit) % 16) as u8));
             }
             simple(Operation::Copy, Input::Bits(bits), Target::Bits(places))
+        }
+        // One digit, the lowest, to the sixteen bits of a word.
+        "MLPX" => {
+            let &Operand::Constant(0, _) = item.operands.get(1)? else { return None };
+            let &Operand::Word(target) = item.operands.get(2)? else { return None };
+            let inputs = vec![words(asm, item, 0, 1)?, Input::Words(vec![WordSource::Const(4)])];
+            let outputs =
+                vec![Target::Bits((0..16).map(|bit| BitTarget::WordBit(target, bit)).collect())];
+            let meaning = Meaning { operation: Operation::Decode, inputs, outputs };
+            Some(Exactly { meaning, carries: false })
         }
         "BCNT" if family == Family::Cs => {
             let count = item.operands.first()?.count(family);
