@@ -582,6 +582,18 @@ pub struct StartRange {
     pub high: i64,
 }
 
+/// What is known of the state in which a CPU with cleared memory comes up, and of what the outside sets. Cells that are
+/// not named here start with a value that is not known.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct PowerUp {
+    /// Cells that the outside sets before each scan, unless the program writes them.
+    pub inputs: Vec<Region>,
+    /// Cells that are 0.
+    pub cleared: Vec<Region>,
+    /// Bits that are on in the first scan and off in all others.
+    pub first_scan: Vec<Cell>,
+}
+
 /// A whole project: its files' programs run one after another in each scan.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Program {
@@ -605,6 +617,8 @@ pub struct Program {
     pub choices: u32,
     /// What is known of choices' values; of one that is not named here nothing is.
     pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
+    /// How the CPU comes up.
+    pub power_up: PowerUp,
     /// What may change while an operation reads it: no exact choice is worked out from it.
     pub volatile: Vec<Region>,
     /// What was taken wider than it is.

@@ -174,7 +174,7 @@ impl Check {
     /// The same where only a scan refutes to which a run from power-up was found.
     #[must_use]
     pub fn if_reached(mut self, audit: &Audit) -> Check {
-        if self.verdict == Verdict::Refuted && audit.unbounded.is_empty() && !audit.reached {
+        if self.verdict == Verdict::Refuted && audit.unbounded.is_empty() && !audit.is_reached() {
             let reason = format!(
                 "a scan takes {}, but no run from power-up to the state in which it starts was found (--refute reached)",
                 audit.possible()

@@ -99,7 +99,7 @@ impl Findings<'_> {
             always,
             groups,
             witness: self.witness(&names),
-            reached: false,
+            witness_run: Vec::new(),
             stands_between: None,
             path: Vec::new(),
             unbounded: Vec::new(),

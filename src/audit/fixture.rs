@@ -145,7 +145,10 @@ pub fn fixture() -> Audit {
             FreeValue { matters: false, ..free("X1F", "", Value::Bit(false)) },
             FreeValue { at_start: false, ..free("T0 contact", "遅延", Value::Bit(true)) },
         ],
-        reached: false,
+        witness_run: vec![
+            RunScan { inputs: Vec::new(), took: us(40) },
+            RunScan { inputs: vec![("X0".to_owned(), Value::Bit(true))], took: us(185) },
+        ],
         stands_between: None,
         path: Vec::new(),
         unbounded: Vec::new(),

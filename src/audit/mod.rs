@@ -11,6 +11,7 @@ pub mod method;
 mod modelling;
 mod names;
 mod pipeline;
+mod power_up;
 mod questions;
 mod real;
 pub mod response;
@@ -59,8 +60,8 @@ pub struct Audit {
     pub groups: Vec<GroupUse>,
     /// The scan that costs `Bound::lower`, by what is free in it.
     pub witness: Vec<FreeValue>,
-    /// Whether a run from power-up to the scan that costs `Bound::lower` was found.
-    pub reached: bool,
+    /// The scans of a run from power-up to one that costs `Bound::lower`, if such a run was found.
+    pub witness_run: Vec<RunScan>,
     /// Why the scan that costs `Bound::lower` is followed no further, or may cost more than it is known to.
     pub stands_between: Option<String>,
     /// Its way through the program, where not everything runs once; else empty.
@@ -102,6 +103,12 @@ impl Audit {
             Some(factor) if self.clocked.is_some() => self.bound.lower.min(factor.without),
             _ => self.bound.lower,
         }
+    }
+
+    /// Whether a run from power-up to the scan that costs `Bound::lower` was found.
+    #[must_use]
+    pub fn is_reached(&self) -> bool {
+        !self.witness_run.is_empty()
     }
 
     /// No scan takes longer, even if all points are fitted that the CPU can have, where it is not stated how many
@@ -455,6 +462,15 @@ pub struct Exclusion {
     pub blocks: Vec<u32>,
     /// The devices through which they do.
     pub devices: Vec<String>,
+}
+
+/// One scan of a run from power-up.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunScan {
+    /// The inputs that are on, or not 0, in it.
+    pub inputs: Vec<(String, Value)>,
+    /// How long it takes at least.
+    pub took: Picos,
 }
 
 /// A free value in the worst scan found.

@@ -6,6 +6,7 @@ use super::assemble::Findings;
 use super::executed::stands_between;
 use super::method;
 use super::modelling::{keep_in_range, model_of};
+use super::power_up;
 use super::stated;
 use super::unbounded::{self, loops};
 use crate::budget::{Budget, Cut};
@@ -328,6 +329,14 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     }));
     if dialect::minasec::is_dialect(&program.dialect) {
         audit.clocked = Some(dialect::minasec::WORDS as u64);
+    }
+    if audit.unbounded.is_empty() && !whole {
+        audit.witness_run = power_up::run(&program, &prices, &found, &limits);
+        let possible = audit.possible();
+        if audit.clocked.is_some() {
+            // Every scan takes as long; the clock may be slower, and is not known to be.
+            audit.witness_run.iter_mut().for_each(|scan| scan.took = scan.took.min(possible));
+        }
     }
     audit.facts.extend(request.facts.of_the_plant());
     audit.facts.extend(request.clock.map(StatedClock::to_string));

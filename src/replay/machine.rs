@@ -10,7 +10,7 @@ use crate::time::Picos;
 use std::collections::BTreeMap;
 
 /// Of so many loops in a scan both is tried where they run one turn or none.
-const MOST_ASKED: usize = 4;
+pub(super) const MOST_ASKED: usize = 4;
 
 /// A loop that is being run.
 struct Loop {
@@ -101,6 +101,15 @@ impl<'p, F: Free> Machine<'p, F> {
         let beyond = std::mem::take(&mut self.state.beyond);
         let learned = std::mem::take(&mut self.state.learned);
         (Real { replay, stopped: self.stopped, learned, beyond }, self.asked)
+    }
+
+    /// The same with `asked` such loops taken as met before, and the state that the scan leaves.
+    pub(super) fn real_from(mut self, most: u64, asked: usize) -> (Real, State<'p, F>) {
+        (self.left, self.asked) = (most, asked);
+        let replay = self.scan();
+        let beyond = std::mem::take(&mut self.state.beyond);
+        let learned = std::mem::take(&mut self.state.learned);
+        (Real { replay, stopped: self.stopped, learned, beyond }, self.state)
     }
 
     pub(super) fn scan(&mut self) -> Replay {

@@ -7,6 +7,7 @@ mod exact;
 mod lists;
 mod machine;
 mod operation;
+pub mod run;
 mod state;
 
 #[cfg(test)]
@@ -54,6 +55,10 @@ pub struct Replay {
 pub trait Free {
     /// The cell's value at the start of the scan; bit 0 counts if the kind is `Bit`.
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16;
+    /// The bits of that value that nobody knows.
+    fn unknown(&mut self, _cell: Cell) -> u16 {
+        0
+    }
     /// The choice's value; bit 0 counts if the kind is `Bit`. The kind is no part of the question.
     fn choice(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16;
 }

@@ -209,11 +209,18 @@ impl<'p, F: Free> State<'p, F> {
             (None, None) => {
                 let value = self.free.start(cell, kind);
                 self.started.insert(cell, value);
-                (value, None, 0)
+                let unknown = self.free.unknown(cell);
+                (value, (unknown != 0).then_some(self.at), unknown)
             }
         };
         let value = if kind == AreaKind::Bit { value & 1 } else { value };
         self.hold(cell, value, doubt, unknown)
+    }
+
+    /// What the cell holds once the scan is over, and which of its bits are not known.
+    pub(super) fn after(&mut self, cell: Cell) -> (u16, u16) {
+        let held = self.held(cell);
+        (held.value, held.unknown)
     }
 
     fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt, unknown: u16) -> Held {

@@ -14,6 +14,8 @@ struct Report<'a> {
     scan: Scan,
     groups: Vec<Group<'a>>,
     witness: Values<'a>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    witness_run: Vec<RunScan<'a>>,
     deciding: Vec<&'a str>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     path: Vec<PathStep<'a>>,
@@ -247,6 +249,33 @@ struct CheckResult<'a> {
     ended_early: bool,
 }
 
+/// One scan of the run from power-up.
+#[derive(Serialize)]
+struct RunScan<'a> {
+    inputs: Inputs<'a>,
+    took_ps: u64,
+}
+
+/// A scan's inputs as one object.
+struct Inputs<'a>(&'a [(String, audit::Value)]);
+
+impl Serialize for Inputs<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value) in self.0 {
+            match value {
+                audit::Value::Bit(bit) => map.serialize_entry(name, bit)?,
+                audit::Value::Word(word) => map.serialize_entry(name, word)?,
+            }
+        }
+        map.end()
+    }
+}
+
+fn run_scan(scan: &audit::RunScan) -> RunScan<'_> {
+    RunScan { inputs: Inputs(&scan.inputs), took_ps: scan.took.0 }
+}
+
 /// The witness as one object, in the audit's order.
 struct Values<'a>(&'a [audit::FreeValue]);
 
@@ -279,7 +308,7 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
         scan: Scan {
             upper_ps: audit.bound.upper.0,
             lower_ps: audit.bound.lower.0,
-            lower_kind: if audit.reached { "reached" } else { "admissible" },
+            lower_kind: if audit.is_reached() { "reached" } else { "admissible" },
             model_ps: audit.bound.model.0,
             stands_between: audit.stands_between.clone(),
             trust: "none",
@@ -290,6 +319,7 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
         },
         groups: audit.groups.iter().map(group).collect(),
         witness: Values(&audit.witness),
+        witness_run: audit.witness_run.iter().map(run_scan).collect(),
         deciding: audit.witness.iter().filter(|v| v.matters).map(|v| v.name.as_str()).collect(),
         path: audit.path.iter().map(step).collect(),
         unbounded: audit.unbounded.iter().map(endless).collect(),

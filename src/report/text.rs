@@ -53,6 +53,7 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
         text += &self::group(audit, group, extent);
     }
     text += &witness(audit, extent);
+    text += &run(audit, extent);
     text += &super::way::way(audit);
     text += &assumed(audit, extent);
     text += &list("What the table's times do not hold", &audit.table.notes);
@@ -89,7 +90,7 @@ fn answer(audit: &Audit, check: &Check) -> String {
             audit.possible(),
             with_margin(check.lower),
             rests(check),
-            if audit.reached { "" } else { ", unless its start state is impossible" }
+            if audit.is_reached() { "" } else { ", unless its start state is impossible" }
         ),
         Verdict::Undecided(reasons) if check.upper <= limit => {
             let reasons: String = reasons.iter().map(|reason| format!("  {reason}\n")).collect();
@@ -145,6 +146,7 @@ fn all_points(audit: &Audit) -> String {
 fn head(audit: &Audit) -> String {
     let bound = &audit.bound;
     let time = |time: Picos| right(time.text_like(bound.naive));
+    let reached = if audit.is_reached() { "; a run from power-up leads to it" } else { "" };
     let mut rows = Vec::new();
     if !audit.unbounded.is_empty() {
         rows.push(vec![
@@ -161,7 +163,7 @@ fn head(audit: &Audit) -> String {
         rows.push(vec![
             left("longest scan").styled(BOLD),
             time(bound.upper).styled(BOLD),
-            left("exact: a scan that takes this long was found and replayed"),
+            left(format!("exact: a scan that takes this long was found and replayed{reached}")),
         ]);
     } else {
         rows.push(vec![
@@ -176,7 +178,7 @@ fn head(audit: &Audit) -> String {
         rows.push(vec![
             left(""),
             time(audit.possible()).styled(BOLD),
-            left("at least: a scan that takes this long was found and replayed"),
+            left(format!("at least: a scan that takes this long was found and replayed{reached}")),
         ]);
     }
     if let Some(why) = &audit.stands_between {
@@ -343,6 +345,29 @@ fn rung(audit: &Audit, rung: &RungUse) -> Vec<Cell> {
         left(what).styled(BOLD),
         left(notes.join("; ")).styled(FAINT),
     ]
+}
+
+/// The run from power-up to the scan, if one was found.
+fn run(audit: &Audit, extent: Extent) -> String {
+    let scans = &audit.witness_run;
+    if scans.is_empty() {
+        return String::new();
+    }
+    let mut text = heading("How a PLC with cleared memory comes to it, from power-up");
+    for (index, scan) in scans.iter().enumerate() {
+        let inputs = scan.inputs.iter().map(|(name, value)| match value {
+            Value::Word(number) => format!("{name} = {number}"),
+            Value::Bit(_) => name.clone(),
+        });
+        let inputs: Vec<String> = inputs.collect();
+        let inputs = match inputs.is_empty() {
+            true => vec!["none on".to_owned()],
+            false => capped(&inputs, extent.values),
+        };
+        let title = format!("  scan {:<2} {}  inputs  ", index + 1, scan.took);
+        text += &wrapped(&title, &inputs);
+    }
+    text
 }
 
 fn witness(audit: &Audit, extent: Extent) -> String {

@@ -1,6 +1,6 @@
 //! The memory of MELSEC CPUs: areas, their names and how their indices are written, by CPU family.
 
-use crate::program::{Area, AreaId, AreaKind, Cell, Radix, Region};
+use crate::program::{Area, AreaId, AreaKind, Cell, PowerUp, Radix, Region};
 
 /// CPU families that differ in how they write devices or what instructions mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -142,6 +142,39 @@ pub fn networks(family: Family) -> Vec<(Region, String)> {
         Some((Region::Area(area), (*name).to_owned()))
     };
     names.iter().filter_map(cells).collect()
+}
+
+/// How a CPU comes up whose memory was cleared. Edge relays, what instructions remember, and long timers and counters
+/// are left out: no page settles them.
+#[must_use]
+pub fn power_up(family: Family) -> PowerUp {
+    let cleared = [
+        "Y",
+        "M",
+        "L",
+        "F",
+        "B",
+        "S",
+        "D",
+        "W",
+        "ZR",
+        "Z",
+        "T",
+        "T coil ",
+        "T value ",
+        "ST",
+        "ST coil ",
+        "ST value ",
+        "C",
+        "C coil ",
+        "C value ",
+    ];
+    let (relays, first) = if family == Family::Fx { ("M", 8002) } else { ("SM", 402) };
+    PowerUp {
+        inputs: vec![Region::Area(area("X"))],
+        cleared: cleared.map(|name| Region::Area(area(name))).into(),
+        first_scan: vec![Cell { area: area(relays), index: first }],
+    }
 }
 
 /// The area of that name in `AREAS`.

@@ -86,6 +86,7 @@ pub fn decode(
     // A word that is written serves outputs, another inputs.
     let inputs = read.difference(&written).count();
     asm.program.networks = asm.memory.networks();
+    asm.program.power_up = asm.memory.power_up();
     asm.program.points = Some([inputs, written.len()].map(|words| 16 * words as u32));
     faults.append(&mut asm.faults);
     if !faults.is_empty() {

@@ -1,7 +1,7 @@
 //! The memory of OMRON PLCs: areas and their letters, what the system changes by itself, the condition flags.
 
 use super::source::Family;
-use crate::program::{Area, AreaId, AreaKind, BitTarget, Cell, Radix, Region};
+use crate::program::{Area, AreaId, AreaKind, BitTarget, Cell, PowerUp, Radix, Region};
 
 /// What an area serves for besides holding values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -301,6 +301,24 @@ impl Memory {
             (cells, format!("{name} {first} to {last} ({what})"))
         };
         known.iter().map(named).collect()
+    }
+
+    /// How a CPU comes up whose memory was cleared: words of data are 0. Which of the words of points are inputs, the
+    /// program tells by not writing them.
+    pub(super) fn power_up(self) -> PowerUp {
+        let cells = |area: u16, first: u32, end: u32| Region::Range {
+            first: Cell { area: AreaId(area), index: first },
+            count: end - first,
+        };
+        let (inputs, io, words): (_, _, &[u16]) = match self.family {
+            Family::C => (cells(0, 0, 50), cells(0, 0, 236), &[1]),
+            Family::Cs => (cells(0, 0, 320), cells(0, 0, 6_144), &[1, 2]),
+        };
+        let words = words.iter().map(|&area| Region::Area(AreaId(area)));
+        // Behind these, special units have their words in DM.
+        let data = if self.family == Family::C { 1_000 } else { 20_000 };
+        let cleared = [io, cells(4, 0, data)].into_iter().chain(words).collect();
+        PowerUp { inputs: vec![inputs], cleared, first_scan: Vec::new() }
     }
 
     /// Whether a timer's condition was on when it ran last, for timers that run out between instructions.

@@ -20,7 +20,7 @@ mod tests;
 mod units;
 mod zones;
 
-use super::device::{Family, Kind, area, areas, edge_memory, networks};
+use super::device::{Family, Kind, area, areas, edge_memory, networks, power_up};
 use super::operand::{self, Operand, parse, upper};
 use super::source::{RawInstruction, RawProject};
 use crate::diagnostic::Diagnostic;
@@ -163,6 +163,7 @@ impl<'a> Decoder<'a> {
             cpu,
             areas: areas(options.family),
             networks: networks(options.family),
+            power_up: power_up(options.family),
             comments: project.comments.clone(),
             ..Program::default()
         };
