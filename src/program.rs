@@ -35,6 +35,7 @@ pub mod flow;
 pub mod interrupts;
 pub mod meaning;
 mod reads;
+pub mod spelled;
 
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
@@ -557,7 +558,7 @@ pub struct Approximation {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
     /// What was done, one sentence.
-    pub what: String,
+    pub what: Arc<str>,
 }
 
 /// One source file.

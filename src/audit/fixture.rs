@@ -169,7 +169,7 @@ pub fn fixture() -> Audit {
         .map(|(line, instruction, what)| ApproximationUse {
             at: Where { file: 0, line, step: None },
             instruction: instruction.into(),
-            what: what.to_owned(),
+            what: what.into(),
         })
         .into(),
         warnings: vec![

@@ -515,5 +515,5 @@ pub struct ApproximationUse {
     /// The instruction's text.
     pub instruction: Arc<str>,
     /// What was done.
-    pub what: String,
+    pub what: Arc<str>,
 }

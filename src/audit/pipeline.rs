@@ -177,6 +177,8 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     if request.strict_times {
         refuse_assumed(&program, &prices)?;
     }
+    // By what they were priced nobody asks again.
+    program.instructions.iter_mut().for_each(|instruction| instruction.timing = None);
 
     stage("following the scan");
     let (model, whole) = model_of(&mut program, &mut prices, &budget)?;

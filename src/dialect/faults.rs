@@ -5,6 +5,8 @@ use crate::diagnostic::{Diagnostic, Severity};
 
 /// Most errors, and most warnings, that are told of one file.
 const LIMIT: usize = 50;
+/// Behind so many errors that are not told a file is given up.
+const HOPELESS: usize = 1000;
 /// Most characters of a source line that are shown.
 const SHOWN: usize = 120;
 
@@ -76,6 +78,11 @@ impl<'a> Faults<'a> {
         self.push(found);
     }
 
+    /// Whether there are so many errors that it is no use to look for more.
+    pub(crate) fn are_hopeless(&self) -> bool {
+        self.dropped_errors >= HOPELESS
+    }
+
     /// Whether the file cannot be taken.
     pub(crate) fn any_error(&self) -> bool {
         !self.errors.is_empty()
@@ -83,12 +90,16 @@ impl<'a> Faults<'a> {
 
     /// All that was found, errors first.
     pub(crate) fn into_diagnostics(self) -> Vec<Diagnostic> {
+        let hopeless = self.are_hopeless();
         let mut all = self.errors;
         if self.dropped_errors > 0 {
             all.push(Diagnostic::file(
                 "more-errors",
                 self.file,
-                format!("and {} more errors in this file", self.dropped_errors),
+                match hopeless {
+                    false => format!("and {} more errors in this file", self.dropped_errors),
+                    true => format!("and {HOPELESS} more errors or more in this file"),
+                },
                 "see to the first ones; the others often follow from them",
             ));
         }

@@ -111,7 +111,7 @@ pub fn whole(program: &mut Program, why: &str) -> Result<(), TooOften> {
         program.mains[index] = at..program.instructions.len();
         program.approximations.push(Approximation {
             instruction: main.start,
-            what: format!("{why}: all that can run from here is charged at its dearer time, whatever excludes it"),
+            what: format!("{why}: all that can run from here is charged at its dearer time, whatever excludes it").into(),
         });
     }
     for index in 0..program.interrupts.len() {
@@ -297,7 +297,7 @@ impl Shape {
             stub(program, gathered, entry, Step::Return);
             program.approximations.push(Approximation {
                 instruction: entry,
-                what: "the routine and all that it calls run more often than can be followed: each call of it is charged at its dearest, and what it writes is taken as any value".to_owned(),
+                what: "the routine and all that it calls run more often than can be followed: each call of it is charged at its dearest, and what it writes is taken as any value".into(),
             });
         }
         for instruction in &mut program.instructions {
@@ -315,7 +315,8 @@ impl Shape {
                 what: format!(
                     "followed turn by turn the scan has too many instructions: {}",
                     charged(turns)
-                ),
+                )
+                .into(),
             });
         }
         Ok(())
@@ -336,7 +337,7 @@ impl Shape {
         stub(program, gathered, entry, Step::Return);
         program.approximations.push(Approximation {
             instruction: entry,
-            what: format!("the interrupt routine is charged {times} times at its dearest"),
+            what: format!("the interrupt routine is charged {times} times at its dearest").into(),
         });
         Ok(())
     }

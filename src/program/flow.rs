@@ -142,29 +142,32 @@ fn unrolled_between(
 
 /// The cells that an instruction's effects may write.
 pub fn written(program: &Program, at: usize) -> Vec<Region> {
-    let one = |first| Region::Range { first, count: 1 };
+    let instruction = &program.instructions[at];
     let mut regions = Vec::new();
-    for effect in &program.instructions[at].effects {
-        match &effect.write {
-            Write::Bit(BitTarget::Cell(cell) | BitTarget::WordBit(cell, _), _) => {
-                regions.push(one(*cell))
-            }
-            Write::Words(targets, _) => {
-                regions.extend(targets.iter().filter_map(|target| match *target {
-                    WordTarget::Cell(cell) => Some(one(cell)),
-                    WordTarget::Bits { first, count } => {
-                        Some(Region::Range { first, count: u32::from(count) })
-                    }
-                    WordTarget::Discard => None,
-                }))
-            }
-            Write::Forget(region, _) => regions.push(*region),
-        }
-    }
-    if let Step::Bulk(bulk) = &program.instructions[at].step {
+    instruction.effects.iter().for_each(|effect| regions.extend(written_by(&effect.write)));
+    if let Step::Bulk(bulk) = &instruction.step {
         regions.extend(&bulk.forgets);
     }
     regions
+}
+
+/// The cells that a write may change.
+pub fn written_by(write: &Write) -> Vec<Region> {
+    let one = |first| Region::Range { first, count: 1 };
+    match write {
+        Write::Bit(BitTarget::Cell(cell) | BitTarget::WordBit(cell, _), _) => vec![one(*cell)],
+        Write::Words(targets, _) => {
+            let regions = targets.iter().filter_map(|target| match *target {
+                WordTarget::Cell(cell) => Some(one(cell)),
+                WordTarget::Bits { first, count } => {
+                    Some(Region::Range { first, count: u32::from(count) })
+                }
+                WordTarget::Discard => None,
+            });
+            regions.collect()
+        }
+        Write::Forget(region, _) => vec![*region],
+    }
 }
 
 /// Whether any instruction may write the cell.

@@ -68,7 +68,7 @@ pub fn isolate(program: &mut Program, volatile: &[Region]) {
             }
         });
         if taken && !all {
-            let what = "an interrupt may write what is read here: taken as any value".to_owned();
+            let what = "an interrupt may write what is read here: taken as any value".into();
             program.approximations.push(Approximation { instruction: at, what });
         }
     }
@@ -78,7 +78,7 @@ pub fn isolate(program: &mut Program, volatile: &[Region]) {
         program
             .interrupts
             .iter()
-            .map(|interrupt| Approximation { instruction: interrupt.entry, what: what.to_owned() }),
+            .map(|interrupt| Approximation { instruction: interrupt.entry, what: what.into() }),
     );
 }
 

@@ -78,7 +78,7 @@ impl<'p, F: Free> Machine<'p, F> {
             state: State::new(program, free, mode),
             routines: Vec::new(),
             total: Picos::ZERO,
-            events: Vec::new(),
+            events: Vec::with_capacity(program.instructions.len()),
             unbounded: None,
             stopped: None,
             left: u64::MAX,

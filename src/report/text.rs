@@ -469,7 +469,7 @@ fn approximations(audit: &Audit, extent: Extent) -> String {
     let mut text = heading(&title);
     for (kind, uses) in kinds.iter().take(extent.values) {
         let alone = uses.iter().all(|one| mnemonic(one) == mnemonic(uses[0]));
-        let what = if alone { &uses[0].what } else { kind };
+        let what = if alone { &*uses[0].what } else { kind };
         let entries: Vec<String> = uses
             .iter()
             .map(|one| match alone {

@@ -92,7 +92,7 @@ fn widen(program: &mut Program, dear: &BTreeSet<usize>) -> bool {
                 }
                 _ => "what is read here takes too much to follow: taken as any value",
             };
-            let what = what.to_owned();
+            let what = what.into();
             program.approximations.push(Approximation { instruction: at, what });
         }
     }

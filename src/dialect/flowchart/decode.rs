@@ -347,7 +347,7 @@ impl Layout<'_> {
     fn free(&mut self, at: usize, what: &str) -> Logic {
         if self.told.insert(at) {
             let instruction = self.program.instructions.len();
-            let what = what.to_owned();
+            let what = what.into();
             self.program.approximations.push(Approximation { instruction, what });
         }
         self.any()

@@ -18,6 +18,31 @@ pub enum Family {
 }
 
 impl Family {
+    /// The family's name in messages.
+    #[must_use]
+    pub fn series(self) -> &'static str {
+        match self {
+            Family::Q => "MELSEC-Q",
+            Family::L => "MELSEC-L",
+            Family::Fx => "MELSEC-F",
+            Family::Iqr => "MELSEC iQ-R",
+            Family::Fx5 => "MELSEC iQ-F",
+        }
+    }
+
+    /// So many steps the largest CPU of the family holds: no program has more instructions.
+    #[must_use]
+    pub fn most_steps(self) -> usize {
+        const K: usize = 1024;
+        match self {
+            Family::Fx => 64 * K,
+            Family::Fx5 => 128 * K,
+            Family::L => 260 * K,
+            Family::Q => 1000 * K,
+            Family::Iqr => 1200 * K,
+        }
+    }
+
     /// The family of a CPU as sources name it (`Q26UDV`, `FX3U/FX3UC`, `L26-BT`, `R08`).
     #[must_use]
     pub fn of_cpu(cpu: &str) -> Option<Family> {

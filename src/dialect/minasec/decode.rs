@@ -113,6 +113,7 @@ fn cell(word: Word) -> Option<Cell> {
 /// What a word reads.
 fn read(word: Word, program: &mut Program) -> Logic {
     let mut free = |what: String| {
+        let what = what.into();
         let choice = ChoiceId(program.choices);
         program.choices += 1;
         program.kinds.insert(choice, ChoiceKind::World);

@@ -10,11 +10,16 @@ use super::resolve::Item;
 use super::source::Edge;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::shown;
+use crate::program::meaning::Meaning;
+use crate::program::spelled::Spelled;
 use crate::program::{
     Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Place,
     Program, Region, Step, TimingKey, Units, When, Write,
 };
 
+/// What is said where there is no room to follow a block cell by cell.
+const NO_ROOM: &str =
+    "the program's blocks take too much to follow them all: what this writes is taken as any value";
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
 const BRANCHES: u32 = 16;
 
@@ -40,6 +45,8 @@ pub(super) struct Assembly {
     pub(super) counted: Vec<(usize, Option<Cell>)>,
     /// Index registers that the instruction's operands move, until it is put in.
     moved: Vec<Cell>,
+    /// What the program has spelled out.
+    pub(super) spelled: Spelled,
     place: Place,
     text: Arc<str>,
 }
@@ -60,6 +67,7 @@ impl Assembly {
             repeated: false,
             counted: Vec::new(),
             moved: Vec::new(),
+            spelled: Spelled::default(),
             place: Place { file: 0, line: 1, step: None },
             text: Arc::default(),
         }
@@ -144,6 +152,11 @@ impl Assembly {
                 effects.push(always(Write::Forget(Region::Range { first, count: 2 }, choice)));
             }
         }
+        let choices = &mut self.program.choices;
+        let fits = self.spelled.effects(&mut effects, || {
+            *choices += 1;
+            ChoiceId(*choices - 1)
+        });
         self.program.instructions.push(Instruction {
             place: self.place,
             block: self.program.blocks.max(1),
@@ -152,13 +165,27 @@ impl Assembly {
             effects,
             step,
         });
+        if !fits {
+            self.note(NO_ROOM);
+        }
         self.next() - 1
     }
 
     /// Notes that the last instruction is taken wider than the PLC does it.
-    pub(super) fn note(&mut self, what: impl Into<String>) {
+    pub(super) fn note(&mut self, what: impl AsRef<str>) {
         let instruction = self.next().saturating_sub(1);
-        self.program.approximations.push(Approximation { instruction, what: what.into() });
+        let what = what.as_ref();
+        // Many instructions are taken wider for the same reason, which they share.
+        let alike = self.program.approximations.iter().rev().take(4).find(|one| *one.what == *what);
+        let what = alike.map_or_else(|| what.into(), |one| one.what.clone());
+        self.program.approximations.push(Approximation { instruction, what });
+    }
+
+    /// Says what gives a choice its value.
+    pub(super) fn exactly(&mut self, choice: ChoiceId, meaning: Meaning) {
+        if self.spelled.meaning(&meaning) {
+            self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
+        }
     }
 
     /// When an instruction runs whose condition stands on the stack, by its mark.

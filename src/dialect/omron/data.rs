@@ -357,6 +357,9 @@ fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
         _ => None,
     })?;
     let count = length(asm.memory, item, extent).filter(|&count| count <= MOST_WORDS)?;
+    if !asm.spelled.has_room(2 * count as usize) {
+        return None;
+    }
     if count == 0 {
         return Some(Vec::new());
     }
@@ -425,6 +428,9 @@ fn bits(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
             let start = item.operands.get(1)?.count(family).filter(|&bit| bit < 16)?;
             let count =
                 item.operands.get(2)?.count(family).filter(|&count| count <= 16 * MOST_WORDS)?;
+            if !asm.spelled.has_room(2 * count as usize) {
+                return None;
+            }
             if !fits(asm.memory, first, (start + count).div_ceil(16)) {
                 return None;
             }

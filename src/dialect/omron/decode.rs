@@ -31,7 +31,7 @@ pub struct DecodeOptions<'a> {
 }
 
 /// More instructions than this are no program: the largest CPUs hold 400 K steps.
-const MOST: usize = 800_000;
+const MOST: usize = 400_000;
 
 /// Refuses a project of more instructions than any CPU holds, at the first that is too many.
 fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
@@ -544,7 +544,7 @@ impl Decoder {
             return;
         }
         if may_be_off {
-            let what = "the task may be off".to_owned();
+            let what = "the task may be off".into();
             self.asm
                 .program
                 .approximations

@@ -6,7 +6,7 @@ use super::operand::Operand;
 use super::resolve::Item;
 use super::source::Family;
 use crate::program::meaning::{
-    Address, ChoiceKind, Count, Meaning, Operand as Input, Operation, Shape, Target, Term, Unary,
+    Address, Count, Meaning, Operand as Input, Operation, Shape, Target, Term, Unary,
 };
 use crate::program::{
     AreaId, BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Region, Relation,
@@ -53,7 +53,7 @@ pub(super) fn writes(asm: &mut Assembly, item: &Item<'_>) -> (Vec<Write>, Outcom
             flags.extend(told);
         }
     }
-    asm.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
+    asm.exactly(choice, meaning);
     writes.extend(flags.into_iter().map(|flag| {
         let (BitTarget::Cell(first) | BitTarget::WordBit(first, _)) = flag;
         Write::Forget(Region::Range { first, count: 1 }, choice)
@@ -108,7 +108,7 @@ pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>, outcome: Outcome) -> Ve
         };
         let choice = asm.choice();
         if let Some(value) = value {
-            asm.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(value)));
+            asm.exactly(choice, value);
         }
         effects.push(fired(Write::Bit(target, Logic::Bit(BitSource::Free(choice)))));
     }
@@ -151,7 +151,7 @@ pub(super) fn carry_before(asm: &mut Assembly, item: &Item<'_>) -> Option<Effect
     }
     let Carried::Apart(meaning) = carry_of(asm, item) else { return None };
     let choice = asm.choice();
-    asm.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
+    asm.exactly(choice, meaning);
     let target = asm.memory.flag("CY")?;
     Some(fired(Write::Bit(target, Logic::Bit(BitSource::Free(choice)))))
 }

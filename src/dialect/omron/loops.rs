@@ -49,7 +49,7 @@ pub(super) fn settle(asm: &mut Assembly) {
             continue;
         };
         asm.program.instructions[begin].step = step;
-        let what = bulk::charged(most);
+        let what = bulk::charged(most).into();
         asm.program.approximations.push(Approximation { instruction: begin, what });
     }
 }

@@ -279,7 +279,8 @@ impl Decoder<'_> {
             _ => false,
         });
         let words = u32::try_from(count).ok()?.checked_mul(unit)?;
-        (!has_digits && words <= MOST_WORDS).then_some(words as usize)
+        let fits = !has_digits && words <= MOST_WORDS && self.spelled.has_room(2 * words as usize);
+        fits.then_some(words as usize)
     }
 
     fn copy(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {

@@ -48,7 +48,7 @@ impl Decoder<'_> {
             }
             if again[edge.at] {
                 let what = "an edge belongs to the scan, not to each execution: it is taken to occur again or not"
-                    .to_owned();
+                    .into();
                 self.program.approximations.push(Approximation { instruction: edge.at, what });
             }
         }

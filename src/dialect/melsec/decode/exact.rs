@@ -46,7 +46,9 @@ impl Decoder<'_> {
     /// A choice that an operation gives.
     pub(super) fn exactly(&mut self, meaning: Meaning) -> ChoiceId {
         let choice = self.choice();
-        self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
+        if self.spelled.meaning(&meaning) {
+            self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
+        }
         choice
     }
 

@@ -205,7 +205,7 @@ impl Decoder<'_> {
             self.program.instructions[begin].step = step;
             self.program.approximations.push(crate::program::Approximation {
                 instruction: begin,
-                what: bulk::charged(turns),
+                what: bulk::charged(turns).into(),
             });
         }
     }

@@ -42,7 +42,7 @@ impl Decoder<'_> {
             }
         }
         for instruction in entries {
-            let what = "this routine may run with its coils off: each of its instructions is taken to act or not".to_owned();
+            let what = "this routine may run with its coils off: each of its instructions is taken to act or not".into();
             self.program.approximations.push(Approximation { instruction, what });
         }
     }

@@ -27,9 +27,10 @@ use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
 use crate::facts::Facts;
 use crate::program::flow;
+use crate::program::spelled::Spelled;
 use crate::program::{
-    Approximation, Cell, Effect, Instruction, Interrupt, Logic, Place, Program, Region, SourceFile,
-    Step, TimingKey, Touched, Units, When, Write,
+    Approximation, Cell, ChoiceId, Effect, Instruction, Interrupt, Logic, Place, Program, Region,
+    SourceFile, Step, TimingKey, Touched, Units, When, Write,
 };
 use ranges::Counts;
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,6 +55,7 @@ pub fn decode(
     project: &RawProject,
     options: &DecodeOptions<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
+    too_many(project, options.family)?;
     let mut overwritten = BTreeSet::new();
     loop {
         let mut decoder = Decoder::new(project, options, &overwritten);
@@ -76,6 +78,23 @@ pub fn decode(
     }
 }
 
+/// What is said where there is no room to follow a block cell by cell.
+const NO_ROOM: &str =
+    "the program's blocks take too much to follow them all: what this writes is taken as any value";
+
+/// Refuses a project of more instructions than any CPU of its family holds, at the first that is too many: each takes a
+/// step or more.
+fn too_many(project: &RawProject, family: Family) -> Result<(), Vec<Diagnostic>> {
+    let most = family.most_steps();
+    let files = project.files.iter();
+    let mut all = files.flat_map(|file| file.instructions.iter().map(move |one| (file, one)));
+    let Some((file, one)) = all.nth(most) else { return Ok(()) };
+    let message = format!("the project has more than {most} instructions");
+    let help = format!("no {} holds as many: check the file, and the CPU", family.series());
+    let fault = Diagnostic::line("too-many", &file.name, one.line, &*one.text, message, help);
+    Err(vec![fault.at_step(one.step)])
+}
+
 /// A target still to be found.
 const OPEN: usize = usize::MAX;
 
@@ -96,6 +115,7 @@ pub struct Decoder<'a> {
     family: Family,
     program: Program,
     faults: Vec<Faults<'a>>,
+    spelled: Spelled,
     switches_file_register: bool,
     /// FX, FX5: special relays that change what moves do: M8024 turns BMOV round, M8160 lets XCH swap bytes.
     turns_moves: bool,
@@ -178,6 +198,7 @@ impl<'a> Decoder<'a> {
             family: options.family,
             program,
             faults: project.files.iter().map(|file| Faults::new(&file.name)).collect(),
+            spelled: Spelled::default(),
             switches_file_register: project
                 .files
                 .iter()
@@ -233,6 +254,10 @@ impl<'a> Decoder<'a> {
             (self.position, self.raw) = (position, Some(raw));
             self.instruction(raw);
             self.direct_inputs(raw);
+            // What follows so many faults is no program either.
+            if self.faults[file].are_hopeless() {
+                return;
+            }
         }
         self.raw = raw_file.instructions.last();
         self.end_of_file();
@@ -305,13 +330,25 @@ impl<'a> Decoder<'a> {
         let instruction = self.program.instructions.len();
         let known =
             self.program.approximations.iter().rev().take_while(|a| a.instruction == instruction);
-        if known.into_iter().all(|a| a.what != what) {
+        if known.into_iter().all(|a| *a.what != *what) {
+            // Many instructions are taken wider for the same reason, which they share.
+            let alike = self.program.approximations.iter().rev().take(4).find(|a| *a.what == *what);
+            let what = alike.map_or_else(|| what.into(), |a| a.what.clone());
             self.program.approximations.push(Approximation { instruction, what });
         }
     }
 
     /// Adds an instruction; its index.
     pub fn add(&mut self, timing: Option<TimingKey>, effects: Vec<Effect>, step: Step) -> usize {
+        let mut effects = effects;
+        let choices = &mut self.program.choices;
+        let fits = self.spelled.effects(&mut effects, || {
+            *choices += 1;
+            ChoiceId(*choices - 1)
+        });
+        if !fits {
+            self.approximate(NO_ROOM.to_owned());
+        }
         let index = self.program.instructions.len();
         let raw = self.raw;
         let timing = timing.map(|key| self.with_operands(key));
