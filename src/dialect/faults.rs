@@ -18,6 +18,7 @@ pub(crate) struct Faults<'a> {
     warnings: Vec<Diagnostic>,
     dropped_errors: usize,
     dropped_warnings: usize,
+    given_up: bool,
 }
 
 impl<'a> Faults<'a> {
@@ -28,6 +29,7 @@ impl<'a> Faults<'a> {
             warnings: Vec::new(),
             dropped_errors: 0,
             dropped_warnings: 0,
+            given_up: false,
         }
     }
 
@@ -78,9 +80,10 @@ impl<'a> Faults<'a> {
         self.push(found);
     }
 
-    /// Whether there are so many errors that it is no use to look for more.
-    pub(crate) fn are_hopeless(&self) -> bool {
-        self.dropped_errors >= HOPELESS
+    /// Whether there are so many errors that it is no use to look for more; then they are told as so many or more.
+    pub(crate) fn give_up(&mut self) -> bool {
+        self.given_up = self.dropped_errors >= HOPELESS;
+        self.given_up
     }
 
     /// Whether the file cannot be taken.
@@ -90,15 +93,16 @@ impl<'a> Faults<'a> {
 
     /// All that was found, errors first.
     pub(crate) fn into_diagnostics(self) -> Vec<Diagnostic> {
-        let hopeless = self.are_hopeless();
         let mut all = self.errors;
         if self.dropped_errors > 0 {
             all.push(Diagnostic::file(
                 "more-errors",
                 self.file,
-                match hopeless {
+                match self.given_up {
                     false => format!("and {} more errors in this file", self.dropped_errors),
-                    true => format!("and {HOPELESS} more errors or more in this file"),
+                    true => {
+                        format!("and at least {} more errors in this file", self.dropped_errors)
+                    }
                 },
                 "see to the first ones; the others often follow from them",
             ));

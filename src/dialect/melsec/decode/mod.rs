@@ -255,7 +255,7 @@ impl<'a> Decoder<'a> {
             self.instruction(raw);
             self.direct_inputs(raw);
             // What follows so many faults is no program either.
-            if self.faults[file].are_hopeless() {
+            if self.faults[file].give_up() {
                 return;
             }
         }
