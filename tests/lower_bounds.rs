@@ -59,6 +59,21 @@ fn counts_that_the_scan_works_out_are_what_loops_run() {
     assert_eq!(q(free), (32_767, 32_767, true));
 }
 
+/// What operations give is learned by carrying them out.
+#[test]
+fn counts_that_operations_work_out_are_learned() {
+    for (before, turns) in [
+        ("WAND K7 D0 D1; BIN D1 D9", 7),
+        ("FMOV K3 D8 K4", 3),
+        ("WAND K3 D0 D1; MOV K5 D2; BMOV D1 D8 K2", 5),
+        ("WAND K7 D0 D1; SUM D1 D9", 3),
+        ("WAND K3 D0 D1; ROL D1 K2; MOV D1 D9", 12),
+    ] {
+        let text = format!("LD SM400; {before}; FOR D9; LD SM400; Op1; NEXT; END");
+        assert_eq!(q(&text), (turns, turns, true), "{text}");
+    }
+}
+
 /// Which of the two it is no manual says.
 #[test]
 fn a_count_below_one_is_one_turn_or_none() {

@@ -2,6 +2,7 @@
 
 mod asked;
 mod assemble;
+mod closing;
 mod condition;
 mod deciding;
 mod executed;

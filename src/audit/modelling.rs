@@ -5,11 +5,13 @@ use crate::budget::Budget;
 use crate::diagnostic::Diagnostic;
 use crate::model::ScanModel;
 use crate::price::Prices;
+use crate::program::meaning::Knowledge;
 use crate::program::{Program, bulk};
-use crate::scan::reach::scan_model_fitted;
-use crate::scan::{ScanError, scan_model};
+use crate::scan::reach::{Reach, scan_model_fitted};
+use crate::scan::{ScanError, Side, scan_model, scan_model_knowing};
 use crate::table::Table;
 use crate::time::Picos;
+use std::collections::BTreeMap;
 
 /// Loops and calls may add so many executed instructions to those that the program has.
 const MOST_UNROLLED: u64 = 200_000;
@@ -90,6 +92,27 @@ pub fn model_of(
     prices.instructions.resize(program.instructions.len(), None);
     let model = scan_model(program, &prices.times());
     Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
+}
+
+/// The program, its prices and its model with what was learned, where loops taken in bulk make no more turns than these;
+/// `None` if that is no less than they were charged, or takes too much.
+pub fn put_back(
+    program: &Program,
+    prices: &Prices,
+    knowledge: &Knowledge,
+    turns: &BTreeMap<usize, u32>,
+    reach: &Reach<'_>,
+) -> Option<(Program, Prices, ScanModel)> {
+    let mut closer = program.clone();
+    if !bulk::put_back(&mut closer, turns) {
+        return None;
+    }
+    bulk::fit(&mut closer, MOST_UNROLLED).ok()?;
+    let mut priced = prices.clone();
+    priced.instructions.resize(closer.instructions.len(), None);
+    let times = priced.times();
+    let model = scan_model_knowing(&closer, &times, knowledge, Side::Above, reach).ok()?;
+    Some((closer, priced, model))
 }
 
 /// Why a scan was not followed.

@@ -1,8 +1,9 @@
 //! The road from source text to an audit.
 
 use super::Audit;
-use super::asked::{Asked, Searched};
+use super::asked::Searched;
 use super::assemble::Findings;
+use super::closing::Closing;
 use super::executed::stands_between;
 use super::method;
 use super::modelling::{keep_in_range, model_of};
@@ -20,10 +21,7 @@ use crate::groups;
 use crate::model::{Assignment, Group, ScanModel, Values};
 use crate::price::{self, Prices};
 use crate::program::Program;
-use crate::program::meaning::Knowledge;
 use crate::replay::Replay;
-use crate::scan::reach::Reach;
-use crate::scan::{Side, scan_model_knowing};
 use crate::solve::{Limits, Maximum, Method, maximum};
 use crate::table::{Evidence, Factor, Override, StatedClock, Table};
 use crate::time::Picos;
@@ -216,9 +214,9 @@ pub struct Concluded {
 pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, Failure> {
     let Followed {
         start,
-        program,
+        mut program,
         table,
-        prices,
+        mut prices,
         model,
         groups,
         warnings,
@@ -229,46 +227,11 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
     let deadline = budget.deadline();
     let stage = |name| (request.progress)(Progress::Stage(name));
-    let times = prices.times();
-
-    stage("searching");
-    let doubtful_from = shortest_timer;
-    let asked = Asked {
-        request,
-        program: &program,
-        prices: &prices,
-        budget: &budget,
-        doubtful_from,
-        whole,
-    };
-    let mut searched = asked.search(model, groups, &Knowledge::new())?;
-
-    stage("running it");
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
-    let least = prices.least_times();
-    let reals = super::real::Search { program: &program, least: &least, limits };
-    let found = reals.run(&searched.witness, searched.upper).map_err(Failure::Internal)?;
-    let small = searched.model.circuit.nodes().len() <= MOST_AGAIN;
-    let closer = small && found.best.replay.total < searched.upper && !found.knowledge.is_empty();
-    let grown = |knowledge| {
-        let reach = Reach { once: usize::MAX, all: MOST_LEARNED, ended: &|| budget.reached() };
-        scan_model_knowing(&program, &times, knowledge, Side::Above, &reach).ok()
-    };
-    if closer
-        && !whole
-        && let Some(model) = grown(&found.knowledge)
-    {
-        // What was learned of operations makes the bound closer, too.
-        let groups = groups::groups(&model);
-        let closer = asked.search(model, groups, &found.knowledge)?;
-        if closer.upper < searched.upper {
-            searched = closer;
-        }
-        if found.best.is_possible() && found.best.replay.total > searched.upper {
-            let (took, upper) = (found.best.replay.total, searched.upper);
-            return Err(Failure::Internal(format!("a scan takes {took}, the bound is {upper}")));
-        }
-    }
+    let doubtful_from = shortest_timer;
+    let closing = Closing { request, budget: &budget, limits, doubtful_from, whole };
+    let (searched, found) = closing.search(&mut program, &mut prices, model, groups)?;
+    let times = prices.times();
     let Searched { model, groups, maxima, assignment, replayed, ended_early, .. } = searched;
     let open: Vec<&Maximum> = maxima.iter().filter(|found| found.lower < found.upper).collect();
     if let (false, false) = (open.is_empty(), ended_early) {
@@ -366,12 +329,6 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     };
     Ok(Concluded { audit, followed, maxima })
 }
-
-/// So many nodes has a model, at most, that is searched again with what was learned. Of larger ones that takes several
-/// times as long as the first search, and what single scans teach hardly ever lowers their bound.
-const MOST_AGAIN: usize = 50_000;
-/// With what was learned, a model may have so many nodes and questions to words.
-const MOST_LEARNED: usize = 4_000_000;
 
 /// The program that the source means, the table that prices it, and what was noticed on the way.
 fn understand(

@@ -38,19 +38,22 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Runs the model's dearest scan, of that cost, and searches on from there as long as a dearer real one may be
-    /// found. `Err` if an operation wrote what its effects do not allow, or a scan costs more than `upper`.
-    pub fn run(&self, dearest: &Witness, upper: Picos) -> Result<Found, String> {
-        let mut found = Found {
-            best: self.real(dearest, upper)?,
-            witness: dearest.clone(),
-            knowledge: Knowledge::new(),
-        };
+    /// Runs scans from these starts, the first the model's dearest, of cost `upper`, and searches on as long as a dearer
+    /// real one may be found; `knowledge` is what was learned before. `Err` if an operation wrote what its effects do
+    /// not allow, or a scan costs more than `upper`.
+    pub fn run(
+        &self,
+        [dearest, other]: [&Witness; 2],
+        upper: Picos,
+        knowledge: Knowledge,
+    ) -> Result<Found, String> {
+        let best = self.real(dearest, upper)?;
+        let mut found = Found { best, witness: dearest.clone(), knowledge };
         learn(&mut found.knowledge, &mut found.best);
-        let bare = Witness::default();
         if !found.best.is_possible() || found.best.replay.total < upper {
-            let other = self.real(&bare, upper)?;
-            better(&mut found, other, bare);
+            let mut one = self.real(other, upper)?;
+            learn(&mut found.knowledge, &mut one);
+            better(&mut found, one, other.clone());
         }
         let bulk = bulk_choices(self.program);
         let reach = Reach { once: usize::MAX, all: MOST_GATES, ended: &|| self.is_late() };

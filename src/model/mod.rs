@@ -122,6 +122,21 @@ pub struct ScanModel {
     pub unbounded: Vec<Unbounded>,
     /// How many turns loops taken in bulk make at most, by what their counts can say.
     pub turns: BTreeMap<usize, u32>,
+    /// The counts of these, each time control may get there.
+    pub counts: Vec<Turns>,
+}
+
+/// The count of a loop taken in bulk.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Turns {
+    /// The loop, an index into `Program::instructions`.
+    pub instruction: usize,
+    /// Whether control gets there.
+    pub reached: Lit,
+    /// The count, a signed number, the least bit first.
+    pub bits: [Lit; 16],
+    /// So many turns it may make whatever its count is.
+    pub least: u32,
 }
 
 /// Charges that hang together by free variables. Groups share no variable.

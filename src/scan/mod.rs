@@ -10,11 +10,11 @@ mod number;
 pub mod reach;
 mod word;
 
-use crate::model::{Charge, Lit, ScanModel, Unbounded};
+use crate::model::{Charge, Lit, ScanModel, Turns, Unbounded};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    BitSource, Bulk, Cell, ChoiceId, Effect, Exit, Frame, Join, Logic, Program, Region, Relation,
-    Source, Step, When, WordSource, Write,
+    BitSource, Bulk, Cell, Effect, Exit, Frame, Join, Logic, Program, Relation, Source, Step, When,
+    WordSource, Write,
 };
 use crate::time::Picos;
 use memory::Memory;
@@ -457,12 +457,19 @@ impl Run<'_> {
             Step::ForEnd => {}
             Step::Bulk(bulk) => {
                 let Bulk { end, charges, forgets, choice, exits, turns } = &**bulk;
-                if let Some((count, least, most)) = *turns {
-                    let turns = self.most_turns(count, at).clamp(least, most);
-                    let known = self.memory.model.turns.entry(at).or_default();
-                    *known = turns.max(*known);
+                match *turns {
+                    Some(turns) if self.side == Side::Below => {
+                        self.counted(act.active, at, charges, turns)?;
+                    }
+                    Some(turns) => {
+                        self.most_turns(act.active, at, turns);
+                        self.charge_bulk(act.active, charges)?;
+                    }
+                    None => self.charge_bulk(act.active, charges)?,
                 }
-                self.bulk(act, charges, forgets, *choice)?;
+                for &region in forgets {
+                    self.memory.forget(region, act.active, &self.frames, *choice);
+                }
                 act.results = Results::default();
                 for &(choice, exit) in exits {
                     let taken = self.logic(&Logic::Bit(BitSource::Free(choice)), Lit::TRUE, at);
@@ -601,41 +608,75 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// How many turns a count can mean here at most.
-    fn most_turns(&mut self, count: WordSource, at: usize) -> u32 {
-        let (word, least) = match count {
+    /// Notes how many turns a loop taken in bulk can make here.
+    fn most_turns(
+        &mut self,
+        reached: Lit,
+        at: usize,
+        (count, least, most): (WordSource, u32, u32),
+    ) {
+        let (word, once) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
                 Some(ChoiceKind::Turns(word)) => (*word, 1),
-                _ => return u32::MAX,
+                _ => (count, u32::MAX),
             },
             word => (word, 0),
         };
         let word = self.word(word, at);
-        let most = self.memory.words.most(&mut self.memory.model.circuit, word);
-        most.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(least))
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        let known = words.most(circuit, word);
+        let turns = known.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(once));
+        if !self.knowledge.is_empty() {
+            // What was learned may bound it where its looks do not.
+            let bits = words.bits(circuit, word);
+            let least = once.max(least);
+            self.memory.model.counts.push(Turns { instruction: at, reached, bits, least });
+        }
+        let all = self.memory.model.turns.entry(at).or_default();
+        *all = turns.clamp(least, most).max(*all);
     }
 
-    /// Charges a loop in bulk and forgets what it may write.
-    fn bulk(
+    /// Charges a loop taken in bulk by what its count says, every turn at its dearest.
+    fn counted(
         &mut self,
-        act: &Activation,
+        active: Lit,
+        at: usize,
         charges: &[(usize, u64)],
-        forgets: &[Region],
-        choice: ChoiceId,
+        (count, _, most): (WordSource, u32, u32),
     ) -> Result<(), ScanError> {
+        let mut turn = Picos::ZERO;
+        for &(instruction, times) in charges {
+            let (on, off) = self.times[instruction];
+            turn += on.max(off).times(times / u64::from(most.max(1)));
+        }
+        let word = self.word(count, at);
+        let bits = self.memory.words.bits(&mut self.memory.model.circuit, word);
+        for (place, &bit) in bits.iter().enumerate().take(15) {
+            let fires = self.memory.circuit().and(active, bit);
+            let cost = turn.0.checked_mul(1 << place).map(Picos);
+            let cost = cost.ok_or(ScanError::TooOften { instruction: at })?;
+            if fires != Lit::FALSE && cost > Picos::ZERO {
+                let (reached, frames) = (fires, self.frames.clone());
+                let charge =
+                    Charge { instruction: at, frames, reached, fires, on: cost, off: cost };
+                self.memory.model.charges.push(charge);
+            }
+        }
+        Ok(())
+    }
+
+    /// Charges a loop in bulk.
+    fn charge_bulk(&mut self, active: Lit, charges: &[(usize, u64)]) -> Result<(), ScanError> {
         for &(instruction, times) in charges {
             let (on, off) = self.times[instruction];
             let cost = on.max(off).0.checked_mul(times).map(Picos);
             let cost = cost.ok_or(ScanError::TooOften { instruction })?;
             if cost > Picos::ZERO {
                 let frames = self.frames.clone();
-                let (reached, fires) = (act.active, act.active);
+                let (reached, fires) = (active, active);
                 let charge = Charge { instruction, frames, reached, fires, on: cost, off: cost };
                 self.memory.model.charges.push(charge);
             }
-        }
-        for &region in forgets {
-            self.memory.forget(region, act.active, &self.frames, choice);
         }
         Ok(())
     }

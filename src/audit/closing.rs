@@ -1,0 +1,144 @@
+//! Both bounds of a model: searches it, runs really what it finds, and makes it closer by what that taught.
+
+use super::asked::{Asked, Searched};
+use super::modelling::put_back;
+use super::pipeline::{Failure, Progress, Request};
+use super::real::{self, Found};
+use crate::budget::Budget;
+use crate::groups;
+use crate::model::{Assignment, Charge, Group, Lit, ScanModel};
+use crate::price::Prices;
+use crate::program::meaning::Knowledge;
+use crate::program::{Program, Witness};
+use crate::scan::reach::Reach;
+use crate::scan::{Side, scan_model_knowing};
+use crate::solve::{Limits, Method, maximum};
+use crate::time::Picos;
+use std::collections::BTreeMap;
+
+/// So many nodes has a model, at most, that is searched again with what was learned. Of larger ones that takes several
+/// times as long as the first search, and what single scans teach hardly ever lowers their bound.
+const MOST_AGAIN: usize = 50_000;
+/// With what was learned, a model may have so many nodes and questions to words.
+const MOST_LEARNED: usize = 4_000_000;
+/// So often loops are put back whose counts were learned.
+const MOST_ROUNDS: usize = 8;
+/// Of so many loops the solver is asked how large their counts can be.
+const MOST_ASKED: usize = 16;
+
+/// What both bounds are searched with.
+pub struct Closing<'a> {
+    pub request: &'a Request<'a>,
+    pub budget: &'a Budget<'a>,
+    pub limits: Limits<'a>,
+    pub doubtful_from: Option<Picos>,
+    /// Whether the model is no more than the sum of all that can run.
+    pub whole: bool,
+}
+
+impl Closing<'_> {
+    /// The model's dearest scan, and the dearest that was run really. Where that shows how often loops run which were
+    /// taken in bulk, the program has them again.
+    pub fn search(
+        &self,
+        program: &mut Program,
+        prices: &mut Prices,
+        mut model: ScanModel,
+        mut slices: Vec<Group>,
+    ) -> Result<(Searched, Found), Failure> {
+        let mut knowledge = Knowledge::new();
+        let mut other = Witness::default();
+        let mut rounds = 0;
+        loop {
+            (self.request.progress)(Progress::Stage("searching"));
+            let asked = Asked {
+                request: self.request,
+                program,
+                prices,
+                budget: self.budget,
+                doubtful_from: self.doubtful_from,
+                whole: self.whole,
+            };
+            let searched = asked.search(model, slices, &knowledge)?;
+            (self.request.progress)(Progress::Stage("running it"));
+            let least = prices.least_times();
+            let reals = real::Search { program, least: &least, limits: self.limits };
+            let starts = [&searched.witness, &other];
+            let found = reals.run(starts, searched.upper, knowledge).map_err(Failure::Internal)?;
+            let small = searched.model.circuit.nodes().len() <= MOST_AGAIN;
+            let open = found.best.replay.total < searched.upper && !self.whole;
+            if !small || !open || found.knowledge.is_empty() {
+                return Ok((searched, found));
+            }
+            let reach =
+                Reach { once: usize::MAX, all: MOST_LEARNED, ended: &|| self.budget.reached() };
+            let times = prices.times();
+            let learned = &found.knowledge;
+            let known = scan_model_knowing(program, &times, learned, Side::Above, &reach);
+            let Ok(known) = known else { return Ok((searched, found)) };
+            if rounds < MOST_ROUNDS
+                && let Some(closer) =
+                    put_back(program, prices, learned, &self.turns(&known), &reach)
+            {
+                (*program, *prices, model) = closer;
+                slices = groups::groups(&model);
+                (knowledge, other) = (found.knowledge, found.witness);
+                rounds += 1;
+                continue;
+            }
+            // What was learned of operations makes the bound closer, too.
+            let slices = groups::groups(&known);
+            let closer = asked.search(known, slices, &found.knowledge)?;
+            let searched = if closer.upper < searched.upper { closer } else { searched };
+            if found.best.is_possible() && found.best.replay.total > searched.upper {
+                let (took, upper) = (found.best.replay.total, searched.upper);
+                let told = format!("a scan takes {took}, the bound is {upper}");
+                return Err(Failure::Internal(told));
+            }
+            return Ok((searched, found));
+        }
+    }
+
+    /// How many turns loops taken in bulk make at most: by the looks of their counts, else as the solver finds.
+    fn turns(&self, model: &ScanModel) -> BTreeMap<usize, u32> {
+        let mut turns = model.turns.clone();
+        let mut asked: BTreeMap<usize, u32> = BTreeMap::new();
+        if model.counts.len() <= MOST_ASKED {
+            for count in &model.counts {
+                let most = self.most(model, count.reached, &count.bits).max(count.least);
+                let known = asked.entry(count.instruction).or_default();
+                *known = most.max(*known);
+            }
+        }
+        for (instruction, most) in asked {
+            turns.entry(instruction).and_modify(|known| *known = most.min(*known));
+        }
+        turns
+    }
+
+    /// The most that a number of these bits can be where control gets there, if it is not negative.
+    fn most(&self, model: &ScanModel, reached: Lit, bits: &[Lit; 16]) -> u32 {
+        let mut bare = ScanModel { charges: Vec::new(), ..model.clone() };
+        let there = bare.circuit.and(reached, !bits[15]);
+        for (place, &bit) in bits.iter().enumerate().take(15) {
+            let fires = bare.circuit.and(there, bit);
+            bare.charges.push(Charge {
+                instruction: 0,
+                frames: Vec::new(),
+                reached: fires,
+                fires,
+                on: Picos(1 << place),
+                off: Picos::ZERO,
+            });
+        }
+        let constant: Vec<usize> =
+            (0..15).filter(|&charge| bare.charges[charge].is_constant()).collect();
+        let zeros = Assignment(vec![0; bare.variables.len()]);
+        let always = bare.cost(&constant, &zeros);
+        let found = groups::groups(&bare)
+            .iter()
+            .map(|group| maximum(&bare, group, Method::Cores, &self.limits).upper)
+            .sum::<Picos>();
+        u32::try_from((always + found).0).unwrap_or(u32::MAX)
+    }
+}
