@@ -9,7 +9,7 @@ use scanbound::audit::{Audit, Request, audit};
 use scanbound::dialect::Input;
 use scanbound::dialect::flowchart::decode::{decode, mnemonic};
 use scanbound::dialect::flowchart::interpret::{Ended, Machine, Pass, State};
-use scanbound::dialect::flowchart::{Source, read_text};
+use scanbound::dialect::flowchart::{Op, Source, read_text};
 use scanbound::facts::Facts;
 use scanbound::solve::Method;
 use scanbound::table::Table;
@@ -56,7 +56,9 @@ fn check(tape: &[u16], latched: bool) -> Result<(), String> {
     let source = read_text("random", &text).map_err(|faults| told(format!("{faults:?}")))?;
     let audit = audited("random", &text, &table, latched).map_err(told)?;
     let upper = audit.bound.upper;
-    if !audit.bound.exact() {
+    // What GS does to a group that runs nobody tells: no lower bound rests on it.
+    let settled = !source.instructions.iter().any(|one| matches!(one.op, Op::Start(_)));
+    if settled && !audit.bound.exact() {
         return Err(told(format!("not exact: {:?}", audit.bound)));
     }
     let (mut most, mut endless, mut complete) = (Picos::ZERO, false, true);
@@ -96,6 +98,9 @@ fn check(tape: &[u16], latched: bool) -> Result<(), String> {
     }
     if complete && most != upper {
         return Err(told(format!("the bound is {upper}, the longest pass takes {most}")));
+    }
+    if complete && audit.bound.lower > most {
+        return Err(told(format!("{} at least, the longest pass takes {most}", audit.bound.lower)));
     }
     // Many passes from switching on.
     let mut machine = Machine::switched_on(&source, latched);
@@ -167,8 +172,13 @@ fn the_cases_with_bound_and_way() {
     let mut told = String::new();
     for name in CASES {
         let (_, _, audit) = case(name, false);
-        assert!(audit.bound.exact() && audit.unbounded.is_empty() && audit.doubts.is_empty());
-        told += &format!("{name}: {}\n", audit.bound.upper);
+        assert!(audit.unbounded.is_empty() && audit.doubts.is_empty());
+        // In one of them the longest pass starts a group again that runs, which a PLC may or may not do.
+        let settled = name != "delay-group";
+        assert_eq!(audit.bound.exact(), settled, "{name}");
+        let least =
+            if settled { String::new() } else { format!(", {} at least", audit.bound.lower) };
+        told += &format!("{name}: {}{least}\n", audit.bound.upper);
         let mut via: &[String] = &[];
         for step in &audit.path {
             if step.via != via {

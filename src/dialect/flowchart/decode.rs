@@ -230,8 +230,8 @@ impl Layout<'_> {
                 self.put(at, Some(("contact", false)), step, vec![]);
             }
             Op::Timer { timer, tenths } => {
-                let elapsed =
-                    self.free(at, "a timer of an earlier pass may or may not have run out");
+                self.tell(at, "a timer of an earlier pass may or may not have run out");
+                let elapsed = self.any();
                 let cell = Cell { area: TIMERS, index: timer };
                 let value = match tenths {
                     0 => elapsed,
@@ -290,8 +290,9 @@ impl Layout<'_> {
 
     /// GS: a group that is stopped begins at its head; one that runs may begin again or not.
     fn start(&mut self, at: usize, group: u32) {
-        let again =
-            self.free(at, "GS on a group that runs may start it again or leave it as it is");
+        self.tell(at, "GS on a group that runs may start it again or leave it as it is");
+        // Each PLC does the one or the other, and nobody says which: no lower bound may rest on it.
+        let again = self.unknown();
         let fires = Logic::Any(vec![Logic::cell(runs(group)).not(), again]);
         let head = Cell { area: HEADS, index: group };
         let on = |cell| Effect { when: When::Fired, write: set(cell, true) };
@@ -335,22 +336,25 @@ impl Layout<'_> {
         }
     }
 
-    /// A value that the program does not decide.
-    fn any(&mut self) -> Logic {
+    /// A value that is not known.
+    fn unknown(&mut self) -> Logic {
         self.program.choices += 1;
-        let choice = ChoiceId(self.program.choices - 1);
-        self.program.kinds.insert(choice, ChoiceKind::World);
-        Logic::Bit(BitSource::Free(choice))
+        Logic::Bit(BitSource::Free(ChoiceId(self.program.choices - 1)))
     }
 
-    /// A choice of the instruction that comes next.
-    fn free(&mut self, at: usize, what: &str) -> Logic {
+    /// A value that the outside decides.
+    fn any(&mut self) -> Logic {
+        self.program.kinds.insert(ChoiceId(self.program.choices), ChoiceKind::World);
+        self.unknown()
+    }
+
+    /// Lists what is taken wider than it is at the instruction that comes next.
+    fn tell(&mut self, at: usize, what: &str) {
         if self.told.insert(at) {
             let instruction = self.program.instructions.len();
             let what = what.into();
             self.program.approximations.push(Approximation { instruction, what });
         }
-        self.any()
     }
 
     /// Adds an instruction of ours for one of the source. `class` names the timing class and whether both
