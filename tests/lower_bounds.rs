@@ -55,6 +55,8 @@ fn counts_that_the_scan_works_out_are_what_loops_run() {
     assert_eq!(q(digit), (15, 15, true));
     let nested = "LD SM400; MOV K2 D0; MOV K3 D1; FOR D0; FOR D1; LD SM400; Op1; NEXT; NEXT; END";
     assert_eq!(q(nested), (6, 6, true));
+    let inner = "LD SM400; MOV K3 D9; FOR K4; FOR D9; LD SM400; Op1; LD SM400; OUT Y0; LD X0; OUT Y1; NEXT; NEXT; END";
+    assert_eq!(q(inner), (12, 12, true));
     let free = "FOR D9; LD SM400; Op1; NEXT; END";
     assert_eq!(q(free), (32_767, 32_767, true));
 }

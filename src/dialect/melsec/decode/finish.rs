@@ -172,18 +172,27 @@ impl Decoder<'_> {
         }
     }
 
-    /// Takes loops in bulk whose number of turns is not known, or that unroll to too much. Outer loops
-    /// first: what they hold needs no care of its own.
+    /// Takes loops in bulk whose number of turns is not known, and then those that unroll to too much all the same.
+    /// Of each kind outer loops first: what they hold needs no care of its own.
     fn take_in_bulk(&mut self) {
-        let mut behind = 0;
-        for (begin, end) in flow::loops(&self.program) {
-            if begin < behind {
+        let loops = flow::loops(&self.program);
+        let (unknown, known): (Vec<_>, Vec<_>) =
+            loops.into_iter().partition(|(begin, _)| self.unbounded.contains(begin));
+        // Where loops taken in bulk begin and end; of those that stand in each other the outer one alone.
+        let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
+        let (mut behind, unknowns) = (0, unknown.len());
+        for (place, (begin, end)) in unknown.into_iter().chain(known).enumerate() {
+            let unknown = place < unknowns;
+            if place == unknowns {
+                behind = 0;
+            }
+            let outer = taken.range(..begin).next_back();
+            if begin < behind || outer.is_some_and(|(_, &end)| begin < end) {
                 continue;
             }
             let Step::ForBegin { most, .. } = self.program.instructions[begin].step else {
                 continue;
             };
-            let unknown = self.unbounded.contains(&begin);
             let size =
                 flow::unrolled(&self.program, begin + 1, end).saturating_mul(u64::from(most));
             if !unknown && size <= MOST_UNROLLED {
@@ -191,6 +200,9 @@ impl Decoder<'_> {
             }
             let turns = if unknown { MOST_TURNS } else { most };
             behind = end;
+            if unknown {
+                taken.insert(begin, end);
+            }
             let Some(step) = bulk::bulk(&mut self.program, begin, end, u64::from(turns)) else {
                 let message =
                     "loops and calls multiply to more turns here than can be counted".to_owned();
