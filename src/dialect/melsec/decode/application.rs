@@ -279,7 +279,7 @@ impl Decoder<'_> {
             _ => false,
         });
         let words = u32::try_from(count).ok()?.checked_mul(unit)?;
-        let fits = !has_digits && words <= MOST_WORDS && self.spelled.has_room(2 * words as usize);
+        let fits = !has_digits && words <= MOST_WORDS && self.has_room(i64::from(words));
         fits.then_some(words as usize)
     }
 
@@ -349,7 +349,8 @@ impl Decoder<'_> {
         let place = self.device(&raw.operands[0])?.place;
         // Whether words are cleared whole or by single bits is not known: any value is taken.
         let is_word = matches!(place, Place::At(Kind::Word(_), _));
-        Some(count.filter(|_| !is_word).and_then(|count| cleared(place, count)))
+        let count = count.filter(|&count| !is_word && self.has_room(count));
+        Some(count.and_then(|count| cleared(place, count)))
     }
 
     fn clear_range(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
@@ -364,7 +365,8 @@ impl Decoder<'_> {
             }
             _ => None,
         };
-        if let Some(effects) = count.and_then(|count| cleared(first, i64::from(count))) {
+        let spelled = count.map(i64::from).filter(|&count| self.has_room(count));
+        if let Some(effects) = spelled.and_then(|count| cleared(first, count)) {
             return Some(Some(effects));
         }
         self.approximate(format!("what {} writes is taken as any value", raw.mnemonic));

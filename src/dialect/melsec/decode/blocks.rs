@@ -27,7 +27,9 @@ impl Decoder<'_> {
         entry: &Entry,
         up: bool,
     ) -> Option<Option<Vec<Effect>>> {
-        let Some(count) = self.constant(&raw.operands[1]).filter(|n| (1..=MOST_PLACES).contains(n))
+        let Some(count) = self
+            .constant(&raw.operands[1])
+            .filter(|n| (1..=MOST_PLACES).contains(n) && self.has_room(*n))
         else {
             return Some(None);
         };
@@ -66,7 +68,9 @@ impl Decoder<'_> {
         let Extent::Words(Amount::Counted { unit, .. }) = entry.operands[0].extent else {
             return Some(None);
         };
-        let Some(count) = self.constant(&raw.operands[3]).filter(|n| (1..=MOST_PLACES).contains(n))
+        let Some(count) = self
+            .constant(&raw.operands[3])
+            .filter(|n| (1..=MOST_PLACES).contains(n) && self.has_room(*n))
         else {
             return Some(None);
         };

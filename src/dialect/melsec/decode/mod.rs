@@ -368,6 +368,11 @@ impl<'a> Decoder<'a> {
         index
     }
 
+    /// Whether a block of so many words or bits, each read and written, can still be followed.
+    pub fn has_room(&self, count: i64) -> bool {
+        usize::try_from(count).is_ok_and(|count| self.spelled.has_room(2 * count))
+    }
+
     /// Checks the number of operands.
     pub fn takes(&mut self, raw: &RawInstruction, count: usize) -> bool {
         let found = raw.operands.len();
