@@ -11,7 +11,8 @@ pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>
     let routines = reader.routines(&list);
     let mut instructions = Vec::with_capacity(list.len());
     for (at, one) in list.iter().enumerate() {
-        let routine = routines.iter().find(|routine| routine.body.contains(&at));
+        // They follow each other.
+        let routine = routines.get(routines.partition_point(|routine| routine.body.end <= at));
         let op = reader.op(at, one, routine);
         let (line, step, text) = (one.line, one.step, one.text.clone());
         instructions.push(Instruction { op, line, step, text });
