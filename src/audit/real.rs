@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 /// So many instructions of a scan are run.
 const MOST_RUN: u64 = 400_000;
 /// So many gates are searched in all, in models that grow with what is learned, at most in so many rounds.
-const MOST_GATES: usize = 4_000_000;
+const MOST_GATES: usize = 2_000_000;
 const MOST_ROUNDS: usize = 400;
 
 /// A scan that was run really, and what it took to find it.
