@@ -6,7 +6,7 @@ use crate::model::certain::{Standing, certain};
 use crate::model::{Assignment, Group, Lit, Origin, ScanModel, VarId};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
-use crate::replay::{Free, Real, real};
+use crate::replay::{Free, Real, Why, real};
 use crate::scan::reach::Reach;
 use crate::scan::{Side, scan_model_knowing};
 use crate::solve::{Limits, Method, maxima, maximum};
@@ -83,8 +83,10 @@ impl Search<'_> {
             let mut one = self.real(&start, upper)?;
             let news = learn(&mut found.knowledge, &mut one);
             let total = one.replay.total;
+            // Scans that go on where this one was left cost as much to run, and are left there, too.
+            let left = one.stopped.as_ref().is_some_and(|stopped| stopped.why == Why::TooLong);
             better(&mut found, one, start);
-            if total >= most || !news || gates > MOST_GATES {
+            if total >= most || !news || left || gates > MOST_GATES {
                 break;
             }
         }
