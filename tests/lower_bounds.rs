@@ -57,6 +57,10 @@ fn counts_that_the_scan_works_out_are_what_loops_run() {
     assert_eq!(q(nested), (6, 6, true));
     let inner = "LD SM400; MOV K3 D9; FOR K4; FOR D9; LD SM400; Op1; LD SM400; OUT Y0; LD X0; OUT Y1; NEXT; NEXT; END";
     assert_eq!(q(inner), (12, 12, true));
+    // The same loop with a count of its own at each call, once within a loop that is not followed at first.
+    let called = "LD SM400; MOV K1 D0; CALL P0; LD SM400; MOV K2 D1; FOR D1; LD SM400; MOV K7 D0; CALL P0; NEXT; FEND; \
+        P0; FOR D0; LD SM400; Op1; NEXT; RET; END";
+    assert_eq!(q(called), (15, 15, true));
     let free = "FOR D9; LD SM400; Op1; NEXT; END";
     assert_eq!(q(free), (32_767, 32_767, true));
 }

@@ -60,10 +60,19 @@ pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
 }
 
 /// Puts back loops that were taken in bulk where their counts say less than was charged: `turns` tells how many turns
-/// each makes at most. Whether there were any.
+/// each makes at most wherever a scan was followed to it. Whether there were any.
+///
+/// A loop that also runs within something else that is taken in bulk, as in a routine that is called there, stays: how
+/// often it turns there was not followed.
 pub fn put_back(program: &mut Program, turns: &BTreeMap<usize, u32>) -> bool {
+    let bulks = program.instructions.iter().filter_map(|one| match &one.step {
+        Step::Bulk(bulk) => Some(bulk),
+        _ => None,
+    });
+    let unfollowed: BTreeSet<usize> =
+        bulks.flat_map(|bulk| bulk.charges.iter().map(|&(at, _)| at)).collect();
     let mut any = false;
-    for (&begin, &known) in turns {
+    for (&begin, &known) in turns.iter().filter(|(begin, _)| !unfollowed.contains(begin)) {
         let Step::Bulk(bulk) = &program.instructions[begin].step else { continue };
         let (end, Some((count, least, most))) = (bulk.end, bulk.turns) else { continue };
         if known < most {

@@ -3,7 +3,7 @@
 use super::machine::{MOST_ASKED, Machine};
 use super::state::State;
 use super::{Free, Mode, Real};
-use crate::program::{AreaKind, BitTarget, Cell, ChoiceKey, Program, Region, WordTarget, Write};
+use crate::program::{AreaKind, Cell, ChoiceKey, Program, Region, flow};
 use crate::time::Picos;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -109,26 +109,11 @@ fn is_set(program: &Program, written: &[Region], cell: Cell) -> bool {
         && !written.iter().any(|region| region.holds(cell))
 }
 
-/// All that effects write, as regions; words of which a bit is written count whole.
+/// What the program may write where inputs are; words of which a bit is written count whole.
 fn written(program: &Program) -> Vec<Region> {
-    let one = |first: Cell, count: u32| Region::Range { first, count };
     let inputs = &program.power_up.inputs;
-    let mut written: Vec<Region> = Vec::new();
-    for effect in program.instructions.iter().flat_map(|one| &one.effects) {
-        match &effect.write {
-            Write::Bit(BitTarget::Cell(cell) | BitTarget::WordBit(cell, _), _) => {
-                written.push(one(*cell, 1));
-            }
-            Write::Words(targets, _) => {
-                written.extend(targets.iter().filter_map(|target| match *target {
-                    WordTarget::Cell(cell) => Some(one(cell, 1)),
-                    WordTarget::Bits { first, count } => Some(one(first, u32::from(count))),
-                    WordTarget::Discard => None,
-                }))
-            }
-            Write::Forget(region, _) => written.push(*region),
-        }
-    }
+    let all = (0..program.instructions.len()).flat_map(|at| flow::written(program, at));
+    let mut written: Vec<Region> = all.collect();
     // Only inputs are asked for.
     let area = |region: &Region| match *region {
         Region::Range { first, .. } => Some(first.area),

@@ -5,7 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::dialect::Places;
 use crate::dialect::{Faults, shown};
 
-/// More instructions than this are no program: the largest CPUs hold 1,200 K steps, and most instructions take two.
+/// More instructions than this take too much memory to audit. The largest CPUs hold 1,200 K steps.
 const MOST: usize = 600_000;
 /// No line is longer, in bytes.
 const LONGEST: usize = 64 * 1024;
