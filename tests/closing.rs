@@ -122,8 +122,12 @@ fn check(tape: &[u16], tally: &RefCell<Tally>) -> Result<(), String> {
     let lines = generate(&mut tape);
     let text = lines.join("\n") + "\n";
     let table = table(&rows(&mut tape));
-    let found = audited("melsec-list", None, &[("a.txt", &text)], &table, &Facts::default())
-        .map_err(|why| format!("{why}\n{text}"))?;
+    let found = match audited("melsec-list", None, &[("a.txt", &text)], &table, &Facts::default()) {
+        Ok(found) => found,
+        // Three loops of unknown counts in each other are refused.
+        Err(why) if why.contains("more often than can be counted") => return Ok(()),
+        Err(why) => return Err(format!("{why}\n{text}")),
+    };
     let prices = prices(&found.followed);
     let longest = |once| longest(&lines, &prices, once);
     let Some((one, asked)) = longest(true) else { return Ok(()) };

@@ -42,7 +42,7 @@ const KIND: Kind = Kind {
     body: "",
     tail: "END\n",
     instructions: 2,
-    most: 799_000,
+    most: 599_000,
     utf16: false,
     code: 0,
 };

@@ -106,7 +106,7 @@ impl Case {
 
 #[test]
 fn a_plant_is_judged_as_by_the_whole_search() {
-    let files = plant::plant(1, 7).into_iter().enumerate();
+    let files = plant::plant(2, 7).into_iter().enumerate();
     let inputs = files.map(|(n, text)| Input { name: format!("{n}.il"), bytes: text.into() });
     let facts = Facts { inputs: Some(64), outputs: Some(64), ..Facts::default() };
     let table = Table::builtin("qnudv").expect("a table");
@@ -171,7 +171,7 @@ fn values_that_take_too_much_are_given_up_where_they_are_read() {
 
 #[test]
 fn a_limit_that_strikes_before_there_is_a_model_leaves_the_sum_of_all_that_can_run() {
-    let files = plant::plant(1, 7).into_iter().enumerate();
+    let files = plant::plant(2, 7).into_iter().enumerate();
     let inputs = files.map(|(n, text)| Input { name: format!("{n}.il"), bytes: text.into() });
     let facts = Facts { inputs: Some(64), outputs: Some(64), ..Facts::default() };
     let table = Table::builtin("qnudv").expect("a table");

@@ -24,6 +24,8 @@ struct Generator<'t, 'a> {
     lines: Vec<String>,
     labels: u32,
     routines: u32,
+    /// Whether what comes stands in a subroutine, which calls none.
+    called: bool,
 }
 
 /// The first subroutine's label.
@@ -31,7 +33,7 @@ const FIRST: u32 = 100;
 
 /// The lines of a program.
 pub fn generate(tape: &mut Tape<'_>) -> Vec<String> {
-    let mut g = Generator { tape, lines: Vec::new(), labels: 0, routines: 0 };
+    let mut g = Generator { tape, lines: Vec::new(), labels: 0, routines: 0, called: false };
     g.put("LD SM400");
     for word in ["D0", "D1", "Z0"] {
         let mask = g.tape.pick(&["K3", "K1", "K7", "K0"]);
@@ -39,12 +41,23 @@ pub fn generate(tape: &mut Tape<'_>) -> Vec<String> {
     }
     let first = g.tape.pick(&["K1", "K0", "K2"]);
     g.put(format!("FMOV {first} D2 K30"));
+    if g.tape.percent(30) {
+        g.call();
+    }
     g.items(0, 5);
     if g.routines > 0 {
         g.put("FEND");
+        g.called = true;
         for routine in 0..g.routines {
             g.put(format!("P{}", FIRST + routine));
-            g.items(2, 2);
+            if g.tape.percent(60) {
+                // By another count at each call.
+                g.put("FOR D9");
+                g.items(2, 2);
+                g.put("NEXT");
+            } else {
+                g.items(1, 2);
+            }
             g.put("RET");
         }
     }
@@ -81,6 +94,9 @@ impl Generator<'_, '_> {
                     _ => "K1X0".to_owned(),
                 };
                 self.put(format!("FOR {count}"));
+                if !self.called && self.tape.percent(40) {
+                    self.call();
+                }
                 self.items(depth + 1, 2);
                 self.put("NEXT");
             }
@@ -92,14 +108,23 @@ impl Generator<'_, '_> {
                 self.rungs();
                 self.put(format!("P{label}"));
             }
-            9 if depth < 2 => {
-                self.contacts();
-                let routine = self.tape.below(2) as u32;
-                self.routines = self.routines.max(routine + 1);
-                self.put(format!("CALL P{}", FIRST + routine));
-            }
+            9 if depth < 2 && !self.called => self.call(),
             _ => self.rungs(),
         }
+    }
+
+    /// A call, often with a count for a loop in the subroutine.
+    fn call(&mut self) {
+        if self.tape.percent(70) {
+            self.put("LD SM400");
+            let count = self.tape.pick(&["K1", "K2", "K3", "K4"]);
+            self.put(format!("MOV {count} D9"));
+        } else {
+            self.contacts();
+        }
+        let routine = u32::from(self.tape.percent(20));
+        self.routines = self.routines.max(routine + 1);
+        self.put(format!("CALL P{}", FIRST + routine));
     }
 
     fn rungs(&mut self) {

@@ -82,7 +82,7 @@ pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<
             "too-many",
             faults.file(),
             format!("the program has more than {MOST} instructions"),
-            "no CPU holds as many: check the file",
+            "so many are not audited: check the file",
         ));
     }
     too_many
