@@ -643,6 +643,13 @@ pub struct Program {
 }
 
 impl Program {
+    /// Lists what is taken wider at an instruction. Many are for the same reason, whose text they share.
+    pub fn approximate(&mut self, instruction: usize, what: &str) {
+        let alike = self.approximations.iter().rev().take(4).find(|one| *one.what == *what);
+        let what = alike.map_or_else(|| what.into(), |one| one.what.clone());
+        self.approximations.push(Approximation { instruction, what });
+    }
+
     /// The cell's name as users write it (`X1F`, `D100`).
     #[must_use]
     pub fn cell_name(&self, cell: Cell) -> String {

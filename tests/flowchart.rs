@@ -11,7 +11,6 @@ use scanbound::dialect::flowchart::decode::{decode, mnemonic};
 use scanbound::dialect::flowchart::interpret::{Ended, Machine, Pass, State};
 use scanbound::dialect::flowchart::{Op, Source, read_text};
 use scanbound::facts::Facts;
-use scanbound::solve::Method;
 use scanbound::table::Table;
 use scanbound::time::Picos;
 use scanbound::verdict::{Check, Margin, Verdict};
@@ -20,24 +19,8 @@ use std::collections::BTreeSet;
 fn audited(name: &str, text: &str, table: &Table, latched: bool) -> Result<Audit, String> {
     let facts = Facts { latched: latched.then_some(true), ..Facts::default() };
     let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
-    let request = Request {
-        inputs: &inputs,
-        dialect: Some("flowchart"),
-        cpu: None,
-        table: Some(table),
-        times: &[],
-        clock: None,
-        warnings: &[],
-        facts: &facts,
-        strict_times: false,
-        method: Method::Auto,
-        trace: false,
-        confirm: false,
-        time_limit: None,
-        limit: None,
-        cancelled: &|| false,
-        progress: &|_| {},
-    };
+    let request =
+        Request { dialect: Some("flowchart"), table: Some(table), ..Request::new(&inputs, &facts) };
     audit(&request).map_err(|failure| format!("{failure:?}"))
 }
 

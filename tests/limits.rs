@@ -8,7 +8,6 @@ mod pools;
 use scanbound::audit::{Audit, Request, audit};
 use scanbound::dialect::Input;
 use scanbound::facts::Facts;
-use scanbound::solve::Method;
 use scanbound::table::Table;
 use scanbound::time::Picos;
 use scanbound::verdict::{Check, Margin, Verdict};
@@ -42,22 +41,11 @@ impl Case {
         time_limit: Option<Duration>,
     ) -> Audit {
         let request = Request {
-            inputs: &self.inputs,
-            dialect: None,
             cpu: Some(cpu),
             table: Some(&self.table),
-            times: &[],
-            clock: None,
-            warnings: &[],
-            facts: &self.facts,
-            strict_times: false,
-            method: Method::Auto,
-            trace: false,
-            confirm: false,
             time_limit,
             limit,
-            cancelled: &|| false,
-            progress: &|_| {},
+            ..Request::new(&self.inputs, &self.facts)
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let mut audit = pool.install(|| audit(&request)).expect("an audit");

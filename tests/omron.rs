@@ -5,7 +5,6 @@ use scanbound::audit::{Audit, Failure, Request, audit};
 use scanbound::diagnostic::Diagnostic;
 use scanbound::dialect::Input;
 use scanbound::facts::Facts;
-use scanbound::solve::Method;
 use scanbound::table::Table;
 
 const C: &str = "omron-c200h";
@@ -25,24 +24,8 @@ fn audited(
     let table = format!("instruction,on_us,off_us\n@base,{base}\n{table}");
     let table = Table::parse("t.csv", table.as_bytes()).expect("a table").table;
     let facts = Facts::parse("facts.toml", facts).expect("facts");
-    let request = Request {
-        inputs: &inputs,
-        dialect: Some(dialect),
-        cpu: None,
-        table: Some(&table),
-        times: &[],
-        clock: None,
-        warnings: &[],
-        facts: &facts,
-        strict_times: false,
-        method: Method::Auto,
-        trace: false,
-        confirm: false,
-        time_limit: None,
-        limit: None,
-        cancelled: &|| false,
-        progress: &|_| {},
-    };
+    let request =
+        Request { dialect: Some(dialect), table: Some(&table), ..Request::new(&inputs, &facts) };
     audit(&request).map_err(|failure| match failure {
         Failure::Input(faults) => faults,
         Failure::Internal(why) => panic!("{why}"),

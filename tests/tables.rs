@@ -3,7 +3,6 @@
 use scanbound::audit::{Audit, Evidence, Request, audit};
 use scanbound::dialect::Input;
 use scanbound::facts::Facts;
-use scanbound::solve::Method;
 use scanbound::table::Table;
 use scanbound::time::Picos;
 use scanbound::verdict::{Check, Margin, Verdict};
@@ -20,22 +19,9 @@ fn audited(text: &str, table: &Table, facts: &str) -> Audit {
     let inputs = [Input { name: "a.il".to_owned(), bytes: text.as_bytes().to_vec() }];
     let facts = Facts::parse("facts.toml", facts).expect("facts");
     let request = Request {
-        inputs: &inputs,
         dialect: (!matches!(table.family.as_deref(), Some("c" | "cs"))).then_some("melsec-list"),
-        cpu: None,
         table: Some(table),
-        times: &[],
-        clock: None,
-        facts: &facts,
-        strict_times: false,
-        method: Method::Auto,
-        trace: false,
-        confirm: false,
-        time_limit: None,
-        limit: None,
-        warnings: &[],
-        cancelled: &|| false,
-        progress: &|_| {},
+        ..Request::new(&inputs, &facts)
     };
     audit(&request).expect("an audit")
 }

@@ -64,6 +64,31 @@ pub struct Request<'a> {
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
+impl<'a> Request<'a> {
+    /// All of a project's longest scan, by what its source names, with no limit.
+    #[must_use]
+    pub fn new(inputs: &'a [Input], facts: &'a Facts) -> Request<'a> {
+        Request {
+            inputs,
+            dialect: None,
+            cpu: None,
+            table: None,
+            times: &[],
+            clock: None,
+            facts,
+            strict_times: false,
+            method: Method::Auto,
+            trace: false,
+            confirm: false,
+            time_limit: None,
+            warnings: &[],
+            limit: None,
+            cancelled: &|| false,
+            progress: &|_| {},
+        }
+    }
+}
+
 /// So many wrong facts of a kind are told.
 const MOST_TOLD: usize = 100;
 /// So long a scan that keeps what is stated is looked for where the time is over.
@@ -697,24 +722,7 @@ mod tests {
         let text = "LD X0\nMOV K1 D0\nLDI X0\nBMOV D0 D10 K5\nEND\n";
         let inputs = [Input { name: "a.il".to_owned(), bytes: text.as_bytes().to_vec() }];
         let facts = Facts::default();
-        let request = Request {
-            inputs: &inputs,
-            dialect: None,
-            cpu: Some("Q26UDV"),
-            table: None,
-            times: &[],
-            clock: None,
-            facts: &facts,
-            strict_times: false,
-            method: Method::Auto,
-            trace: false,
-            confirm: false,
-            time_limit: None,
-            limit: None,
-            warnings: &[],
-            cancelled: &|| false,
-            progress: &|_| {},
-        };
+        let request = Request { cpu: Some("Q26UDV"), ..Request::new(&inputs, &facts) };
         let followed = follow(&request).expect("a program");
         let Concluded { followed, mut maxima, .. } =
             conclude(followed, &request).expect("an audit");

@@ -252,40 +252,25 @@ struct CheckResult<'a> {
 /// One scan of the run from power-up.
 #[derive(Serialize)]
 struct RunScan<'a> {
-    inputs: Inputs<'a>,
+    inputs: Values<'a>,
     took_ps: u64,
 }
 
-/// A scan's inputs as one object.
-struct Inputs<'a>(&'a [(String, audit::Value)]);
-
-impl Serialize for Inputs<'_> {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for (name, value) in self.0 {
-            match value {
-                audit::Value::Bit(bit) => map.serialize_entry(name, bit)?,
-                audit::Value::Word(word) => map.serialize_entry(name, word)?,
-            }
-        }
-        map.end()
-    }
-}
-
 fn run_scan(scan: &audit::RunScan) -> RunScan<'_> {
-    RunScan { inputs: Inputs(&scan.inputs), took_ps: scan.took.0 }
+    let inputs = scan.inputs.iter().map(|(name, value)| (name.as_str(), *value));
+    RunScan { inputs: Values(inputs.collect()), took_ps: scan.took.0 }
 }
 
-/// The witness as one object, in the audit's order.
-struct Values<'a>(&'a [audit::FreeValue]);
+/// Values by their names as one object, in this order.
+struct Values<'a>(Vec<(&'a str, audit::Value)>);
 
 impl Serialize for Values<'_> {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for free in self.0 {
-            match free.value {
-                audit::Value::Bit(bit) => map.serialize_entry(&free.name, &bit)?,
-                audit::Value::Word(word) => map.serialize_entry(&free.name, &word)?,
+        for (name, value) in &self.0 {
+            match value {
+                audit::Value::Bit(bit) => map.serialize_entry(name, bit)?,
+                audit::Value::Word(word) => map.serialize_entry(name, word)?,
             }
         }
         map.end()
@@ -318,7 +303,9 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
             overhead_ps: audit.bound.overhead.0,
         },
         groups: audit.groups.iter().map(group).collect(),
-        witness: Values(&audit.witness),
+        witness: Values(
+            audit.witness.iter().map(|free| (free.name.as_str(), free.value)).collect(),
+        ),
         witness_run: audit.witness_run.iter().map(run_scan).collect(),
         deciding: audit.witness.iter().filter(|v| v.matters).map(|v| v.name.as_str()).collect(),
         path: audit.path.iter().map(step).collect(),

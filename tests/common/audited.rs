@@ -3,7 +3,6 @@
 use scanbound::audit::{Concluded, Failure, Request, conclude, follow};
 use scanbound::dialect::Input;
 use scanbound::facts::Facts;
-use scanbound::solve::Method;
 use scanbound::table::{CLASSES, Table};
 
 /// A table of the rows that are given (`Op1,1,0,0`: name, on, off, per unit), all else costing nothing.
@@ -29,24 +28,8 @@ pub fn audited(
         bytes: text.as_bytes().to_vec(),
     };
     let inputs: Vec<Input> = files.iter().map(input).collect();
-    let request = Request {
-        inputs: &inputs,
-        dialect: Some(dialect),
-        cpu,
-        table: Some(table),
-        times: &[],
-        clock: None,
-        warnings: &[],
-        facts,
-        strict_times: false,
-        method: Method::Auto,
-        trace: false,
-        confirm: false,
-        time_limit: None,
-        limit: None,
-        cancelled: &|| false,
-        progress: &|_| {},
-    };
+    let request =
+        Request { dialect: Some(dialect), cpu, table: Some(table), ..Request::new(&inputs, facts) };
     let told = |failure| match failure {
         Failure::Input(faults) => {
             let faults: Vec<String> =

@@ -73,7 +73,7 @@ pub(super) fn instruction(
     }
 }
 
-/// Whether there are more instructions than any CPU holds; then they are an error, and the file is read no
+/// Whether there are more instructions than are audited; then they are an error, and the file is read no
 /// further.
 pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<'_>) -> bool {
     let too_many = instructions.len() > MOST;

@@ -11,15 +11,12 @@ use super::source::Edge;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::shown;
 use crate::program::meaning::Meaning;
-use crate::program::spelled::Spelled;
+use crate::program::spelled::{NO_ROOM, Spelled};
 use crate::program::{
-    Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Place,
-    Program, Region, Step, TimingKey, Units, When, Write,
+    BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Place, Program,
+    Region, Step, TimingKey, Units, When, Write,
 };
 
-/// What is said where there is no room to follow a block cell by cell.
-const NO_ROOM: &str =
-    "the program's blocks take too much to follow them all: what this writes is taken as any value";
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
 const BRANCHES: u32 = 16;
 
@@ -174,11 +171,7 @@ impl Assembly {
     /// Notes that the last instruction is taken wider than the PLC does it.
     pub(super) fn note(&mut self, what: impl AsRef<str>) {
         let instruction = self.next().saturating_sub(1);
-        let what = what.as_ref();
-        // Many instructions are taken wider for the same reason, which they share.
-        let alike = self.program.approximations.iter().rev().take(4).find(|one| *one.what == *what);
-        let what = alike.map_or_else(|| what.into(), |one| one.what.clone());
-        self.program.approximations.push(Approximation { instruction, what });
+        self.program.approximate(instruction, what.as_ref());
     }
 
     /// Says what gives a choice its value.

@@ -31,7 +31,7 @@ pub struct DecodeOptions<'a> {
 }
 
 /// More instructions than this are no program: the largest CPUs hold 400 K steps.
-const MOST: usize = 400_000;
+const MOST: usize = 400 * 1024;
 
 /// Refuses a project of more instructions than any CPU holds, at the first that is too many.
 fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {

@@ -27,10 +27,10 @@ use crate::diagnostic::Diagnostic;
 use crate::dialect::Faults;
 use crate::facts::Facts;
 use crate::program::flow;
-use crate::program::spelled::Spelled;
+use crate::program::spelled::{NO_ROOM, Spelled};
 use crate::program::{
-    Approximation, Cell, ChoiceId, Effect, Instruction, Interrupt, Logic, Place, Program, Region,
-    SourceFile, Step, TimingKey, Touched, Units, When, Write,
+    Cell, ChoiceId, Effect, Instruction, Interrupt, Logic, Place, Program, Region, SourceFile,
+    Step, TimingKey, Touched, Units, When, Write,
 };
 use ranges::Counts;
 use std::collections::{BTreeMap, BTreeSet};
@@ -77,10 +77,6 @@ pub fn decode(
         }
     }
 }
-
-/// What is said where there is no room to follow a block cell by cell.
-const NO_ROOM: &str =
-    "the program's blocks take too much to follow them all: what this writes is taken as any value";
 
 /// Refuses a project of more instructions than any CPU of its family holds, at the first that is too many: each takes a
 /// step or more.
@@ -331,10 +327,7 @@ impl<'a> Decoder<'a> {
         let known =
             self.program.approximations.iter().rev().take_while(|a| a.instruction == instruction);
         if known.into_iter().all(|a| *a.what != *what) {
-            // Many instructions are taken wider for the same reason, which they share.
-            let alike = self.program.approximations.iter().rev().take(4).find(|a| *a.what == *what);
-            let what = alike.map_or_else(|| what.into(), |a| a.what.clone());
-            self.program.approximations.push(Approximation { instruction, what });
+            self.program.approximate(instruction, &what);
         }
     }
 
