@@ -79,8 +79,9 @@ pub fn trace(
     let names = Names::new(program);
     for ((shown, group), maximum) in audit.groups.iter_mut().zip(groups).zip(maxima) {
         let problem = Problem::new(model, group);
-        let name =
-            |variable: crate::model::VarId| names.free(&model.variables[variable.0 as usize]);
+        let name = |own: crate::model::VarId| {
+            names.free(&model.variables[problem.variable(own).0 as usize])
+        };
         let block = |charge: usize| program.instructions[model.charges[charge].instruction].block;
         let mut rungs: BTreeMap<u32, usize> = BTreeMap::new();
         for item in &problem.items {

@@ -18,7 +18,7 @@ use crate::dialect::melsec::source::RawProject;
 use crate::dialect::{self, Input, Project};
 use crate::facts::{Facts, Part, StatedFactor};
 use crate::groups;
-use crate::model::{Assignment, Group, ScanModel, Values};
+use crate::model::{Assignment, Group, Portion, ScanModel, Values};
 use crate::price::{self, Prices};
 use crate::program::Program;
 use crate::replay::Replay;
@@ -589,49 +589,35 @@ pub(super) fn together(
     maxima: &mut [Maximum],
 ) -> Result<Assignment, Failure> {
     let mut all = Assignment(vec![0; model.variables.len()]);
-    let mut take = |group: &Group, best: &Assignment| {
-        for variable in &group.variables {
-            let index = variable.0 as usize;
-            all.0[index] = best.0[index];
-        }
-    };
     for (group, maximum) in groups.iter().zip(maxima) {
-        let constraints = Group { charges: Vec::new(), ..group.clone() };
         // A search that ended before it found any allowed scan has no best one.
-        if !holds(model, group, &maximum.best) {
-            maximum.best = allowed(request, budget, model, &constraints)?;
-            maximum.lower = model.cost(&group.charges, &maximum.best);
+        if !maximum.kept {
+            let constraints = Group { charges: Vec::new(), ..group.clone() };
+            (maximum.best, maximum.kept) = (allowed(request, budget, model, &constraints)?, true);
+            maximum.lower = model.cost(&group.charges, &maximum.best.whole(model));
         }
-        take(group, &maximum.best);
+        maximum.best.put(&mut all);
     }
     if let Some(rest) = groups::unpriced(model, groups) {
-        take(&rest, &allowed(request, budget, model, &rest)?);
+        allowed(request, budget, model, &rest)?.put(&mut all);
     }
     Ok(all)
 }
 
-fn holds(model: &ScanModel, group: &Group, assignment: &Assignment) -> bool {
-    if group.constraints.is_empty() {
-        return true;
-    }
-    let values = model.circuit.evaluate(assignment);
-    group.constraints.iter().all(|&constraint| values.get(model.constraints[constraint]))
-}
-
-/// Some assignment that keeps the constraints of a group without charges.
+/// Some values that keep the constraints of a group without charges.
 fn allowed(
     request: &Request<'_>,
     budget: &Budget<'_>,
     model: &ScanModel,
     constraints: &Group,
-) -> Result<Assignment, Failure> {
+) -> Result<Portion, Failure> {
     // Nearly always found at once, so it is looked for even where the time is over.
     let least = Instant::now() + GRACE;
     let deadline = budget.deadline().map(|end| end.max(least));
     let limits = Limits { deadline, ..Limits::default() };
-    let found = maximum(model, constraints, Method::Auto, &limits).best;
-    if holds(model, constraints, &found) {
-        return Ok(found);
+    let found = maximum(model, constraints, Method::Auto, &limits);
+    if found.kept {
+        return Ok(found.best);
     }
     if deadline.is_some_and(|end| Instant::now() >= end) {
         return Err(Failure::from(Diagnostic::file(

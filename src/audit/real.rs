@@ -3,7 +3,7 @@
 use super::assemble::constant_charges;
 use crate::groups::{groups, unpriced, witness};
 use crate::model::certain::{Standing, certain};
-use crate::model::{Assignment, Group, Lit, Origin, ScanModel, VarId};
+use crate::model::{Assignment, Lit, Origin, ScanModel, VarId};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
 use crate::replay::{Free, Real, Why, real};
@@ -131,18 +131,12 @@ impl Search<'_> {
         let found = maxima(model, &slices, &methods, &self.limits, &|_, _, _| {});
         let mut all = Assignment(vec![0; model.variables.len()]);
         let mut most = model.cost(&constant_charges(model), &all);
-        let mut take = |group: &Group, best: &Assignment| {
-            for variable in &group.variables {
-                all.0[variable.0 as usize] = best.0[variable.0 as usize];
-            }
-        };
-        for (group, found) in slices.iter().zip(&found) {
+        for found in &found {
             most += found.upper;
-            take(group, &found.best);
+            found.best.put(&mut all);
         }
         if let Some(rest) = unpriced(model, &slices) {
-            let best = maximum(model, &rest, Method::Cores, &self.limits).best;
-            take(&rest, &best);
+            maximum(model, &rest, Method::Cores, &self.limits).best.put(&mut all);
         }
         let values = model.circuit.evaluate(&all);
         model.constraints.iter().all(|&holds| values.get(holds)).then_some((all, most))

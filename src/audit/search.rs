@@ -1,7 +1,7 @@
 //! The groups' maxima, as far as they are wanted.
 
 use super::{Progress, Request};
-use crate::model::{Assignment, Group, ScanModel};
+use crate::model::{Assignment, Charge, Group, Portion, ScanModel};
 use crate::price::Prices;
 use crate::solve::trace::Trace;
 use crate::solve::{Engine, Limits, Maximum, Method, maxima, methods};
@@ -157,14 +157,16 @@ impl Search<'_> {
 
     /// Nothing but each group's sum, where no more is asked.
     pub fn sums(&self) -> (Vec<Maximum>, bool) {
-        let best = Assignment(vec![0; self.model.variables.len()]);
+        let zeros = Assignment(vec![0; self.model.variables.len()]);
+        let values = self.model.circuit.evaluate(&zeros);
         let sum = |group: &Group| {
-            let times = group.charges.iter().map(|&charge| self.model.charges[charge].dearer());
-            let lower = self.model.cost(&group.charges, &best);
+            let charges = || group.charges.iter().map(|&charge| &self.model.charges[charge]);
+            let mut constraints = group.constraints.iter();
             Maximum {
-                upper: times.sum(),
-                lower,
-                best: best.clone(),
+                upper: charges().map(Charge::dearer).sum(),
+                lower: charges().map(|charge| charge.cost(&values)).sum(),
+                best: Portion::default(),
+                kept: constraints.all(|&holds| values.get(self.model.constraints[holds])),
                 calls: 0,
                 engine: Engine::Cores,
                 trace: Trace::default(),

@@ -54,10 +54,7 @@ pub fn loops(
             let found = maximum(&bare, &group, Method::Cores, limits);
             possible |= found.upper > Picos::ZERO;
             proved |= found.lower > Picos::ZERO;
-            for variable in &group.variables {
-                let index = variable.0 as usize;
-                assignment.0[index] = found.best.0[index];
-            }
+            found.best.put(&mut assignment);
         }
         if !proved {
             if possible {

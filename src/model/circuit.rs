@@ -230,6 +230,19 @@ impl Circuit {
         Values(values)
     }
 
+    /// Gives the atoms' variables other numbers, each its own.
+    pub fn renumber(&mut self, number: impl Fn(VarId) -> VarId) {
+        let atoms = |node: &Node| matches!(node, Node::Atom(_));
+        self.known.retain(|node, _| !atoms(node));
+        for (index, node) in self.nodes.iter_mut().enumerate().filter(|(_, node)| atoms(node)) {
+            if let Node::Atom(Atom::Bit(v) | Atom::AtLeast(v, _) | Atom::WordBit(v, _)) = node {
+                *v = number(*v);
+            }
+            let index = u32::try_from(index).expect("circuit indices fit 32 bits");
+            self.known.insert(*node, index);
+        }
+    }
+
     fn intern(&mut self, node: Node) -> Lit {
         if let Some(&index) = self.known.get(&node) {
             return Lit(index << 1);

@@ -154,6 +154,28 @@ pub struct Group {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assignment(pub Vec<u16>);
 
+/// Values of a group's variables, ascending; all others are 0. There may be as many groups as variables, so that each
+/// keeps its own and no more.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Portion(pub Vec<(VarId, u16)>);
+
+impl Portion {
+    /// Puts these values into an assignment of all.
+    pub fn put(&self, all: &mut Assignment) {
+        for &(variable, value) in &self.0 {
+            all.0[variable.0 as usize] = value;
+        }
+    }
+
+    /// These values, and 0 for all else.
+    #[must_use]
+    pub fn whole(&self, model: &ScanModel) -> Assignment {
+        let mut all = Assignment(vec![0; model.variables.len()]);
+        self.put(&mut all);
+        all
+    }
+}
+
 impl ScanModel {
     /// What the given charges cost together under an assignment.
     #[must_use]

@@ -52,17 +52,29 @@ fn negate(number: &[u16]) -> Vec<u16> {
 fn add_constant(words: &mut Words, circuit: &mut Circuit, a: &[Word], addend: &[u16]) -> Vec<Word> {
     let mut carry = Lit::FALSE;
     let mut sum = Vec::with_capacity(a.len());
-    for (&word, &addend) in a.iter().zip(addend) {
+    for (place, (&word, &addend)) in a.iter().zip(addend).enumerate() {
         let without = words.plus(word, addend);
-        let with = words.plus(word, addend.wrapping_add(1));
-        sum.push(words.either(carry, with, without));
+        sum.push(match carry {
+            Lit::FALSE => without,
+            _ => {
+                let with = words.plus(word, addend.wrapping_add(1));
+                words.either(carry, with, without)
+            }
+        });
+        // Nobody asks for the carry out of the last word.
+        if place + 1 == a.len() {
+            break;
+        }
         // It overflows if the word is at least 65536 - addend, or one less where a carry comes in.
         let overflow_without = if addend == 0 {
             Lit::FALSE
         } else {
             words.in_range(circuit, word, 0u16.wrapping_sub(addend), u16::MAX)
         };
-        let overflow_with = words.in_range(circuit, word, u16::MAX - addend, u16::MAX);
+        let overflow_with = match carry {
+            Lit::FALSE => Lit::FALSE,
+            _ => words.in_range(circuit, word, u16::MAX - addend, u16::MAX),
+        };
         carry = circuit.ite(carry, overflow_with, overflow_without);
     }
     sum

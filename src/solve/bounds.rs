@@ -2,7 +2,7 @@
 
 use super::trace::{Step, Trace};
 use super::{Engine, Limits, Maximum, Problem};
-use crate::model::Assignment;
+use crate::model::{Assignment, Portion};
 use crate::time::Picos;
 use std::time::Duration;
 
@@ -123,11 +123,14 @@ impl<'a> Bounds<'a> {
 
     /// The result.
     pub fn finish(self) -> Maximum {
+        let kept = self.best.is_some();
         let (lower, best) = self.best.unwrap_or_else(|| (0, self.problem.zeros()));
+        let best = Portion(self.problem.variables.iter().copied().zip(best.0).collect());
         Maximum {
             upper: Picos(self.upper),
             lower: Picos(lower),
             best,
+            kept,
             calls: self.calls,
             engine: self.engine,
             trace: self.trace.unwrap_or_default(),

@@ -27,7 +27,7 @@ pub fn exclusions(
         return vec![None; wanted.len()];
     }
     let problem = Problem::with_negations(model, group);
-    let values = problem.circuit.evaluate(assignment);
+    let values = problem.circuit.evaluate(&problem.own(assignment));
     let mut running: Vec<usize> =
         (0..problem.items.len()).filter(|&item| values.get(problem.items[item].guard)).collect();
     running.sort_by_key(|&item| Reverse(problem.items[item].weight));

@@ -2,9 +2,9 @@
 
 use super::clauses::Clauses;
 use super::{Group, Problem};
-use crate::model::{Assignment, Atom, Lit, Node, ScanModel, VarId, VarKind};
+use crate::model::{Atom, Lit, Node, Portion, ScanModel, VarId, VarKind};
 use crate::time::Picos;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// The group's question as weighted partial MaxSAT, in the format of the MaxSAT evaluations since 2022:
@@ -27,7 +27,8 @@ pub fn wcnf(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) 
     );
     line(&mut text, format_args!("c {} of it is always there.", problem.constant));
     for &(variable, atom) in &clauses.atoms {
-        line(&mut text, format_args!("c variable {variable}: {}", atom_text(model, atom)));
+        let atom = atom_text(model, &problem, atom);
+        line(&mut text, format_args!("c variable {variable}: {atom}"));
     }
     for clause in &clauses.clauses {
         line(&mut text, format_args!("h {}0", literals(clause)));
@@ -93,7 +94,7 @@ pub fn certificate(
 pub fn attained(
     model: &ScanModel,
     group: &Group,
-    best: &Assignment,
+    best: &Portion,
     cost: Picos,
     charge: &dyn Fn(usize) -> String,
 ) -> String {
@@ -102,8 +103,9 @@ pub fn attained(
     line(&mut text, format_args!("; A scan in which this group of charges costs {} ps.", cost.0));
     line(&mut text, format_args!("; sat: it does."));
     text.push_str("(set-logic ALL)\n");
-    for variable in definitions(&mut text, model, &problem) {
-        let value = best.0[variable.0 as usize];
+    let best: BTreeMap<VarId, u16> = best.0.iter().copied().collect();
+    for &variable in definitions(&mut text, model, &problem) {
+        let value = best.get(&variable).copied().unwrap_or(0);
         let value = match model.variables[variable.0 as usize].kind {
             VarKind::Bit => (value != 0).to_string(),
             VarKind::Word => format!("#x{value:04X}"),
@@ -129,14 +131,10 @@ fn total(text: &mut String, problem: &Problem, charge: &dyn Fn(usize) -> String)
 }
 
 /// Declares the variables, defines the circuit's gates and asserts what must hold; the variables.
-fn definitions(text: &mut String, model: &ScanModel, problem: &Problem) -> BTreeSet<VarId> {
+fn definitions<'a>(text: &mut String, model: &ScanModel, problem: &'a Problem) -> &'a [VarId] {
     let nodes = problem.circuit.nodes();
-    let atoms = nodes.iter().filter_map(|node| match node {
-        Node::Atom(atom) => Some(atom.variable()),
-        _ => None,
-    });
-    let variables: BTreeSet<VarId> = atoms.collect();
-    for &variable in &variables {
+    let number = |own: VarId| problem.variable(own).0;
+    for &variable in &problem.variables {
         let described = &model.variables[variable.0 as usize];
         let sort = match described.kind {
             VarKind::Bit => "Bool",
@@ -148,10 +146,12 @@ fn definitions(text: &mut String, model: &ScanModel, problem: &Problem) -> BTree
     for (index, node) in nodes.iter().enumerate() {
         let meaning = match *node {
             Node::True => continue,
-            Node::Atom(Atom::Bit(v)) => format!("v{}", v.0),
-            Node::Atom(Atom::AtLeast(v, least)) => format!("(bvuge v{} #x{least:04X})", v.0),
+            Node::Atom(Atom::Bit(v)) => format!("v{}", number(v)),
+            Node::Atom(Atom::AtLeast(v, least)) => {
+                format!("(bvuge v{} #x{least:04X})", number(v))
+            }
             Node::Atom(Atom::WordBit(v, bit)) => {
-                format!("(= ((_ extract {bit} {bit}) v{}) #b1)", v.0)
+                format!("(= ((_ extract {bit} {bit}) v{}) #b1)", number(v))
             }
             Node::And(a, b) => format!("(and {} {})", reference(a), reference(b)),
         };
@@ -160,7 +160,7 @@ fn definitions(text: &mut String, model: &ScanModel, problem: &Problem) -> BTree
     for &lit in &problem.hard {
         line(text, format_args!("(assert {})", reference(lit)));
     }
-    variables
+    &problem.variables
 }
 
 fn reference(lit: Lit) -> String {
@@ -172,8 +172,9 @@ fn reference(lit: Lit) -> String {
     }
 }
 
-fn atom_text(model: &ScanModel, atom: Atom) -> String {
-    let name = one_line(&model.variables[atom.variable().0 as usize].name);
+fn atom_text(model: &ScanModel, problem: &Problem, atom: Atom) -> String {
+    let variable = problem.variable(atom.variable());
+    let name = one_line(&model.variables[variable.0 as usize].name);
     match atom {
         Atom::Bit(_) => name,
         Atom::AtLeast(_, least) => format!("{name} >= {least} (unsigned)"),

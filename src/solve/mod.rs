@@ -21,7 +21,7 @@ pub use maxima::{maxima, methods};
 pub use problem::{Item, Problem};
 pub use second::{Opinion, second_opinion};
 
-use crate::model::{Assignment, Group, ScanModel};
+use crate::model::{Group, Portion, ScanModel};
 use crate::time::Picos;
 use bounds::Bounds;
 use std::time::Instant;
@@ -55,10 +55,11 @@ pub struct Maximum {
     pub upper: Picos,
     /// The assignment below costs this.
     pub lower: Picos,
-    /// Values of all variables of the model; 0 outside the group. It keeps the group's constraints, unless
-    /// the search ended before any assignment that keeps them was found (or there is none): then all are 0
-    /// and so is `lower`.
-    pub best: Assignment,
+    /// Values of the group's variables.
+    pub best: Portion,
+    /// Whether these keep the group's constraints. They do unless the search ended before any that do were found (or
+    /// there are none): then all are 0 and so is `lower`.
+    pub kept: bool,
     /// Questions put to a solver.
     pub calls: u64,
     /// What found it out.

@@ -1,7 +1,7 @@
 //! A group's question in normal form: a constant and a sum of weighted guards over a circuit of its own.
 
 use crate::model::Group;
-use crate::model::{Assignment, Circuit, Lit, Node, ScanModel};
+use crate::model::{Assignment, Circuit, Lit, Node, ScanModel, VarId};
 use crate::time::Picos;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -20,7 +20,8 @@ pub struct Item {
 /// largest. The group's maximum is that sum and the constant.
 #[derive(Debug, Clone, Default)]
 pub struct Problem {
-    /// What the group's guards and constraints depend on, and nothing else.
+    /// What the group's guards and constraints depend on, and nothing else, over variables of its own: `variables`
+    /// says which each is in the model.
     pub circuit: Circuit,
     /// What every assignment costs, in picoseconds.
     pub constant: u64,
@@ -28,8 +29,8 @@ pub struct Problem {
     pub items: Vec<Item>,
     /// What must hold; never constant true.
     pub hard: Vec<Lit>,
-    /// How many variables the model has.
-    variables: usize,
+    /// The model's variables that these are, ascending.
+    pub variables: Vec<VarId>,
 }
 
 impl Problem {
@@ -51,7 +52,7 @@ impl Problem {
     }
 
     fn build(model: &ScanModel, group: &Group, cancel: bool) -> Problem {
-        let mut problem = Problem { variables: model.variables.len(), ..Problem::default() };
+        let mut problem = Problem::default();
         let mut cone = Cone { source: &model.circuit, known: FxHashMap::default() };
         let mut terms = Vec::new();
         for &index in &group.charges {
@@ -75,7 +76,35 @@ impl Problem {
             }
         }
         problem.collect(terms, cancel);
+        problem.number();
         problem
+    }
+
+    /// Numbers the variables from 0, in the model's order: what a search keeps of them is as small as the group.
+    fn number(&mut self) {
+        let atoms = self.circuit.nodes().iter().filter_map(|node| match node {
+            Node::Atom(atom) => Some(atom.variable()),
+            _ => None,
+        });
+        let mut variables: Vec<VarId> = atoms.collect();
+        variables.sort_unstable();
+        variables.dedup();
+        let numbers: FxHashMap<VarId, VarId> =
+            variables.iter().copied().zip((0..).map(VarId)).collect();
+        self.circuit.renumber(|variable| numbers[&variable]);
+        self.variables = variables;
+    }
+
+    /// The model's variable that one of this problem's is.
+    #[must_use]
+    pub fn variable(&self, own: VarId) -> VarId {
+        self.variables[own.0 as usize]
+    }
+
+    /// What an assignment of the model's variables says of this problem's.
+    #[must_use]
+    pub fn own(&self, all: &Assignment) -> Assignment {
+        Assignment(self.variables.iter().map(|variable| all.0[variable.0 as usize]).collect())
     }
 
     fn collect(&mut self, terms: Vec<(Lit, u64, usize)>, cancel: bool) {
@@ -121,7 +150,7 @@ impl Problem {
         self.items.iter().fold(self.constant, |total, item| sum(total, item.weight))
     }
 
-    /// What an assignment costs, or `None` if it breaks a constraint.
+    /// What an assignment of this problem's variables costs, or `None` if it breaks a constraint.
     #[must_use]
     pub fn cost(&self, assignment: &Assignment) -> Option<u64> {
         let values = self.circuit.evaluate(assignment);
@@ -137,7 +166,7 @@ impl Problem {
     /// The assignment that is 0 everywhere.
     #[must_use]
     pub fn zeros(&self) -> Assignment {
-        Assignment(vec![0; self.variables])
+        Assignment(vec![0; self.variables.len()])
     }
 }
 

@@ -159,7 +159,7 @@ impl<'a> Question<'a> {
     fn attained(&self, maximum: &Maximum) -> Result<(), String> {
         let solver = Solver::new();
         self.constraints().for_each(|constraint| solver.assert(constraint));
-        let best = &maximum.best.0;
+        let best = maximum.best.whole(self.model).0;
         for (&place, bit) in &self.bits {
             debug_assert_eq!(self.model.variables[place].kind, VarKind::Bit);
             solver.assert(if best[place] != 0 { bit.clone() } else { bit.not() });

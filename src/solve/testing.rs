@@ -172,10 +172,13 @@ pub fn brute(model: &ScanModel, group: &Group) -> Option<Picos> {
 /// Asserts what holds of every result.
 pub fn sound(model: &ScanModel, group: &Group, found: &Maximum) {
     assert!(found.lower <= found.upper);
-    let truth = model.circuit.evaluate(&found.best);
+    let best = found.best.whole(model);
+    let truth = model.circuit.evaluate(&best);
     if group.constraints.iter().all(|&c| truth.get(model.constraints[c])) {
-        assert_eq!(model.cost(&group.charges, &found.best), found.lower);
+        assert_eq!(model.cost(&group.charges, &best), found.lower);
+        assert!(found.kept);
     } else {
+        assert!(!found.kept);
         assert_eq!(found.lower, Picos::ZERO);
     }
 }

@@ -60,10 +60,7 @@ pub fn bound_knowing(
     groups.push(rest(&model, &groups));
     for group in groups {
         let found = maximum(&model, &group, method, limits);
-        for variable in &group.variables {
-            let index = variable.0 as usize;
-            best.0[index] = found.best.0[index];
-        }
+        found.best.put(&mut best);
         upper += found.upper;
         lower += found.lower;
         calls += found.calls;
