@@ -17,11 +17,9 @@ pub fn groups(model: &ScanModel) -> Vec<Group> {
     let mut sets = Sets::of(model);
     let mut found: BTreeMap<usize, usize> = BTreeMap::new();
     let mut groups: Vec<Group> = Vec::new();
-    for (index, charge) in
-        model.charges.iter().enumerate().filter(|(_, charge)| !charge.is_constant())
-    {
-        let set =
-            sets.find(if charge.reached.is_constant() { charge.fires } else { charge.reached });
+    for (index, charge) in model.charges.iter().enumerate() {
+        let Some(guard) = charge.guards().next() else { continue };
+        let set = sets.find(guard);
         let group = *found.entry(set).or_insert_with(|| {
             groups.push(Group::default());
             groups.len() - 1
@@ -86,12 +84,12 @@ impl Sets {
         let nodes = model.circuit.nodes();
         let mut joined = UnionFind::new(nodes.len());
         let mut needed = vec![false; nodes.len()];
-        for charge in model.charges.iter().filter(|charge| !charge.is_constant()) {
-            needed[charge.reached.node()] = true;
-            if charge.on != charge.off {
-                needed[charge.fires.node()] = true;
-                if !charge.reached.is_constant() && !charge.fires.is_constant() {
-                    joined.union(charge.reached.node(), charge.fires.node());
+        for charge in &model.charges {
+            let mut before: Option<Lit> = None;
+            for guard in charge.guards() {
+                needed[guard.node()] = true;
+                if let Some(before) = before.replace(guard) {
+                    joined.union(before.node(), guard.node());
                 }
             }
         }

@@ -13,7 +13,7 @@ use crate::diagnostic::Diagnostic;
 use crate::facts::Facts;
 use crate::program::{Area, Instruction, Program, TimingKey, Units};
 use crate::table::{Factor, Row, Table, folded};
-use crate::time::Picos;
+use crate::time::{Picos, Times};
 
 pub use crate::table::Evidence;
 pub use networks::NetworkUse;
@@ -24,12 +24,17 @@ use touched::Cells;
 /// The two times of an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Price {
-    /// When it fires.
+    /// When it fires, with the most units that it may handle.
     pub on: Picos,
     /// When it is reached and does not fire.
     pub off: Picos,
-    /// When it fires and handles no unit, where the number of units is not known; else the same as `on`.
+    /// When it fires and handles no unit, where the number of units is not known or stands in words; else the same as
+    /// `on`.
     pub least: Picos,
+    /// When it fires, but for `per_unit`.
+    pub base: Picos,
+    /// For each unit that words count.
+    pub per_unit: Picos,
     /// The weakest evidence among the rows used; that of the table's factor stands in [`Prices::factor`].
     pub evidence: Evidence,
     /// The rows used, joined by ` + `.
@@ -71,18 +76,20 @@ pub struct Prices {
 }
 
 impl Prices {
-    /// On-time and off-time of every instruction.
+    /// What every instruction takes.
     #[must_use]
-    pub fn times(&self) -> Vec<(Picos, Picos)> {
-        let times = |price: &Option<Arc<Price>>| price.as_ref().map(|price| (price.on, price.off));
-        self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
+    pub fn times(&self) -> Vec<Times> {
+        self.each(|price| Times { on: price.base, off: price.off, per_unit: price.per_unit })
     }
 
-    /// The same where it is not known how many units an instruction handles: without any.
+    /// What every instruction takes at least: where it is not known how many units it handles, without any.
     #[must_use]
-    pub fn least_times(&self) -> Vec<(Picos, Picos)> {
-        let times =
-            |price: &Option<Arc<Price>>| price.as_ref().map(|price| (price.least, price.off));
+    pub fn least_times(&self) -> Vec<Times> {
+        self.each(|price| Times { on: price.least, off: price.off, per_unit: price.per_unit })
+    }
+
+    fn each(&self, times: impl Fn(&Price) -> Times) -> Vec<Times> {
+        let times = |price: &Option<Arc<Price>>| price.as_deref().map(&times);
         self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
     }
 
@@ -256,8 +263,13 @@ fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'
         sum.on = sum.on.max(sum.off);
         sum.off = sum.on;
     }
-    if let Units::AtMost(most) = key.units {
-        sum.at_most_units = Some(most).filter(|_| sum.counts_units);
+    match &key.units {
+        Units::AtMost(most) => sum.at_most_units = Some(*most).filter(|_| sum.counts_units()),
+        Units::Counted(counted) => {
+            sum.by_words = true;
+            sum.at_most_units = Some(counted.most_units()).filter(|_| sum.counts_units());
+        }
+        Units::None | Units::Exactly(_) => {}
     }
     Ok(sum)
 }
@@ -292,10 +304,15 @@ struct Sum<'a> {
     off: u128,
     /// The part of the on-time that depends on the count.
     counted: u128,
+    /// How much of that a unit takes.
+    per_unit: u128,
+    /// How many units the on-time holds.
+    units: u64,
     evidence: Evidence,
     rows: Vec<&'a str>,
-    counts_units: bool,
     by_class: bool,
+    /// Whether words say how many units there are.
+    by_words: bool,
     at_most_units: Option<u64>,
 }
 
@@ -305,10 +322,12 @@ impl<'a> Sum<'a> {
             on: 0,
             off: 0,
             counted: 0,
+            per_unit: 0,
+            units,
             evidence: row.evidence,
             rows: Vec::new(),
-            counts_units: false,
             by_class: false,
+            by_words: false,
             at_most_units: None,
         };
         sum.add(row, 1, units);
@@ -320,35 +339,60 @@ impl<'a> Sum<'a> {
         self.on += wide(row.on.0) * wide(times) + wide(row.per_unit.0) * wide(units);
         self.off += wide(row.off.0) * wide(times);
         self.counted += wide(row.per_unit.0) * wide(units);
+        if units > 0 {
+            self.per_unit += wide(row.per_unit.0);
+        }
         self.evidence = self.evidence.min(row.evidence);
-        self.counts_units |= row.per_unit != Picos::ZERO;
         self.rows.push(&row.name);
+    }
+
+    fn counts_units(&self) -> bool {
+        self.per_unit > 0
+    }
+
+    /// What of the on-time does not go by the unit.
+    fn base(&self) -> u128 {
+        self.on.saturating_sub(self.per_unit * u128::from(self.units))
     }
 
     /// The dearer of two, each time by itself.
     fn dearer(self, stated: Sum<'a>) -> Sum<'a> {
-        let (on, off) = (self.on.max(stated.on), self.off.max(stated.off));
-        if (on, off) == (stated.on, stated.off) {
+        let parts = |sum: &Sum<'_>| [sum.base(), sum.per_unit, sum.off];
+        let (ours, theirs) = (parts(&self), parts(&stated));
+        if theirs.iter().zip(ours).all(|(theirs, ours)| *theirs >= ours) {
             return stated;
         }
-        if (on, off) == (self.on, self.off) {
+        if ours.iter().zip(theirs).all(|(ours, theirs)| *ours >= theirs) {
             return self;
         }
         // Each row gives one of the times.
         let evidence = self.evidence.min(stated.evidence);
-        let counts_units = self.counts_units | stated.counts_units;
+        let [base, per_unit, off] = [0, 1, 2].map(|part| ours[part].max(theirs[part]));
         let rows = [stated.rows, self.rows].concat();
+        let on = base + per_unit * u128::from(self.units);
         let counted = self.counted.max(stated.counted);
-        Sum { on, off, counted, evidence, rows, counts_units, ..self }
+        Sum { on, off, counted, per_unit, evidence, rows, ..self }
     }
 
     fn price(self, table: &Table) -> Result<Price, NoPrice> {
         let fit = |time: u128| u64::try_from(time).ok().and_then(|time| table.scaled(Picos(time)));
+        let fit = |time: u128| fit(time).ok_or(NoPrice::TooLarge);
         let counted = if self.at_most_units.is_some() { self.counted } else { 0 };
+        let by_words = self.by_words && self.counts_units();
+        let (base, per_unit) = if by_words {
+            (fit(self.base())?, fit(self.per_unit)?)
+        } else {
+            (fit(self.on)?, Picos::ZERO)
+        };
+        // A factor is rounded up for the unit, and once more for the rest.
+        let on = u128::from(base.0) + u128::from(per_unit.0) * u128::from(self.units);
+        let on = u64::try_from(on).map(Picos).map_err(|_| NoPrice::TooLarge)?;
         Ok(Price {
-            least: fit(self.on.saturating_sub(counted)).ok_or(NoPrice::TooLarge)?,
-            on: fit(self.on).ok_or(NoPrice::TooLarge)?,
-            off: fit(self.off).ok_or(NoPrice::TooLarge)?,
+            least: fit(self.on.saturating_sub(counted))?,
+            on,
+            base,
+            per_unit,
+            off: fit(self.off)?,
             evidence: self.evidence,
             row: self.rows.join(" + ").into(),
             by_class: self.by_class,
@@ -362,6 +406,7 @@ fn units(units: &Units) -> u64 {
     match units {
         Units::None => 1,
         Units::Exactly(n) | Units::AtMost(n) => *n,
+        Units::Counted(counted) => counted.most_units(),
     }
 }
 

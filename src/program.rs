@@ -482,6 +482,30 @@ pub enum Units {
     Exactly(u64),
     /// Not known: at most so many.
     AtMost(u64),
+    /// As many as words say when the instruction is reached.
+    Counted(Counted),
+}
+
+/// A number of units that stands in words. It is read in the state before the instruction.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Counted {
+    /// The count, an unsigned number, its least word first.
+    pub words: Vec<WordSource>,
+    /// So many units are handled for each that is counted.
+    pub each: u64,
+    /// A larger count handles no more than this one.
+    pub most: u64,
+    /// The instruction is known to be carried out with counts up to this one: only those are held against what really
+    /// happens.
+    pub sure: u64,
+}
+
+impl Counted {
+    /// The most units that it can say.
+    #[must_use]
+    pub fn most_units(&self) -> u64 {
+        self.most.saturating_mul(self.each)
+    }
 }
 
 /// By what an instruction's time is looked up in a timing table.
@@ -499,6 +523,17 @@ pub struct TimingKey {
     pub optional: bool,
     /// What its operands name, for times by area.
     pub touched: Touched,
+}
+
+impl TimingKey {
+    /// The words that say how many units it handles.
+    #[must_use]
+    pub fn counted(&self) -> Option<&Counted> {
+        match &self.units {
+            Units::Counted(counted) => Some(counted),
+            Units::None | Units::Exactly(_) | Units::AtMost(_) => None,
+        }
+    }
 }
 
 /// Cells and bits of words that an instruction's operands name, whether or not its meaning shows them: what is taken
@@ -537,6 +572,14 @@ pub struct Instruction {
     pub effects: Vec<Effect>,
     /// What it does.
     pub step: Step,
+}
+
+impl Instruction {
+    /// The words that say how many units it handles.
+    #[must_use]
+    pub fn counted(&self) -> Option<&Counted> {
+        self.timing.as_ref()?.counted()
+    }
 }
 
 /// A routine that may interrupt the scan.

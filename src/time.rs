@@ -32,6 +32,31 @@ pub enum TimeError {
     NoUnit,
 }
 
+/// What an instruction takes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Times {
+    /// When it fires; where words say how many units it handles, without any.
+    pub on: Picos,
+    /// When it is reached and does not fire.
+    pub off: Picos,
+    /// For each unit when it fires, where words say how many there are.
+    pub per_unit: Picos,
+}
+
+impl Times {
+    /// What an instruction takes that counts no units.
+    #[must_use]
+    pub fn new(on: Picos, off: Picos) -> Times {
+        Times { on, off, per_unit: Picos::ZERO }
+    }
+
+    /// When it fires with so many units.
+    #[must_use]
+    pub fn with(self, units: u64) -> Picos {
+        self.on + self.per_unit.times(units)
+    }
+}
+
 impl Picos {
     /// No time at all.
     pub const ZERO: Picos = Picos(0);

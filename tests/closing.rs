@@ -10,7 +10,7 @@ use common::plc::{Device, Executed, Line, Luck, Plc, line};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::audit::Followed;
 use scanbound::facts::Facts;
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
@@ -72,33 +72,27 @@ impl Luck for &mut Every {
 }
 
 /// What each line costs on and off, by the table.
-fn prices(followed: &Followed) -> BTreeMap<usize, (Picos, Picos)> {
-    let mut prices: BTreeMap<usize, (Picos, Picos)> = BTreeMap::new();
-    for (instruction, price) in
-        followed.program.instructions.iter().zip(&followed.prices.instructions)
-    {
-        if let Some(price) = price {
-            let sum = prices.entry(instruction.place.line as usize).or_default();
-            *sum = (sum.0 + price.on, sum.1 + price.off);
-        }
+fn prices(followed: &Followed) -> BTreeMap<usize, Times> {
+    let mut prices: BTreeMap<usize, Times> = BTreeMap::new();
+    for (instruction, times) in followed.program.instructions.iter().zip(followed.prices.times()) {
+        let sum = prices.entry(instruction.place.line as usize).or_default();
+        sum.on += times.on;
+        sum.off += times.off;
+        sum.per_unit += times.per_unit;
     }
     prices
 }
 
 /// The longest scan of all, if there are not too many ways, and whether a loop's count was below 1.
-fn longest(
-    lines: &[String],
-    prices: &BTreeMap<usize, (Picos, Picos)>,
-    once: bool,
-) -> Option<(Picos, bool)> {
+fn longest(lines: &[String], prices: &BTreeMap<usize, Times>, once: bool) -> Option<(Picos, bool)> {
     let files = [lines.iter().map(|text| line(text)).collect::<Vec<Line>>()];
     let mut every = Every { once, ..Every::default() };
     let mut most = Picos::ZERO;
     for _ in 0..MOST_WAYS {
         let executed = Plc::new(&files, &mut every, Vec::new()).scan();
-        let cost = |(_, line, on): &Executed| {
-            let (yes, no) = prices.get(line).copied().unwrap_or_default();
-            if *on { yes } else { no }
+        let cost = |(_, line, on, units): &Executed| {
+            let times = prices.get(line).copied().unwrap_or_default();
+            if *on { times.with(*units) } else { times.off }
         };
         most = most.max(executed.iter().map(cost).sum());
         if !every.advance() {

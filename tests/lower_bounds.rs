@@ -9,9 +9,14 @@ use scanbound::facts::Facts;
 /// What the operations `Op1`, `Op2`, `Op4` ... can take together, each its number: at most, at least, and whether it is
 /// said to be exact.
 fn bounds(dialect: &str, cpu: Option<&str>, text: &str) -> (u64, u64, bool) {
-    let ops = "Op1,1,0,0\nOp2,2,0,0\nOp4,4,0,0\nOp8,8,0,0\n";
+    bounds_with("", dialect, cpu, text)
+}
+
+/// The same with further rows in the table.
+fn bounds_with(rows: &str, dialect: &str, cpu: Option<&str>, text: &str) -> (u64, u64, bool) {
+    let ops = format!("Op1,1,0,0\nOp2,2,0,0\nOp4,4,0,0\nOp8,8,0,0\n{rows}");
     let lines = text.replace("; ", "\n") + "\n";
-    let found = audited(dialect, cpu, &[("a.txt", &lines)], &table(ops), &Facts::default());
+    let found = audited(dialect, cpu, &[("a.txt", &lines)], &table(&ops), &Facts::default());
     let bound = found.unwrap_or_else(|why| panic!("{text}\n{why}")).audit.bound;
     let us = |time: scanbound::time::Picos| time.0 / 1_000_000;
     (us(bound.upper), us(bound.lower), bound.exact())
@@ -34,6 +39,25 @@ fn values_that_are_rotated_or_coded_are_not_any_values() {
     let register =
         "LD P_On; MOVL(498) &100 IR0; LD=L(301) IR0 &100; Op1; LD<>L(306) IR0 &100; Op2; END(001)";
     assert_eq!(cx(register), (1, 1, true));
+}
+
+#[test]
+fn blocks_take_as_long_as_their_counts_say() {
+    let q = |text: &str| bounds_with("FMOV,2,0,1\nBMOV,2,0,1\n", "melsec-list", None, text);
+    // 2 us and one for each word.
+    assert_eq!(q("LD SM400; MOV K7 D50; FMOV K0 D0 D50; END"), (9, 9, true));
+    assert_eq!(q("LD SM400; WAND K7 D50; FMOV K0 D0 D50; END"), (9, 9, true));
+    assert_eq!(q("LD SM400; WAND K3 D50; INC D50; BMOV D100 D0 D50; END"), (6, 6, true));
+    // A long move that needs one state and a short one that needs another.
+    let states = "LD= D1 K1; MOV K5 D50; LD<> D1 K1; MOV K3 D50; LD SM400; FMOV K0 D100 D50; \
+        LD= D1 K2; FMOV K0 D20 K3; END";
+    assert_eq!(q(states), (10, 10, true));
+    let alike = states.replace("D1 K2", "D1 K1");
+    assert_eq!(q(&alike), (12, 12, true));
+    // More than any CPU has: that none is moved is possible.
+    let free = q("LD X0; FMOV K0 D0 D50; END");
+    assert_eq!((free.0, free.2), (65_537, false));
+    assert!((2_000..12_000).contains(&free.1), "{free:?}");
 }
 
 #[test]

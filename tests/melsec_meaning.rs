@@ -9,7 +9,7 @@ use scanbound::dialect::melsec::device::Family;
 use scanbound::facts::Facts;
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
 use scanbound::replay::{Free, Real, real};
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 use std::collections::BTreeMap;
 
 /// Start values by device name; the rest is 0.
@@ -36,7 +36,7 @@ fn run(family: Family, text: &str, start: &Start) -> Real {
     let program = program.unwrap_or_else(|faults| panic!("{text}\n{faults}"));
     let price = |text: &str| Picos(u64::from(text == "Op1"));
     let times: Vec<_> =
-        program.instructions.iter().map(|i| (price(&i.text), Picos::ZERO)).collect();
+        program.instructions.iter().map(|i| Times::new(price(&i.text), Picos::ZERO)).collect();
     real(&program, &times, || At { program: &program, start }, 100_000)
 }
 

@@ -9,7 +9,7 @@ use scanbound::facts::Facts;
 use scanbound::price::price;
 use scanbound::solve::Method;
 use scanbound::table::Table;
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 use std::collections::BTreeSet;
 
 #[test]
@@ -172,7 +172,7 @@ fn priced(family: Family, text: &str, rows: &str) -> u64 {
     let table = format!("instruction,on_us,off_us,per_unit_us\n{others}{rows}");
     let table = Table::parse("t.csv", table.as_bytes()).expect("a table").table;
     let prices = price(&program, &table, &Facts::default()).expect("prices");
-    prices.times().iter().map(|(on, off)| on.0.max(off.0)).sum()
+    prices.instructions.iter().flatten().map(|price| price.on.max(price.off).0).sum()
 }
 
 #[test]
@@ -286,7 +286,11 @@ fn a_routine_run_with_its_coils_off_passes_its_jumps_and_costs_its_off_times() {
 fn possible(text: &str, asked: &dyn Fn(&str) -> bool) -> u64 {
     let program = decoded(Family::Q, &[("MAIN", text)], &Facts::default()).expect("good");
     let off = |text: &str| Picos(u64::from(asked(text)));
-    let times = program.instructions.iter().map(|i| (Picos::ZERO, off(&i.text))).collect();
+    let times = program
+        .instructions
+        .iter()
+        .map(|i| Times::new(Picos::ZERO, off(&i.text)))
+        .collect::<Vec<Times>>();
     bound(&program, &times, Method::Cores).expect("the program can be followed").upper.0
 }
 

@@ -7,7 +7,7 @@ use scanbound::emulate::stimulus::{Change, Stimulus, What};
 use scanbound::emulate::{Machine, Settings, View};
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
 use scanbound::replay::{Free, replay_with};
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 
 /// Gives the interpreter the devices as the machine has them when the scan begins.
 struct Begun<'a> {
@@ -62,7 +62,7 @@ proptest! {
         let settings = Settings { filter: Picos::ZERO, ..Settings::default() };
         let mut machine =
             Machine::new(source.words, &settings, &Stimulus { changes: changes.collect() });
-        let times = vec![(Picos(33_000_000), Picos(33_000_000)); WORDS];
+        let times = vec![Times::new(Picos(33_000_000), Picos(33_000_000)); WORDS];
         for bits in &inputs {
             let before = machine.view();
             let after = machine.scan(&mut ()).expect("a scan");

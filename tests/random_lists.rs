@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::bound::{Bound, Times, bound_knowing, bound_within};
+use common::bound::{Bound, bound_knowing, bound_within};
 use common::list::{Part, Taste, generate};
 use common::plc::{Device, Executed, Line, Luck, Plc, line};
 use common::search::{holds, none_above};
@@ -16,7 +16,7 @@ use scanbound::program::meaning::Knowledge;
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
 use scanbound::replay::{Free, real, replay_knowing};
 use scanbound::solve::{Limits, Method};
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::time::{Duration, Instant};
@@ -50,19 +50,20 @@ fn program(files: &[Vec<String>], facts: &Facts) -> Result<Program, String> {
 }
 
 /// Times for every instruction: both the same where tables cannot tell when which of them counts.
-fn times(tape: &mut Tape<'_>, program: &Program) -> Times {
+fn times(tape: &mut Tape<'_>, program: &Program) -> Vec<Times> {
     let drawn = common::ir::times(tape, program.instructions.len());
     program
         .instructions
         .iter()
         .zip(drawn)
-        .map(|(instruction, (on, off))| {
+        .map(|(instruction, Times { on, off, .. })| {
             let name = instruction.text.split(' ').next().unwrap_or_default();
             let same = ["PLS", "PLF", "FF"].contains(&name);
             match &instruction.timing {
-                None => (Picos::ZERO, Picos::ZERO),
-                Some(key) if key.dearer || same => (on.max(off), on.max(off)),
-                Some(_) => (on, off),
+                None => Times::default(),
+                Some(key) if key.dearer || same => Times::new(on.max(off), on.max(off)),
+                Some(key) if key.counted().is_some() => Times { on, off, per_unit: Picos(37) },
+                Some(_) => Times::new(on, off),
             }
         })
         .collect()
@@ -122,25 +123,26 @@ impl Luck for &mut Fortune<'_> {
 }
 
 /// What each line of each file costs on and off.
-type Prices = BTreeMap<(usize, usize), (Picos, Picos)>;
+type Prices = BTreeMap<(usize, usize), Times>;
 
-fn prices(program: &Program, times: &Times) -> Prices {
+fn prices(program: &Program, times: &[Times]) -> Prices {
     let mut prices = BTreeMap::new();
-    for (instruction, (on, off)) in program.instructions.iter().zip(times) {
+    for (instruction, times) in program.instructions.iter().zip(times) {
         if instruction.timing.is_some() {
-            let sum: &mut (Picos, Picos) = prices
-                .entry((instruction.place.file as usize, instruction.place.line as usize))
-                .or_default();
-            *sum = (sum.0 + *on, sum.1 + *off);
+            let line = (instruction.place.file as usize, instruction.place.line as usize);
+            let sum: &mut Times = prices.entry(line).or_default();
+            sum.on += times.on;
+            sum.off += times.off;
+            sum.per_unit += times.per_unit;
         }
     }
     prices
 }
 
 fn cost(executed: &[Executed], prices: &Prices) -> Picos {
-    let price = |(file, line, on): &Executed| {
-        let (yes, no) = prices.get(&(*file, *line)).copied().unwrap_or_default();
-        if *on { yes } else { no }
+    let price = |(file, line, on, units): &Executed| {
+        let times = prices.get(&(*file, *line)).copied().unwrap_or_default();
+        if *on { times.with(*units) } else { times.off }
     };
     executed.iter().map(price).sum()
 }
@@ -182,7 +184,7 @@ fn climb(
         if total > upper {
             let told: Vec<String> = executed
                 .iter()
-                .map(|(file, at, on)| {
+                .map(|(file, at, on, _)| {
                     let price = prices.get(&(*file, *at));
                     format!("  {file}:{at} {} {on} {price:?}", texts[*file][at - 1])
                 })
@@ -296,7 +298,7 @@ impl Free for Drawn<'_> {
 /// The bound with what is learned of operations in some scans that are run really: its witness reaches it.
 fn learned(
     program: &Program,
-    times: &Times,
+    times: &[Times],
     bound: &Bound,
     words: &[u16],
 ) -> Result<Picos, String> {

@@ -11,7 +11,7 @@ use scanbound::facts::Facts;
 use scanbound::program::Program;
 use scanbound::replay::replay;
 use scanbound::solve::Method;
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 
 /// Which spelling a program is written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -286,7 +286,7 @@ struct Plc {
 
 struct Emulator<'a> {
     ops: &'a [Op],
-    times: &'a [(Picos, Picos)],
+    times: &'a [Times],
     plc: Plc,
     total: Picos,
 }
@@ -410,7 +410,7 @@ impl Emulator<'_> {
                 Op::Call => on = top && lit,
                 Op::Return | Op::End => {}
             }
-            let (on_time, off_time) = self.times[at];
+            let Times { on: on_time, off: off_time, .. } = self.times[at];
             self.total += if on { on_time } else { off_time };
             fresh = coil;
             match op {
@@ -437,7 +437,7 @@ impl Emulator<'_> {
 }
 
 /// A time for each line; what is dearer one way only costs that much both ways where a table can't tell them apart.
-fn times(ops: &[Op]) -> Vec<(Picos, Picos)> {
+fn times(ops: &[Op]) -> Vec<Times> {
     let both = |op: Op| {
         !matches!(
             op,
@@ -456,7 +456,7 @@ fn times(ops: &[Op]) -> Vec<(Picos, Picos)> {
     let time = |(at, &op): (usize, &Op)| {
         let on = 1 + (at as u64 * 7919) % 101;
         let off = if both(op) { on } else { 1 + (at as u64 * 104_729) % 37 };
-        (Picos(on), Picos(off))
+        Times::new(Picos(on), Picos(off))
     };
     ops.iter().enumerate().map(time).collect()
 }
@@ -485,7 +485,7 @@ fn check(tape: &[u16], spelling: Spelling) -> Result<(), String> {
             Some(_) => *lines
                 .next()
                 .ok_or_else(|| told("more priced instructions than lines".to_owned()))?,
-            None => (Picos::ZERO, Picos::ZERO),
+            None => Times::default(),
         });
     }
     let bound =

@@ -10,7 +10,7 @@ use scanbound::program::bulk;
 use scanbound::replay::replay;
 use scanbound::scan::reach::scan_model_fitted;
 use scanbound::solve::{Limits, Method};
-use scanbound::time::Picos;
+use scanbound::time::Times;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 const PLAIN: Taste = Taste {
@@ -130,7 +130,7 @@ fn what_is_taken_in_bulk_bounds_every_scan() {
             let mut fitted = program.clone();
             bulk::fit(&mut fitted, most).map_err(|why| format!("{why:?}"))?;
             let count = program.instructions.len();
-            times.resize(fitted.instructions.len(), (Picos::ZERO, Picos::ZERO));
+            times.resize(fitted.instructions.len(), Times::default());
             // A rung that goes on behind a loop has no result there any more: refused, not misjudged.
             let Ok(bound) = bound(&fitted, &times, Method::Auto) else { continue };
             holds(&fitted, &times, &bound, 50)?;
@@ -155,7 +155,7 @@ fn what_is_given_up_bounds_every_scan() {
             let model = scan_model_fitted(&mut wider, &times, all, &|| false).map_err(told)?;
             if model.is_none() {
                 bulk::whole(&mut wider, "for the test").map_err(|why| format!("{why:?}"))?;
-                times.resize(wider.instructions.len(), (Picos::ZERO, Picos::ZERO));
+                times.resize(wider.instructions.len(), Times::default());
             }
             given_up += wider.approximations.len();
             let bound = bound(&wider, &times, Method::Auto).map_err(told)?;

@@ -287,7 +287,7 @@ impl Findings<'_> {
         let mut needed = vec![false; nodes.len()];
         let mut asked = vec![0; nodes.len()];
         for charge in self.model.charges.iter().filter(|charge| !charge.is_constant()) {
-            for lit in [charge.reached, charge.fires] {
+            for lit in charge.literals() {
                 needed[lit.node()] = true;
                 asked[lit.node()] += 1;
             }

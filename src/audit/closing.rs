@@ -129,6 +129,7 @@ impl Closing<'_> {
                 fires,
                 on: Picos(1 << place),
                 off: Picos::ZERO,
+                counted: None,
             });
         }
         let constant: Vec<usize> =

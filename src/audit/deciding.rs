@@ -14,14 +14,16 @@ pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -
         let charge = &model.charges[index];
         let (reached, fires) = (values.get(charge.reached), values.get(charge.fires));
         // Firing implies being reached.
-        if fires && charge.on > charge.off {
+        let (on, units) = charge.fired();
+        if fires && on > charge.off {
             need(charge.fires);
         } else if reached {
             need(charge.reached);
-            if charge.on < charge.off && !fires {
+            if on < charge.off && !fires {
                 need(charge.fires);
             }
         }
+        units.iter().filter(|(handled, _)| values.get(*handled)).for_each(|(lit, _)| need(*lit));
     }
     model.constraints.iter().copied().for_each(&mut need);
     let mut variables = vec![false; model.variables.len()];
@@ -55,8 +57,7 @@ pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -
 /// The variables on which it depends what the charges cost.
 pub fn depends_on(model: &ScanModel, charges: &[usize]) -> BTreeSet<VarId> {
     let guards = charges.iter().map(|&index| &model.charges[index]);
-    let mut open: Vec<usize> =
-        guards.flat_map(|charge| [charge.reached.node(), charge.fires.node()]).collect();
+    let mut open: Vec<usize> = guards.flat_map(|charge| charge.literals()).map(Lit::node).collect();
     let mut seen: BTreeSet<usize> = open.iter().copied().collect();
     let mut variables = BTreeSet::new();
     while let Some(index) = open.pop() {
@@ -101,6 +102,7 @@ mod tests {
                 fires,
                 on: Picos(on),
                 off: Picos(off),
+                counted: None,
             });
         }
         let decide = |values: [u16; 4]| deciding(&model, &Assignment(values.into()), &[0, 1]);

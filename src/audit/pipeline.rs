@@ -201,7 +201,9 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
         refuse_assumed(&program, &prices)?;
     }
     // By what they were priced nobody asks again.
-    program.instructions.iter_mut().for_each(|instruction| instruction.timing = None);
+    for instruction in &mut program.instructions {
+        instruction.timing = instruction.timing.take().filter(|key| key.counted().is_some());
+    }
 
     stage("following the scan");
     let (model, whole) = model_of(&mut program, &mut prices, &budget)?;

@@ -6,7 +6,7 @@ use crate::price::Prices;
 use crate::program::{AreaKind, Cell, Program};
 use crate::replay::run::{Given, Run};
 use crate::solve::Limits;
-use crate::time::Picos;
+use crate::time::{Picos, Times};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeMap;
@@ -70,7 +70,7 @@ fn on(program: &Program, inputs: &BTreeMap<Cell, u16>) -> Vec<(String, Value)> {
 /// besides its instructions.
 fn simulate(
     program: &Program,
-    times: &[(Picos, Picos)],
+    times: &[Times],
     found: &Found,
     before: Before,
     left: &mut u64,

@@ -10,7 +10,7 @@ use crate::replay::{Free, Real, Why, real};
 use crate::scan::reach::Reach;
 use crate::scan::{Side, scan_model_knowing};
 use crate::solve::{Limits, Method, maxima, maximum};
-use crate::time::Picos;
+use crate::time::{Picos, Times};
 use std::collections::BTreeSet;
 
 /// So many instructions of a scan are run.
@@ -33,7 +33,7 @@ pub struct Found {
 pub struct Search<'a> {
     pub program: &'a Program,
     /// What instructions cost at least where a count is not known.
-    pub least: &'a [(Picos, Picos)],
+    pub least: &'a [Times],
     pub limits: Limits<'a>,
 }
 

@@ -6,7 +6,7 @@ use crate::model::{Assignment, Charge, Lit, ScanModel};
 use crate::program::{Program, Step};
 use crate::replay::replay;
 use crate::solve::{Limits, Method, maximum};
-use crate::time::Picos;
+use crate::time::{Picos, Times};
 use std::collections::BTreeSet;
 
 /// Where so many loops are found, no more are asked for: one alone leaves a scan without bound.
@@ -26,7 +26,7 @@ pub struct Loops {
 /// If the interpreter does not come to a loop that the analysis says it comes to.
 pub fn loops(
     program: &Program,
-    times: &[(Picos, Picos)],
+    times: &[Times],
     model: &ScanModel,
     limits: &Limits<'_>,
 ) -> Result<Loops, String> {
@@ -46,6 +46,7 @@ pub fn loops(
             fires: reached,
             on: Picos(1),
             off: Picos::ZERO,
+            counted: None,
         }];
         let mut assignment = Assignment(vec![0; model.variables.len()]);
         let mut possible = reached == Lit::TRUE;

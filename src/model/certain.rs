@@ -62,29 +62,26 @@ pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: 
         if strict && charge.dearer() > Picos::ZERO {
             found.constraints.push(circuit.or(reached, passed));
         }
-        let base = charge.on.min(charge.off);
+        let ((on, units), off) = (charge.fired(), charge.off);
+        let bare = || Charge { counted: None, ..charge.clone() };
+        let mut add = |holds: Lit, more: Picos| {
+            let (reached, fires) = (holds, holds);
+            found.charges.push(Charge { reached, fires, on: more, off: Picos::ZERO, ..bare() });
+        };
+        for &(handled, more) in units {
+            add(of(&pairs, handled).0, more);
+        }
+        let base = on.min(off);
         let known = reached == !passed && fires == !idle;
-        if known || charge.on == charge.off {
+        if known || on == off {
             let fires = if known { fires } else { reached };
-            found.charges.push(Charge { reached, fires, ..charge.clone() });
+            found.charges.push(Charge { reached, fires, on, off, ..bare() });
             continue;
         }
-        found.charges.push(Charge {
-            reached,
-            fires: reached,
-            on: base,
-            off: base,
-            ..charge.clone()
-        });
-        let more = Picos(charge.dearer().0 - base.0);
-        let dearer = if charge.on > charge.off { fires } else { circuit.and(reached, idle) };
-        found.charges.push(Charge {
-            reached: dearer,
-            fires: dearer,
-            on: more,
-            off: Picos::ZERO,
-            ..charge.clone()
-        });
+        let dearer = if on > off { fires } else { circuit.and(reached, idle) };
+        add(dearer, Picos(on.max(off).0 - base.0));
+        let fires = reached;
+        found.charges.push(Charge { reached, fires, on: base, off: base, ..bare() });
     }
     found.constraints.extend(model.constraints.iter().map(|&holds| of(&pairs, holds).0));
     found.constraints.retain(|&holds| holds != Lit::TRUE);
@@ -132,6 +129,7 @@ mod tests {
                 fires,
                 on,
                 off,
+                counted: None,
             });
         }
         let unknown = |variable: VarId| match variable.0 {

@@ -53,7 +53,8 @@ pub struct Variable {
 }
 
 /// One execution of one instruction and what it costs: `on` if `fires`, else `off` if `reached`, else nothing.
-/// `fires` implies `reached`.
+/// `fires` implies `reached`. Where the scan works out how many units it handles, `on` is with the most of them, and
+/// `counted` says what it costs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Charge {
     /// The instruction, an index into `Program::instructions`.
@@ -68,6 +69,17 @@ pub struct Charge {
     pub on: Picos,
     /// Time when it is reached and does not fire.
     pub off: Picos,
+    /// Where the scan works out how many units are handled: what it costs when it fires.
+    pub counted: Option<Box<ByUnits>>,
+}
+
+/// What a charge costs by the units that are handled.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ByUnits {
+    /// Without any.
+    pub base: Picos,
+    /// What each of these adds where it is true, which implies that the charge fires.
+    pub units: Vec<(Lit, Picos)>,
 }
 
 impl Charge {
@@ -81,7 +93,11 @@ impl Charge {
     #[must_use]
     pub fn cost(&self, values: &Values) -> Picos {
         match (values.get(self.fires), values.get(self.reached)) {
-            (true, _) => self.on,
+            (true, _) => {
+                let (base, units) = self.fired();
+                let handled = units.iter().filter(|(handled, _)| values.get(*handled));
+                base + handled.map(|(_, more)| *more).sum()
+            }
             (false, true) => self.off,
             (false, false) => Picos::ZERO,
         }
@@ -90,7 +106,32 @@ impl Charge {
     /// Whether no assignment changes what it costs.
     #[must_use]
     pub fn is_constant(&self) -> bool {
-        self.reached.is_constant() && (self.fires.is_constant() || self.on == self.off)
+        self.guards().next().is_none()
+    }
+
+    /// The literals on which it depends what it costs.
+    pub fn guards(&self) -> impl Iterator<Item = Lit> + '_ {
+        let fires_matters = self.on != self.off || self.counted.is_some();
+        let matters = move |guard: &Lit| {
+            !guard.is_constant()
+                && (fires_matters || *guard != self.fires || *guard == self.reached)
+        };
+        self.literals().filter(matters)
+    }
+
+    /// All its literals, those that are constant and those that change nothing included.
+    pub fn literals(&self) -> impl Iterator<Item = Lit> + '_ {
+        let units = self.fired().1.iter().map(|(handled, _)| *handled);
+        [self.reached, self.fires].into_iter().chain(units)
+    }
+
+    /// What it costs when it fires: without any unit, and what each of these literals adds.
+    #[must_use]
+    pub fn fired(&self) -> (Picos, &[(Lit, Picos)]) {
+        match self.counted.as_deref() {
+            None => (self.on, &[]),
+            Some(ByUnits { base, units }) => (*base, units),
+        }
     }
 }
 

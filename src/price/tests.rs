@@ -213,9 +213,9 @@ fn labels_and_parts_of_instructions_are_free() {
     // An optional row's class does not price it, its own row does.
     let prices = price(&program, &table("@nothing,1,\n"), &Facts::default()).unwrap();
     assert_eq!(prices.instructions, [None, None]);
-    assert_eq!(prices.times(), [(us(0), us(0)); 2]);
+    assert_eq!(prices.times(), [Times::default(); 2]);
     let prices = price(&program, &table("P50,4,\n"), &Facts::default()).unwrap();
-    assert_eq!(prices.times(), [(us(4), us(4)), (us(0), us(0))]);
+    assert_eq!(prices.times(), [Times::new(us(4), us(4)), Times::default()]);
 }
 
 #[test]
@@ -233,7 +233,8 @@ fn words_of_an_area_and_bits_of_words_add_what_they_cost() {
     forgets.effects = vec![Effect { when: When::Fired, write: region(30_000) }];
     let table = table("DMOV,1,\nLD,1,\nBMOV,1,\n@+ZR,10,0\n@+wordbit,100,\n");
     let prices = price(&program(vec![moved, bit, forgets]), &table, &Facts::default()).unwrap();
-    assert_eq!(prices.times(), [(us(21), us(1)), (us(111), us(101)), (us(81), us(1))]);
+    let expected = [(21, 1), (111, 101), (81, 1)].map(|(on, off)| Times::new(us(on), us(off)));
+    assert_eq!(prices.times(), expected);
     assert_eq!(&*prices.instructions[1].as_ref().unwrap().row, "LD + @+wordbit + @+ZR");
 }
 
@@ -249,7 +250,7 @@ fn a_rung_costs_at_its_first_priced_instruction() {
     ]);
     let prices = price(&program, &table("LD,1,\nMOV,2,\n@rung,6,\n"), &Facts::default()).unwrap();
     assert_eq!(
-        prices.times().iter().map(|t| t.0).collect::<Vec<_>>(),
+        prices.times().iter().map(|t| t.on).collect::<Vec<_>>(),
         [us(0), us(7), us(2), us(7)]
     );
     assert_eq!(prices.overhead, []);
@@ -267,7 +268,7 @@ fn an_interrupt_costs_where_it_is_entered() {
     program.interrupts = vec![interrupt(1, "I0"), interrupt(2, "I1")];
     let prices =
         price(&program, &table("LD,1,\n@interrupt-entry,40,\n"), &Facts::default()).unwrap();
-    assert_eq!(prices.times().iter().map(|t| t.0).collect::<Vec<_>>(), [us(1), us(40), us(41)]);
+    assert_eq!(prices.times().iter().map(|t| t.on).collect::<Vec<_>>(), [us(1), us(40), us(41)]);
 }
 
 #[test]

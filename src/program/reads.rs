@@ -1,6 +1,6 @@
 //! Every place at which an instruction reads: to look at, or to put something else there.
 
-use super::{BitSource, Instruction, Logic, Number, Step, WordSource, Write};
+use super::{BitSource, Instruction, Logic, Number, Step, Units, WordSource, Write};
 
 /// Where an instruction reads a bit or a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,7 +21,7 @@ pub enum SourceMut<'a> {
 }
 
 impl Instruction {
-    /// Shows every source of the step and of the effects, the count of a loop taken in bulk included. The choices that
+    /// Shows every source of the step and of the effects, and what counts turns and units. The choices that
     /// are not sources, those of real comparisons, forgotten regions and bulk loops, are not shown.
     pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
         if let Some(fires) = self.step.fires() {
@@ -34,6 +34,9 @@ impl Instruction {
         };
         if let Some(count) = count {
             see(Source::Word(count));
+        }
+        if let Some(counted) = self.counted() {
+            counted.words.iter().for_each(|word| see(Source::Word(*word)));
         }
         for effect in &self.effects {
             match &effect.write {
@@ -69,6 +72,9 @@ impl Instruction {
             | Step::ForEnd
             | Step::ZoneEnd { .. }
             | Step::Nothing => {}
+        }
+        if let Some(Units::Counted(counted)) = self.timing.as_mut().map(|key| &mut key.units) {
+            counted.words.iter_mut().for_each(|word| change(SourceMut::Word(word)));
         }
         for effect in &mut self.effects {
             match &mut effect.write {

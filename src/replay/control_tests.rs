@@ -48,7 +48,7 @@ fn run(program: &Program, ones: &[u32]) -> Vec<(usize, bool)> {
 }
 
 fn run_on(program: &Program, witness: &Witness) -> Vec<(usize, bool)> {
-    let times = vec![(Picos(ON), Picos(OFF)); program.instructions.len()];
+    let times = vec![Times::new(Picos(ON), Picos(OFF)); program.instructions.len()];
     let replay = replay(program, &times, witness);
     assert_eq!(replay.total, replay.events.iter().map(|event| event.cost).sum());
     replay.events.iter().map(|event| (event.instruction, event.fired)).collect()
@@ -206,7 +206,7 @@ fn jumps_skip_and_what_is_skipped_costs_nothing() {
     let jump = step(Step::Jump { fires: Logic::Condition, target: 4 });
     let p = program(vec![ld(0), jump, set(1), act(), ld(1), act()]);
     assert_eq!(run(&p, &[0]), [(0, true), (1, true), (4, false), (5, false)]);
-    let times = vec![(Picos(ON), Picos(OFF)); 6];
+    let times = vec![Times::new(Picos(ON), Picos(OFF)); 6];
     assert_eq!(replay(&p, &times, &Witness::default()).total, Picos(6 * OFF));
     // A jump may go to the very end.
     let jump = step(Step::Jump { fires: Logic::Const(true), target: 2 });
@@ -252,7 +252,7 @@ fn an_end_in_a_called_routine_ends_its_main_and_the_next_main_begins_afresh() {
     ]);
     p.mains = vec![0..4, 5..7];
     assert_eq!(run(&p, &[]), [(0, false), (1, false), (2, true), (4, true), (5, true), (6, true)]);
-    let times = [(Picos(ON), Picos(OFF)); 7];
+    let times = [Times::new(Picos(ON), Picos(OFF)); 7];
     let replay = replay(&p, &times, &Witness::default());
     assert_eq!(replay.events[4].frames[..], [], "the call was left");
 }
@@ -273,7 +273,7 @@ fn a_stop_ends_all_but_the_interrupts() {
     assert_eq!(run(&p, &[0]), [vec![(0, true)], tail.to_vec()].concat());
     assert_eq!(run(&p, &[])[..3], [(0, false), (1, true), (2, true)]);
     assert_eq!(run(&p, &[0, 1])[1..], [(3, true), (4, true), (3, true), (4, true)]);
-    let times = [(Picos(ON), Picos(OFF)); 6];
+    let times = [Times::new(Picos(ON), Picos(OFF)); 6];
     let events = replay(&p, &times, &Witness::default()).events;
     let frame = |turn| [Frame { at: 3, turn }];
     assert_eq!((&events[3].frames[..], &events[6].frames[..]), (&frame(0)[..], &frame(1)[..]));
@@ -317,7 +317,7 @@ fn the_count_is_read_once_and_frames_tell_the_turns() {
     ]);
     let mut witness = Witness::default();
     witness.start.insert(word(0), 2);
-    let times = [(Picos(ON), Picos(OFF)); 5];
+    let times = [Times::new(Picos(ON), Picos(OFF)); 5];
     let frames: Vec<Vec<(usize, u32)>> = replay(&p, &times, &witness)
         .events
         .iter()
@@ -349,7 +349,7 @@ fn a_jump_out_ends_the_loops_and_a_return_too() {
     assert_eq!((at(&inner(5), 2), at(&inner(5), 4), at(&inner(5), 5)), (2, 0, 2));
     // Behind both.
     assert_eq!((at(&inner(6), 2), at(&inner(6), 5), at(&inner(6), 6)), (1, 0, 1));
-    let times = [(Picos(ON), Picos(OFF)); 7];
+    let times = [Times::new(Picos(ON), Picos(OFF)); 7];
     let mut witness = Witness::default();
     witness.start.insert(bit(0), 1);
     let events = replay(&inner(6), &times, &witness).events;
@@ -378,8 +378,8 @@ fn a_loop_in_bulk_charges_the_dearer_times_forgets_and_leaves_by_its_first_open_
         turns: None,
     }));
     let p = program(vec![step(bulk), act(), step(Step::ForEnd), ld(0), ld(1)]);
-    let times =
-        [(5, 6), (1, 2), (20, 10), (100, 0), (1000, 0)].map(|(on, off)| (Picos(on), Picos(off)));
+    let times = [(5, 6), (1, 2), (20, 10), (100, 0), (1000, 0)]
+        .map(|(on, off)| Times::new(Picos(on), Picos(off)));
     let go = |choices: &[(u32, Option<Cell>)]| {
         let mut witness = Witness::default();
         witness.start.insert(bit(0), 0);
@@ -422,7 +422,7 @@ fn choices_differ_by_turn_and_not_within_one() {
 #[should_panic(expected = "time overflow")]
 fn a_sum_of_times_never_wraps() {
     let p = program(vec![act(), act()]);
-    let times = [(Picos(u64::MAX), Picos::ZERO); 2];
+    let times = [Times::new(Picos(u64::MAX), Picos::ZERO); 2];
     let _ = replay(&p, &times, &Witness::default());
 }
 
@@ -433,7 +433,7 @@ fn a_scan_is_given_up_where_it_goes_round_for_ever() {
         instruction(Step::Unbounded { from: 0 }, vec![]),
         instruction(Step::Nothing, vec![]),
     ]);
-    let times = vec![(Picos(ON), Picos(OFF)); 3];
+    let times = vec![Times::new(Picos(ON), Picos(OFF)); 3];
     let mut witness = Witness::default();
     let lost = replay(&p, &times, &witness);
     assert_eq!((lost.unbounded, lost.events.len()), (Some(1), 2));

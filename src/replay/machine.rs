@@ -4,9 +4,10 @@ use super::state::{Doubt, State, Truth};
 use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    Bulk, ChoiceId, Exit, Frame, Instruction, Join, Program, Region, Step, When, WordSource, Write,
+    Bulk, ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Step, When,
+    WordSource, Write,
 };
-use crate::time::Picos;
+use crate::time::{Picos, Times};
 use std::collections::BTreeMap;
 
 /// Of so many loops in a scan both is tried where they run one turn or none.
@@ -49,7 +50,7 @@ enum Ended {
 
 pub(super) struct Machine<'p, F> {
     program: &'p Program,
-    times: &'p [(Picos, Picos)],
+    times: &'p [Times],
     state: State<'p, F>,
     routines: Vec<Routine>,
     total: Picos,
@@ -65,12 +66,7 @@ pub(super) struct Machine<'p, F> {
 }
 
 impl<'p, F: Free> Machine<'p, F> {
-    pub(super) fn new(
-        program: &'p Program,
-        times: &'p [(Picos, Picos)],
-        free: F,
-        mode: Mode,
-    ) -> Self {
+    pub(super) fn new(program: &'p Program, times: &'p [Times], free: F, mode: Mode) -> Self {
         assert_eq!(times.len(), program.instructions.len(), "a time for every instruction");
         Machine {
             program,
@@ -217,12 +213,12 @@ impl<'p, F: Free> Machine<'p, F> {
             Some(logic) => self.state.logic(logic, condition),
             None => Truth::TRUE,
         };
-        let (on, off) = self.times[at];
+        let times = self.times[at];
         let cost = match (fired.doubt, fired.value) {
             // It takes the lesser of the two at least.
-            (Some(_), _) => on.min(off),
-            (None, true) => on,
-            (None, false) => off,
+            (Some(_), _) => times.on.min(times.off),
+            (None, true) => times.with(self.units(instruction, times)),
+            (None, false) => times.off,
         };
         self.charge(at, fired.value, cost);
         self.change(instruction, condition, fired);
@@ -236,6 +232,20 @@ impl<'p, F: Free> Machine<'p, F> {
             Some(Ok(turns)) => self.step(at, &instruction.step, fired, turns),
             None => self.step(at, &instruction.step, fired, 0),
         }
+    }
+
+    /// How many units an instruction handles that words count. Really it is only counted what is known.
+    fn units(&mut self, instruction: &Instruction, times: Times) -> u64 {
+        let counted = instruction.counted().filter(|_| times.per_unit > Picos::ZERO);
+        let Some(counted) = counted else { return 0 };
+        let outer = self.state.doubt.take();
+        let number = counted.words.iter().rev();
+        let count = number.fold(0, |count, &word| count << 16 | u64::from(self.state.word(word)));
+        let doubt: Doubt = std::mem::replace(&mut self.state.doubt, outer);
+        if self.state.mode == Mode::Real && (doubt.is_some() || count > counted.sure) {
+            return 0;
+        }
+        count.min(counted.most).saturating_mul(counted.each)
     }
 
     /// Follows the scan no further.
@@ -483,8 +493,10 @@ impl<'p, F: Free> Machine<'p, F> {
         exits: &[(ChoiceId, Exit)],
     ) -> Next {
         for &(instruction, repetitions) in charges {
-            let (on, off) = self.times[instruction];
-            self.charge(instruction, on >= off, on.max(off).times(repetitions));
+            let times = self.times[instruction];
+            let most = self.program.instructions[instruction].counted();
+            let on = times.with(most.map_or(0, Counted::most_units));
+            self.charge(instruction, on >= times.off, on.max(times.off).times(repetitions));
         }
         for &region in forgets {
             self.state.forget(region, choice, Truth::TRUE);

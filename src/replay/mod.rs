@@ -19,7 +19,7 @@ mod value_tests;
 
 use crate::program::meaning::Knowledge;
 use crate::program::{AreaKind, Cell, ChoiceKey, Frame, Program, Witness};
-use crate::time::Picos;
+use crate::time::{Picos, Times};
 use std::sync::Arc;
 
 /// One execution of one instruction.
@@ -76,7 +76,7 @@ impl Free for &Witness {
 /// Runs one scan of the program on the witness's values. `times` gives each instruction's on-time and
 /// off-time and is parallel to `Program::instructions`.
 #[must_use]
-pub fn replay(program: &Program, times: &[(Picos, Picos)], witness: &Witness) -> Replay {
+pub fn replay(program: &Program, times: &[Times], witness: &Witness) -> Replay {
     replay_with(program, times, witness)
 }
 
@@ -141,7 +141,7 @@ impl Real {
 #[must_use]
 pub fn real<F: Free>(
     program: &Program,
-    times: &[(Picos, Picos)],
+    times: &[Times],
     mut free: impl FnMut() -> F,
     most: u64,
 ) -> Real {
@@ -188,7 +188,7 @@ pub fn real<F: Free>(
 #[must_use]
 pub fn replay_knowing(
     program: &Program,
-    times: &[(Picos, Picos)],
+    times: &[Times],
     knowledge: &Knowledge,
     witness: &Witness,
 ) -> Replay {
@@ -197,6 +197,6 @@ pub fn replay_knowing(
 
 /// Runs one scan, asking `free` for every value that the program leaves free at the moment it is needed.
 #[must_use]
-pub fn replay_with(program: &Program, times: &[(Picos, Picos)], free: impl Free) -> Replay {
+pub fn replay_with(program: &Program, times: &[Times], free: impl Free) -> Replay {
     machine::Machine::new(program, times, free, Mode::Model).scan()
 }

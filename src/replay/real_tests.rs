@@ -8,7 +8,7 @@ use crate::program::{
 };
 
 fn run(program: &Program) -> Real {
-    let times = vec![(Picos(10), Picos(1)); program.instructions.len()];
+    let times = vec![Times::new(Picos(10), Picos(1)); program.instructions.len()];
     let witness = Witness::default();
     real(program, &times, || &witness, 1000)
 }

@@ -4,7 +4,7 @@ use super::machine::{MOST_ASKED, Machine};
 use super::state::State;
 use super::{Free, Mode, Real};
 use crate::program::{AreaKind, Cell, ChoiceKey, Program, Region, flow};
-use crate::time::Picos;
+use crate::time::Times;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -21,7 +21,7 @@ pub struct Given {
 pub struct Run<'p> {
     program: &'p Program,
     /// What each instruction costs at least.
-    times: &'p [(Picos, Picos)],
+    times: &'p [Times],
     /// What the program writes by itself.
     written: Rc<Vec<Region>>,
     last: Option<State<'p, Start<'p>>>,
@@ -39,7 +39,7 @@ struct Start<'p> {
 impl<'p> Run<'p> {
     /// Power-up. `times` is parallel to `Program::instructions`.
     #[must_use]
-    pub fn new(program: &'p Program, times: &'p [(Picos, Picos)]) -> Run<'p> {
+    pub fn new(program: &'p Program, times: &'p [Times]) -> Run<'p> {
         Run { program, times, written: Rc::new(written(program)), last: None }
     }
 

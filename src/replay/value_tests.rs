@@ -15,7 +15,7 @@ fn ask(writes: Vec<(When, Write)>, asked: Vec<Logic>, witness: &Witness) -> Vec<
     let first = writes.len();
     let acts = writes.into_iter().map(|(when, write)| act(Effect { when, write }));
     let p = program(acts.chain(asked.into_iter().map(contact)).collect());
-    let times = vec![(Picos::ZERO, Picos::ZERO); p.instructions.len()];
+    let times = vec![Times::new(Picos::ZERO, Picos::ZERO); p.instructions.len()];
     replay(&p, &times, witness).events[first..].iter().map(|event| event.fired).collect()
 }
 
@@ -228,7 +228,7 @@ fn effects_see_the_effects_before_but_expressions_the_state_before_all() {
         instruction(Step::Logic { join: Join::Start, value: Logic::cell(bit(n)) }, vec![])
     });
     let p = program([contact].into_iter().chain(asked).collect());
-    let times = [(Picos(10), Picos(1)); 5];
+    let times = [Times::new(Picos(10), Picos(1)); 5];
     let fired = |witness: &Witness| {
         replay(&p, &times, witness).events.iter().map(|event| event.fired).collect::<Vec<_>>()
     };
@@ -295,7 +295,7 @@ fn a_range_is_broken_only_by_what_was_read() {
         };
         let mut p = program(read.iter().map(contact).collect());
         p.ranges = vec![range];
-        let times = vec![(Picos::ZERO, Picos::ZERO); read.len()];
+        let times = vec![Times::new(Picos::ZERO, Picos::ZERO); read.len()];
         !replay(&p, &times, witness).broken_ranges.is_empty()
     };
     let one = StartRange { cells: vec![word(0)], low: -3, high: 4 };

@@ -10,13 +10,13 @@ mod number;
 pub mod reach;
 mod word;
 
-use crate::model::{Charge, Lit, ScanModel, Turns, Unbounded};
+use crate::model::{ByUnits, Charge, Lit, ScanModel, Turns, Unbounded};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    BitSource, Bulk, Cell, Effect, Exit, Frame, Join, Logic, Program, Relation, Source, Step, When,
-    WordSource, Write,
+    BitSource, Bulk, Cell, Counted, Effect, Exit, Frame, Join, Logic, Program, Relation, Source,
+    Step, When, WordSource, Write,
 };
-use crate::time::Picos;
+use crate::time::{Picos, Times};
 use memory::Memory;
 use reach::Reach;
 use std::collections::{BTreeMap, BTreeSet};
@@ -62,9 +62,6 @@ pub enum ScanError {
     },
 }
 
-/// The on-time and off-time of every instruction, parallel to `Program::instructions`.
-pub type Times<'a> = &'a [(Picos, Picos)];
-
 /// More executed instructions in one scan than this are refused (calls and loops unrolled).
 const MOST_EXECUTED: usize = 10_000_000;
 
@@ -72,7 +69,7 @@ const MOST_EXECUTED: usize = 10_000_000;
 ///
 /// # Errors
 /// If calls and loops multiply beyond what can be followed, or the program is not well formed.
-pub fn scan_model(program: &Program, times: Times<'_>) -> Result<ScanModel, ScanError> {
+pub fn scan_model(program: &Program, times: &[Times]) -> Result<ScanModel, ScanError> {
     scan_model_within(program, times, &Reach::default())
 }
 
@@ -92,7 +89,7 @@ pub enum Side {
 /// formed.
 pub fn scan_model_within(
     program: &Program,
-    times: Times<'_>,
+    times: &[Times],
     reach: &Reach<'_>,
 ) -> Result<ScanModel, ScanError> {
     scan_model_knowing(program, times, &Knowledge::new(), Side::Above, reach)
@@ -104,7 +101,7 @@ pub fn scan_model_within(
 /// The same.
 pub fn scan_model_knowing(
     program: &Program,
-    times: Times<'_>,
+    times: &[Times],
     knowledge: &Knowledge,
     side: Side,
     reach: &Reach<'_>,
@@ -212,7 +209,7 @@ struct Activation {
 /// The execution under way.
 struct Run<'p> {
     program: &'p Program,
-    times: Times<'p>,
+    times: &'p [Times],
     /// What was learned of exact choices.
     knowledge: &'p Knowledge,
     side: Side,
@@ -355,12 +352,69 @@ impl Run<'_> {
 
     /// Charges the instruction's times, unless both are zero.
     fn charge(&mut self, at: usize, reached: Lit, fires: Lit) {
-        let (on, off) = self.times[at];
-        if on == Picos::ZERO && off == Picos::ZERO {
+        let times = self.times[at];
+        if times == Times::default() {
             return;
         }
+        let (on, counted) = self.by_units(at, fires);
         let frames = self.frames.clone();
-        self.memory.model.charges.push(Charge { instruction: at, frames, reached, fires, on, off });
+        self.memory.model.charges.push(Charge {
+            instruction: at,
+            frames,
+            reached,
+            fires,
+            on,
+            off: times.off,
+            counted,
+        });
+    }
+
+    /// What an instruction takes when it fires: at most, and by the units that it handles, where words say how many.
+    fn by_units(&mut self, at: usize, fires: Lit) -> (Picos, Option<Box<ByUnits>>) {
+        let times = self.times[at];
+        let counted = self.program.instructions[at].counted();
+        let Some(counted) = counted.filter(|_| times.per_unit > Picos::ZERO) else {
+            return (times.on, None);
+        };
+        let number: Vec<Word> = counted.words.iter().map(|word| self.word(*word, at)).collect();
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        let mut above = |most: u64| {
+            let places = number.iter().enumerate();
+            let most = u32::try_from(most).unwrap_or(u32::MAX);
+            let most: Vec<Word> =
+                places.map(|(place, _)| words.constant((most >> (16 * place)) as u16)).collect();
+            number::compare(words, circuit, Relation::Greater, false, &number, &most)
+        };
+        let largest = (1u64 << (16 * number.len())) - 1;
+        let over = if counted.most < largest { above(counted.most) } else { Lit::FALSE };
+        let sure = match self.side {
+            Side::Above => Lit::TRUE,
+            Side::Below if counted.sure < largest => !above(counted.sure),
+            Side::Below => Lit::TRUE,
+        };
+        let handled = circuit.and(fires, sure);
+        let (mut base, mut units) = (times.on, Vec::new());
+        let bits = number.iter().flat_map(|&word| words.bits(circuit, word));
+        for (place, bit) in bits.collect::<Vec<Lit>>().into_iter().enumerate() {
+            let bit = circuit.ite(over, Lit::constant(counted.most >> place & 1 == 1), bit);
+            let more = times.per_unit.times(counted.each).times(1 << place);
+            match circuit.and(handled, bit) {
+                Lit::FALSE => {}
+                here if here == fires => base += more,
+                here => units.push((here, more)),
+            }
+        }
+        if units.is_empty() {
+            return (base, None);
+        }
+        (times.with(counted.most_units()), Some(Box::new(ByUnits { base, units })))
+    }
+
+    /// The most that an instruction takes once.
+    fn dearest(&self, at: usize) -> Picos {
+        let times = self.times[at];
+        let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
+        times.with(units).max(times.off)
     }
 
     /// Carries out one effect.
@@ -646,8 +700,7 @@ impl Run<'_> {
     ) -> Result<(), ScanError> {
         let mut turn = Picos::ZERO;
         for &(instruction, times) in charges {
-            let (on, off) = self.times[instruction];
-            turn += on.max(off).times(times / u64::from(most.max(1)));
+            turn += self.dearest(instruction).times(times / u64::from(most.max(1)));
         }
         let word = self.word(count, at);
         let bits = self.memory.words.bits(&mut self.memory.model.circuit, word);
@@ -657,8 +710,15 @@ impl Run<'_> {
             let cost = cost.ok_or(ScanError::TooOften { instruction: at })?;
             if fires != Lit::FALSE && cost > Picos::ZERO {
                 let (reached, frames) = (fires, self.frames.clone());
-                let charge =
-                    Charge { instruction: at, frames, reached, fires, on: cost, off: cost };
+                let charge = Charge {
+                    instruction: at,
+                    frames,
+                    reached,
+                    fires,
+                    on: cost,
+                    off: cost,
+                    counted: None,
+                };
                 self.memory.model.charges.push(charge);
             }
         }
@@ -668,13 +728,20 @@ impl Run<'_> {
     /// Charges a loop in bulk.
     fn charge_bulk(&mut self, active: Lit, charges: &[(usize, u64)]) -> Result<(), ScanError> {
         for &(instruction, times) in charges {
-            let (on, off) = self.times[instruction];
-            let cost = on.max(off).0.checked_mul(times).map(Picos);
+            let cost = self.dearest(instruction).0.checked_mul(times).map(Picos);
             let cost = cost.ok_or(ScanError::TooOften { instruction })?;
             if cost > Picos::ZERO {
                 let frames = self.frames.clone();
                 let (reached, fires) = (active, active);
-                let charge = Charge { instruction, frames, reached, fires, on: cost, off: cost };
+                let charge = Charge {
+                    instruction,
+                    frames,
+                    reached,
+                    fires,
+                    on: cost,
+                    off: cost,
+                    counted: None,
+                };
                 self.memory.model.charges.push(charge);
             }
         }

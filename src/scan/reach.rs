@@ -1,11 +1,12 @@
 //! How far a scan is followed: what its model may take, and what is given up where it takes more.
 
-use super::{ScanError, Times, scan_model_within};
+use super::{ScanError, scan_model_within};
 use crate::model::ScanModel;
 use crate::program::{
     Approximation, BitSource, BitTarget, ChoiceId, Program, Region, SourceMut, Step, WordSource,
     Write,
 };
+use crate::time::Times;
 use std::collections::BTreeSet;
 
 /// What following a scan may take, counted in nodes of the circuit and questions to words.
@@ -38,7 +39,7 @@ const ROUNDS: usize = 3;
 /// If it is ended, or the program is not well formed.
 pub fn scan_model_fitted(
     program: &mut Program,
-    times: Times<'_>,
+    times: &[Times],
     all: usize,
     ended: &dyn Fn() -> bool,
 ) -> Result<Option<ScanModel>, ScanError> {

@@ -38,7 +38,7 @@ impl Problem {
     ///
     /// A charge with times `on` and `off` costs `off` where it is reached and `on - off` more where it fires;
     /// with `on < off`, it costs `on` where it is reached and `off - on` more where it is reached and does not
-    /// fire. Equal guards are one item. Of a guard and its negation one is always true, so the lesser weight
+    /// fire. What counted units add comes besides. Equal guards are one item. Of a guard and its negation one is always true, so the lesser weight
     /// goes to the constant.
     #[must_use]
     pub fn new(model: &ScanModel, group: &Group) -> Problem {
@@ -59,7 +59,11 @@ impl Problem {
             let charge = &model.charges[index];
             let reached = cone.copy(&mut problem.circuit, charge.reached);
             let fires = cone.copy(&mut problem.circuit, charge.fires);
-            let (Picos(on), Picos(off)) = (charge.on, charge.off);
+            let (Picos(on), units) = charge.fired();
+            let Picos(off) = charge.off;
+            for (handled, more) in units {
+                terms.push((cone.copy(&mut problem.circuit, *handled), more.0, index));
+            }
             terms.push((reached, on.min(off), index));
             if on > off {
                 terms.push((fires, on - off, index));

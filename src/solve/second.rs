@@ -62,7 +62,7 @@ pub fn second_opinion(
 fn cone(model: &ScanModel, group: &Group) -> Vec<usize> {
     let nodes = model.circuit.nodes();
     let charges = group.charges.iter().map(|&charge| &model.charges[charge]);
-    let guards = charges.flat_map(|charge| [charge.reached, charge.fires]);
+    let guards = charges.flat_map(|charge| charge.literals());
     let constraints = group.constraints.iter().map(|&constraint| model.constraints[constraint]);
     let mut open: Vec<usize> = guards.chain(constraints).map(Lit::node).collect();
     let mut needed = std::collections::BTreeSet::new();
@@ -134,9 +134,14 @@ impl<'a> Question<'a> {
     fn total(&self) -> Int {
         let costs = self.group.charges.iter().map(|&charge| {
             let charge = &self.model.charges[charge];
-            let (on, off) = (Int::from_u64(charge.on.0), Int::from_u64(charge.off.0));
-            let idle = self.literal(charge.reached).ite(&off, &Int::from_u64(0));
-            self.literal(charge.fires).ite(&on, &idle)
+            let (on, units) = charge.fired();
+            let nothing = Int::from_u64(0);
+            let idle = self.literal(charge.reached).ite(&Int::from_u64(charge.off.0), &nothing);
+            let units = units.iter().map(|(handled, more)| {
+                self.literal(*handled).ite(&Int::from_u64(more.0), &nothing)
+            });
+            let base = self.literal(charge.fires).ite(&Int::from_u64(on.0), &idle);
+            Int::add(&units.chain([base]).collect::<Vec<Int>>())
         });
         Int::add(&costs.collect::<Vec<Int>>())
     }
@@ -199,7 +204,9 @@ impl<'a> Question<'a> {
             let charge = &self.model.charges[charge];
             let (reached, fires) = (self.literal(charge.reached), self.literal(charge.fires));
             let idle = Bool::and(&[reached, fires.not()]);
-            for (holds, cost) in [(fires, charge.on), (idle, charge.off)] {
+            let (on, units) = charge.fired();
+            let units = units.iter().map(|(handled, more)| (self.literal(*handled), *more));
+            for (holds, cost) in units.chain([(fires, on), (idle, charge.off)]) {
                 if cost > Picos::ZERO {
                     optimum.assert_soft(&holds, cost.0, None);
                 }

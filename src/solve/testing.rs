@@ -55,7 +55,15 @@ impl Builder {
         let fires = self.model.circuit.and(reached, condition);
         let instruction = self.model.charges.len();
         let (on, off) = (Picos(on), Picos(off));
-        self.model.charges.push(Charge { instruction, frames: vec![], reached, fires, on, off });
+        self.model.charges.push(Charge {
+            instruction,
+            frames: vec![],
+            reached,
+            fires,
+            on,
+            off,
+            counted: None,
+        });
     }
 
     /// All charges that are not constant, as one group.

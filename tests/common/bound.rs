@@ -7,9 +7,7 @@ use scanbound::program::{Program, Witness};
 use scanbound::scan::reach::Reach;
 use scanbound::scan::{ScanError, Side, scan_model_knowing};
 use scanbound::solve::{Limits, Method, maximum};
-use scanbound::time::Picos;
-
-pub type Times = Vec<(Picos, Picos)>;
+use scanbound::time::{Picos, Times};
 
 /// What the analysis says about a program.
 pub struct Bound {
@@ -20,14 +18,14 @@ pub struct Bound {
     pub calls: u64,
 }
 
-pub fn bound(program: &Program, times: &Times, method: Method) -> Result<Bound, ScanError> {
+pub fn bound(program: &Program, times: &[Times], method: Method) -> Result<Bound, ScanError> {
     bound_within(program, times, method, &Limits::default())
 }
 
 /// The same with a search that may end early.
 pub fn bound_within(
     program: &Program,
-    times: &Times,
+    times: &[Times],
     method: Method,
     limits: &Limits<'_>,
 ) -> Result<Bound, ScanError> {
@@ -37,7 +35,7 @@ pub fn bound_within(
 /// The same where something was learned of exact choices.
 pub fn bound_knowing(
     program: &Program,
-    times: &Times,
+    times: &[Times],
     knowledge: &Knowledge,
     method: Method,
     limits: &Limits<'_>,

@@ -9,12 +9,13 @@ const MNEMONICS: &str = "LD LDI AND ANI OR ORI LDP ANDP LD= LD<> LD> LD>= LD< LD
     OUT SET RST PLS MOV + - INC DEC WAND WOR WXOR ROL ROR SFL SFR BCD BIN SUM * / BMOV FMOV XCH SWAP LIMIT DECO ENCO \
     MAX SER FOR NEXT CJ CALL RET FEND END DIS UNI BSET BRST MPS MRD MPP MC MCR CML BK+ WSUM";
 
-/// Rows of a table, each with times by chance. Contacts cost the same either way.
+/// Rows of a table, each with times by chance, those of blocks by the word. Contacts cost the same either way.
 pub fn rows(tape: &mut Tape<'_>) -> String {
     let mut rows = String::new();
     for name in MNEMONICS.split_whitespace() {
         let (on, off) = (1 + tape.below(300), tape.below(60));
-        let _ = writeln!(rows, "{name},{on},{off},0");
+        let per_unit = if matches!(name, "BMOV" | "FMOV") { tape.below(40) } else { 0 };
+        let _ = writeln!(rows, "{name},{on},{off},{per_unit}");
     }
     rows
 }

@@ -1,13 +1,12 @@
 //! Random programs as the analysis sees them, with no dialect in front: every step, source, write and region.
 
-use super::bound::Times;
 use super::tape::Tape;
 use scanbound::program::{
-    Area, AreaId, AreaKind, BitSource, BitTarget, Bulk, Cell, ChoiceId, Compare, Effect, Exit,
-    Instruction, Interrupt, Join, Logic, Number, Place, Program, Radix, Reading, Region, Relation,
-    StartRange, Step, When, WordSource, WordTarget, Write,
+    Area, AreaId, AreaKind, BitSource, BitTarget, Bulk, Cell, ChoiceId, Compare, Counted, Effect,
+    Exit, Instruction, Interrupt, Join, Logic, Number, Place, Program, Radix, Reading, Region,
+    Relation, StartRange, Step, TimingKey, Touched, Units, When, WordSource, WordTarget, Write,
 };
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 
 const BITS: u32 = 6;
 const WORDS: u32 = 3;
@@ -63,7 +62,7 @@ struct Generator<'t, 'a> {
 }
 
 /// A program and times for its instructions.
-pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> (Program, Times) {
+pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> (Program, Vec<Times>) {
     let mut g = Generator {
         tape,
         taste,
@@ -130,7 +129,7 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> (Program, Times) {
 }
 
 /// Times such that hardly two sets of instructions cost the same, the off-time the dearer now and then.
-pub fn times(tape: &mut Tape<'_>, count: usize) -> Times {
+pub fn times(tape: &mut Tape<'_>, count: usize) -> Vec<Times> {
     (0..count)
         .map(|_| {
             let (on, off) = match tape.below(4) {
@@ -139,7 +138,8 @@ pub fn times(tape: &mut Tape<'_>, count: usize) -> Times {
                 2 => (tape.below(50), 50 + tape.below(200)),
                 _ => (tape.below(300), tape.below(300)),
             };
-            (Picos(on as u64), Picos(off as u64))
+            let per_unit = Picos(if on % 3 == 0 { 0 } else { on as u64 % 50 });
+            Times { per_unit, ..Times::new(Picos(on as u64), Picos(off as u64)) }
         })
         .collect()
 }
@@ -149,8 +149,26 @@ impl Generator<'_, '_> {
         let text = format!("{} {step:?}", self.instructions.len()).into();
         let place = Place { file: 0, line: self.instructions.len() as u32 + 1, step: None };
         let block = self.block;
-        self.instructions.push(Instruction { place, block, text, timing: None, effects, step });
+        let counts = self.taste.words && matches!(step, Step::Act { .. }) && self.tape.percent(40);
+        let timing = counts.then(|| Box::new(self.counted()));
+        self.instructions.push(Instruction { place, block, text, timing, effects, step });
         self.instructions.len() - 1
+    }
+
+    /// What is priced by units that one word or two count.
+    fn counted(&mut self) -> TimingKey {
+        let words =
+            (0..1 + usize::from(self.tape.percent(20))).map(|_| self.word_source()).collect();
+        let most = self.tape.pick(&[3, 1, 2, 0, 5, 0x4000, 0xFFFF, 0x1_0000, 0x1_2345]);
+        let each = self.tape.pick(&[1, 2, 3]);
+        TimingKey {
+            names: vec!["Op".to_owned()],
+            class: "block",
+            units: Units::Counted(Counted { words, each, most, sure: most }),
+            dearer: false,
+            optional: false,
+            touched: Touched::default(),
+        }
     }
 
     fn fresh(&mut self) -> ChoiceId {

@@ -7,7 +7,7 @@ use scanbound::dialect::{Input, Project, read};
 use scanbound::facts::Facts;
 use scanbound::program::Program;
 use scanbound::solve::Method;
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 
 /// Files of instructions apart by `; `.
 pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<Program, String> {
@@ -38,9 +38,9 @@ pub fn dearest(program: &Program) -> u64 {
         .iter()
         .map(|instruction| {
             let cost = instruction.text.strip_prefix("Op").and_then(|cost| cost.parse().ok());
-            (Picos(cost.unwrap_or(0)), Picos::ZERO)
+            Times::new(Picos(cost.unwrap_or(0)), Picos::ZERO)
         })
-        .collect();
+        .collect::<Vec<Times>>();
     bound(program, &times, Method::Cores).expect("the program can be followed").upper.0
 }
 

@@ -89,8 +89,8 @@ fn device(text: &str) -> (Device, Option<u32>) {
     ((name, u32::from_str_radix(number, *radix).expect("a device number")), index)
 }
 
-/// One executed line: file, line from 1, and whether it was on.
-pub type Executed = (usize, usize, bool);
+/// One executed line: file, line from 1, whether it was on, and how many units it handled that a word counted.
+pub type Executed = (usize, usize, bool, u64);
 
 /// So many lines of one scan are followed.
 const MOST: usize = 2_000;
@@ -194,7 +194,7 @@ impl<'p, L: Luck> Plc<'p, L> {
                 return Ended::Scan;
             }
             let logged = self.executed.len();
-            self.executed.push((file, at + 1, true));
+            self.executed.push((file, at + 1, true, 0));
             let (on, next) = self.line(file, at, line, &mut rung);
             self.executed[logged].2 = on;
             match next {
@@ -666,6 +666,9 @@ impl<'p, L: Luck> Plc<'p, L> {
             }
             "BMOV" | "FMOV" => {
                 let count = self.number(last, 1).clamp(0, 16) as u32;
+                if let Some(executed) = self.executed.last_mut() {
+                    executed.3 = count.into();
+                }
                 let device = |plc: &mut Self, operand: &Operand| match *operand {
                     Operand::Device(device, None) => Some(device),
                     Operand::Device(device, index) => Some(plc.indexed(device, index)),

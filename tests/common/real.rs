@@ -6,7 +6,7 @@ use scanbound::dialect::{Input, Project, omron, read};
 use scanbound::facts::Facts;
 use scanbound::program::{Cell, Program, Witness};
 use scanbound::replay;
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 
 /// What ran, and the instruction at which it was followed no further.
 pub struct Real {
@@ -44,7 +44,7 @@ pub fn real(dialect: &str, text: &str, start: &[(&str, u16)]) -> Real {
     for &(name, value) in start {
         witness.start.insert(cell(&program, name), value);
     }
-    let times = vec![(Picos(1), Picos(1)); program.instructions.len()];
+    let times = vec![Times::new(Picos(1), Picos(1)); program.instructions.len()];
     let found = replay::real(&program, &times, || &witness, 100_000);
     assert_eq!(found.beyond, [], "{text}");
     let priced = |event: &&replay::Event| {

@@ -1,12 +1,12 @@
 //! Searches for the dearest scan by running the interpreter: over all free values where they are few, else
 //! on random ones.
 
-use super::bound::{Bound, Times};
+use super::bound::Bound;
 use scanbound::program::{
     AreaKind, Cell, ChoiceKey, Compare, Logic, Number, Program, Step, WordSource, Write,
 };
 use scanbound::replay::{Free, Replay, replay, replay_with};
-use scanbound::time::Picos;
+use scanbound::time::{Picos, Times};
 use std::collections::{BTreeMap, BTreeSet};
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -125,6 +125,9 @@ pub fn words(program: &Program) -> Vec<u16> {
             }
             _ => {}
         }
+        if let Some(counted) = instruction.counted() {
+            constants.insert(counted.most as u16);
+        }
         for effect in &instruction.effects {
             match &effect.write {
                 Write::Bit(_, logic) => in_logic(logic, &mut constants),
@@ -184,7 +187,7 @@ pub struct Found {
 /// ones. Fails at the first scan for which `check` has a complaint. Scans outside the stated ranges don't count.
 pub fn search(
     program: &Program,
-    times: &Times,
+    times: &[Times],
     cap: usize,
     check: impl Fn(&Replay, &BTreeMap<Question, u16>) -> Result<(), String>,
 ) -> Result<Found, String> {
@@ -219,7 +222,12 @@ pub fn search(
 }
 
 /// Whether the bound is a bound and is reached: no scan found costs more, and its witness costs just that.
-pub fn holds(program: &Program, times: &Times, bound: &Bound, cap: usize) -> Result<Found, String> {
+pub fn holds(
+    program: &Program,
+    times: &[Times],
+    bound: &Bound,
+    cap: usize,
+) -> Result<Found, String> {
     if bound.lower != bound.upper {
         return Err(format!("not exact: {:?} to {:?}", bound.lower, bound.upper));
     }
@@ -242,7 +250,7 @@ pub fn holds(program: &Program, times: &Times, bound: &Bound, cap: usize) -> Res
 /// Whether no scan found costs more than the bound.
 pub fn none_above(
     program: &Program,
-    times: &Times,
+    times: &[Times],
     upper: Picos,
     cap: usize,
 ) -> Result<Found, String> {

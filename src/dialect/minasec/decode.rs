@@ -156,7 +156,7 @@ mod tests {
     use super::*;
     use crate::dialect::minasec::{assembly, machine_code};
     use crate::replay::replay;
-    use crate::time::Picos;
+    use crate::time::{Picos, Times};
 
     fn program(text: &str) -> Program {
         decode(&assembly::read("a.asm", text).expect("a program"))
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_scan_costs_all_its_words_whatever_the_program() {
-        let times = |n| vec![(Picos(33_000_000), Picos(33_000_000)); n];
+        let times = |n| vec![Times::new(Picos(33_000_000), Picos(33_000_000)); n];
         for text in ["LD X00", "ST Y00", "AND M00\nSTI Y01\nLD T0\nAND C0\nOR C0CLR\nST C0CLR"] {
             let program = program(text);
             let times: Vec<_> = times(program.instructions.len())

@@ -9,7 +9,7 @@ use crate::facts::Facts;
 use crate::program::Witness;
 use crate::program::{Program, Region, Step, Units, Write};
 use crate::replay::replay;
-use crate::time::Picos;
+use crate::time::{Picos, Times};
 
 fn input(name: &str, text: &str) -> Input {
     Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }
@@ -60,7 +60,7 @@ fn fires(program: &Program, on: &[(&str, u16)], choices: u16) -> Vec<(String, bo
         let key = crate::program::ChoiceKey { frames: Vec::new(), choice, cell: None };
         witness.choices.insert(key, choices);
     }
-    let times = vec![(Picos(1), Picos(1)); program.instructions.len()];
+    let times = vec![Times::new(Picos(1), Picos(1)); program.instructions.len()];
     let events = replay(program, &times, &witness).events;
     let priced =
         events.iter().filter(|event| program.instructions[event.instruction].timing.is_some());
@@ -500,7 +500,7 @@ fn what_is_taken_as_any_value_costs_its_area_all_the_same() {
     let table = crate::table::Table::parse("t.csv", row.as_bytes()).expect("a table").table;
     let priced = |program: &Program| -> u64 {
         let prices = crate::price::price(program, &table, &Facts::default()).expect("prices");
-        prices.times().iter().map(|(on, _)| on.0).sum()
+        prices.times().iter().map(|times| times.on.0).sum()
     };
     let interrupts = "SBN(92) 000\nLD 00001\n@INC(38) DM0010\nRET(93)\n";
     for (text, want) in [

@@ -437,9 +437,14 @@ impl Decoder<'_> {
         }
     }
 
+    /// No block is known to have more elements.
+    pub(super) fn most_elements(&self) -> u32 {
+        if self.is_large() { MOST_ELEMENTS } else { FX_MOST }
+    }
+
     /// How many elements a block has, by a constant or a word.
     fn many(&mut self, text: &str) -> Option<Many> {
-        let most = if self.is_large() { MOST_ELEMENTS } else { FX_MOST };
+        let most = self.most_elements();
         match self.constant(text) {
             Some(count) => {
                 let count = u32::try_from(count).ok()?;
@@ -460,7 +465,7 @@ impl Decoder<'_> {
         let count = match many {
             Many::Known(count) => Count::Exactly(count * unit),
             Many::By(word) => {
-                let most = if self.is_large() { MOST_ELEMENTS } else { FX_MOST };
+                let most = self.most_elements();
                 let term =
                     Term { words: vec![word], reading: Digits::Signed, times: i64::from(unit) };
                 Count::Of { term, least: unit, most: most * unit }

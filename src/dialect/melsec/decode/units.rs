@@ -1,11 +1,12 @@
 //! How many units an application instruction handles, and what its counting operands can say.
 
 use super::Decoder;
+use super::exact::certain_points;
 use crate::dialect::melsec::catalog::{Amount, Entry, Extent, Operation, Role};
-use crate::dialect::melsec::device::Family;
+use crate::dialect::melsec::device::{Family, Kind};
 use crate::dialect::melsec::operand::{Operand, Place, parse};
 use crate::dialect::melsec::source::RawInstruction;
-use crate::program::Units;
+use crate::program::{Counted, Units, WordSource};
 
 /// No string of the PLC is longer, in characters.
 pub(super) const LONGEST_TEXT: u64 = 16_383;
@@ -26,8 +27,19 @@ impl Decoder<'_> {
     pub(super) fn units(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
         if let Some(operand) = entry.units {
             let (low, high, _) = self.block_count(raw, entry, operand);
-            let most = u64::try_from(high).unwrap_or(0).saturating_mul(entry.unit_size);
-            return if low == high { Units::Exactly(most) } else { Units::AtMost(most) };
+            let most = u64::try_from(high).unwrap_or(0);
+            if low == high {
+                return Units::Exactly(most.saturating_mul(entry.unit_size));
+            }
+            return match self.count_words(raw, entry, operand) {
+                Some(words) => Units::Counted(Counted {
+                    words,
+                    each: entry.unit_size,
+                    most,
+                    sure: self.sure_count(raw, entry, operand),
+                }),
+                None => Units::AtMost(most.saturating_mul(entry.unit_size)),
+            };
         }
         if entry.operation == Operation::ClearRange {
             return self.units_of_range(raw, entry);
@@ -41,6 +53,45 @@ impl Decoder<'_> {
                 .map_or_else(|| self.units_of_operands(raw, entry), Units::Exactly),
             _ => Units::None,
         }
+    }
+
+    /// The words that a count stands in, if it is one or two plain ones.
+    fn count_words(
+        &mut self,
+        raw: &RawInstruction,
+        entry: &Entry,
+        operand: usize,
+    ) -> Option<Vec<WordSource>> {
+        let is_long = entry.operands[operand].extent == Extent::Words(Amount::Fixed(2));
+        let words = self.read_words(&raw.operands[operand], if is_long { 2 } else { 1 })?;
+        words.iter().all(|word| matches!(word, WordSource::Cell(_))).then_some(words)
+    }
+
+    /// Up to which count the instruction is known to be carried out: as long as all that it handles lies within what
+    /// each CPU of the family has. 0 where that is not known.
+    fn sure_count(&mut self, raw: &RawInstruction, entry: &Entry, counting: usize) -> u64 {
+        let mut sure = None;
+        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
+            let (Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount)) =
+                operand.extent
+            else {
+                continue;
+            };
+            if amount.counter() != Some(counting) {
+                continue;
+            }
+            let Amount::Counted { unit, .. } = amount else { return 0 };
+            let room = self.device(text).and_then(|device| {
+                let Place::At(kind @ Kind::Word(_), index) = device.place else { return None };
+                let cell = kind.cell(index)?;
+                certain_points(self.family, cell.area, device.name)?.checked_sub(cell.index)
+            });
+            let words = matches!(operand.extent, Extent::Words(_));
+            let Some(room) = room.filter(|_| words && unit > 0) else { return 0 };
+            let most = u64::from(room / unit);
+            sure = Some(sure.map_or(most, |sure: u64| sure.min(most)));
+        }
+        sure.unwrap_or(0).min(self.most_elements().into())
     }
 
     /// The characters of all texts that are read, if there is one and each is a constant.
