@@ -45,6 +45,8 @@ impl SearchUse {
 pub struct TraceUse {
     /// What the group costs whatever holds.
     pub constant: Picos,
+    /// What is taken off again: the conditions hold units also where none is handled.
+    pub deducted: Picos,
     /// The conditions that are asked of: steps name them by their place here.
     pub conditions: Vec<ConditionUse>,
     /// The steps.
@@ -112,6 +114,7 @@ pub fn trace(
         });
         shown.search.trace = Some(TraceUse {
             constant: Picos(problem.constant),
+            deducted: Picos(problem.deducted),
             conditions: conditions.collect(),
             trace: maximum.trace.clone(),
         });

@@ -178,6 +178,9 @@ fn conditions(trace: &TraceUse, extent: Extent) -> String {
     if trace.constant > Picos::ZERO {
         text += &format!("  and always {}\n", us(trace.constant));
     }
+    if trace.deducted > Picos::ZERO {
+        text += &format!("  less {}: units that are missing were counted\n", us(trace.deducted));
+    }
     text
 }
 

@@ -393,12 +393,11 @@ impl Run<'_> {
             Side::Below => Lit::TRUE,
         };
         let handled = circuit.and(fires, sure);
+        let bits: Vec<Lit> = number.iter().flat_map(|&word| words.bits(circuit, word)).collect();
         let (mut base, mut units) = (times.on, Vec::new());
-        let bits = number.iter().flat_map(|&word| words.bits(circuit, word));
-        for (place, bit) in bits.collect::<Vec<Lit>>().into_iter().enumerate() {
-            let bit = circuit.ite(over, Lit::constant(counted.most >> place & 1 == 1), bit);
-            let more = times.per_unit.times(counted.each).times(1 << place);
-            match circuit.and(handled, bit) {
+        for (holds, count) in number::in_parts(circuit, &bits, over, counted.most) {
+            let more = times.per_unit.times(counted.each).times(count);
+            match circuit.and(handled, holds) {
                 Lit::FALSE => {}
                 here if here == fires => base += more,
                 here => units.push((here, more)),

@@ -267,6 +267,36 @@ fn real_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
     circuit.ite(differ, sign_a, same_sign)
 }
 
+/// A number of these bits, the least first, or `most` if it is `over` that, in parts: the number is the sum of those
+/// whose literal is true. All of them together are `most`, so that nothing need be sought where that is possible.
+pub fn in_parts(circuit: &mut Circuit, bits: &[Lit], over: Lit, most: u64) -> Vec<(Lit, u64)> {
+    let places = (u64::BITS - most.leading_zeros()) as usize;
+    let is_one = |number: u64, place: usize| Lit::constant(number >> place & 1 == 1);
+    let mut number: Vec<Lit> = (0..places)
+        .map(|place| {
+            let bit = bits.get(place).copied().unwrap_or(Lit::FALSE);
+            circuit.ite(over, is_one(most, place), bit)
+        })
+        .collect();
+    let Some(&top) = number.last() else { return Vec::new() };
+    // What the highest bit counts; what is left then, or is there without it, the others can say.
+    let highest = most - ((1 << (places - 1)) - 1);
+    if highest != 1 << (places - 1) {
+        let mut carry = Lit::FALSE;
+        for (place, bit) in number.iter_mut().enumerate().take(places - 1) {
+            // Plus the complement of what is taken off.
+            let other = is_one((1 << places) - highest, place);
+            let half = circuit.xor(*bit, other);
+            let less = circuit.xor(half, carry);
+            let (both, passed) = (circuit.and(*bit, other), circuit.and(half, carry));
+            carry = circuit.or(both, passed);
+            *bit = circuit.ite(top, less, *bit);
+        }
+    }
+    let counts = (0..places - 1).map(|place| 1 << place).chain([highest]);
+    number.into_iter().zip(counts).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -429,6 +459,26 @@ mod tests {
                         assert_eq!(got, want, "{x:x} {y:x} {subtract}");
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn the_parts_of_a_number_are_the_number_and_all_of_them_the_most() {
+        for most in [0, 1, 2, 3, 5, 7, 8, 20, 512, 1000, 0xFFFF] {
+            let (mut words, mut circuit) = (Words::default(), Circuit::default());
+            let word = words.free(VarId(0));
+            let limit = words.constant(most as u16);
+            let over =
+                compare(&mut words, &mut circuit, Relation::Greater, false, &[word], &[limit]);
+            let bits = words.bits(&mut circuit, word);
+            let parts = in_parts(&mut circuit, &bits, over, most);
+            assert_eq!(parts.iter().map(|(_, count)| count).sum::<u64>(), most);
+            for number in (0..40).chain(most.saturating_sub(3)..=0xFFFF.min(most + 3)) {
+                let values = circuit.evaluate(&Assignment(vec![number as u16]));
+                let held = parts.iter().filter(|(holds, _)| values.get(*holds));
+                let sum: u64 = held.map(|(_, count)| count).sum();
+                assert_eq!(sum, number.min(most), "{number} of {most}");
             }
         }
     }

@@ -25,7 +25,8 @@ pub fn wcnf(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) 
         &mut text,
         format_args!("c {} less the weight of the violated soft clauses.", problem.naive()),
     );
-    line(&mut text, format_args!("c {} of it is always there.", problem.constant));
+    let always = problem.constant.saturating_sub(problem.deducted);
+    line(&mut text, format_args!("c {always} of it is always there."));
     for &(variable, atom) in &clauses.atoms {
         let atom = atom_text(model, &problem, atom);
         line(&mut text, format_args!("c variable {variable}: {atom}"));
@@ -122,6 +123,9 @@ pub fn attained(
 fn total(text: &mut String, problem: &Problem, charge: &dyn Fn(usize) -> String) {
     text.push_str("(define-fun total () Int (+\n");
     line(text, format_args!("  {} ; always", problem.constant));
+    if problem.deducted > 0 {
+        line(text, format_args!("  (- {}) ; counted units that are missing", problem.deducted));
+    }
     for item in &problem.items {
         let names: Vec<String> = item.charges.iter().map(|&c| one_line(&charge(c))).collect();
         let guard = reference(item.guard);

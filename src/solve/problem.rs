@@ -25,6 +25,8 @@ pub struct Problem {
     pub circuit: Circuit,
     /// What every assignment costs, in picoseconds.
     pub constant: u64,
+    /// What is taken off again: items hold counted units also where none is handled.
+    pub deducted: u64,
     /// Distinct guards, none the negation of another, in order of their first charge.
     pub items: Vec<Item>,
     /// What must hold; never constant true.
@@ -38,7 +40,7 @@ impl Problem {
     ///
     /// A charge with times `on` and `off` costs `off` where it is reached and `on - off` more where it fires;
     /// with `on < off`, it costs `on` where it is reached and `off - on` more where it is reached and does not
-    /// fire. What counted units add comes besides. Equal guards are one item. Of a guard and its negation one is always true, so the lesser weight
+    /// fire. Counted units that are not handled are taken off. Equal guards are one item. Of a guard and its negation one is always true, so the lesser weight
     /// goes to the constant.
     #[must_use]
     pub fn new(model: &ScanModel, group: &Group) -> Problem {
@@ -59,10 +61,16 @@ impl Problem {
             let charge = &model.charges[index];
             let reached = cone.copy(&mut problem.circuit, charge.reached);
             let fires = cone.copy(&mut problem.circuit, charge.fires);
-            let (Picos(on), units) = charge.fired();
-            let Picos(off) = charge.off;
-            for (handled, more) in units {
-                terms.push((cone.copy(&mut problem.circuit, *handled), more.0, index));
+            let (Picos(base), units) = charge.fired();
+            let (mut on, Picos(off)) = (base, charge.off);
+            for &(handled, Picos(more)) in units {
+                // Charged with all its units where it fires, so that charges that exclude each other do so once, and
+                // not by every unit; what is missing is taken off again.
+                let handled = cone.copy(&mut problem.circuit, handled);
+                let missing = problem.circuit.and(fires, !handled);
+                on = sum(on, more);
+                problem.deducted = sum(problem.deducted, more);
+                terms.push((!missing, more, index));
             }
             terms.push((reached, on.min(off), index));
             if on > off {
@@ -151,7 +159,14 @@ impl Problem {
     /// The constant and all weights: the bound before any search.
     #[must_use]
     pub fn naive(&self) -> u64 {
-        self.items.iter().fold(self.constant, |total, item| sum(total, item.weight))
+        self.total(self.items.iter().map(|item| item.weight))
+    }
+
+    /// What items of these weights cost together.
+    #[must_use]
+    pub fn total(&self, weights: impl Iterator<Item = u64>) -> u64 {
+        // The items of an assignment are never less than what is taken off, though some of them may be.
+        weights.fold(self.constant, sum).saturating_sub(self.deducted)
     }
 
     /// What an assignment of this problem's variables costs, or `None` if it breaks a constraint.
@@ -159,12 +174,8 @@ impl Problem {
     pub fn cost(&self, assignment: &Assignment) -> Option<u64> {
         let values = self.circuit.evaluate(assignment);
         let holds = self.hard.iter().all(|&lit| values.get(lit));
-        holds.then(|| {
-            self.items
-                .iter()
-                .filter(|item| values.get(item.guard))
-                .fold(self.constant, |total, item| sum(total, item.weight))
-        })
+        let held = self.items.iter().filter(|item| values.get(item.guard));
+        holds.then(|| self.total(held.map(|item| item.weight)))
     }
 
     /// The assignment that is 0 everywhere.

@@ -187,8 +187,7 @@ impl<'a, 'b> Judge<'a, 'b> {
 
     /// What these items and the constant cost together.
     fn total(&self, items: &[usize]) -> u64 {
-        items.iter().map(|&item| self.problem.items[item].weight).sum::<u64>()
-            + self.problem.constant
+        self.problem.total(items.iter().map(|&item| self.problem.items[item].weight))
     }
 
     /// Whether these items can hold together. Takes note of the scan in which they do.

@@ -2,7 +2,9 @@
 
 use super::{Limits, Maximum, Method, maximum};
 use crate::model::Group;
-use crate::model::{Assignment, Atom, Charge, Lit, Origin, ScanModel, VarId, VarKind, Variable};
+use crate::model::{
+    Assignment, Atom, ByUnits, Charge, Lit, Origin, ScanModel, VarId, VarKind, Variable,
+};
 use crate::program::{AreaId, Cell};
 use crate::time::Picos;
 use std::collections::BTreeSet;
@@ -117,6 +119,19 @@ pub fn random(seed: u64, charges: u64) -> ScanModel {
         let off = if dice.one_in(2) { 0 } else { dice.below(30) };
         let on = dice.below(40);
         b.charge(reached, condition, on, off);
+        if dice.one_in(4) {
+            let fires = b.model.charges.last().map_or(Lit::TRUE, |charge| charge.fires);
+            let units: Vec<(Lit, Picos)> = (0..1 + dice.below(3))
+                .map(|place| {
+                    let bit = pick(&mut dice, &pool);
+                    (b.model.circuit.and(fires, bit), Picos(7 << place))
+                })
+                .collect();
+            if let Some(charge) = b.model.charges.last_mut() {
+                charge.on += units.iter().map(|(_, more)| *more).sum();
+                charge.counted = Some(Box::new(ByUnits { base: Picos(on), units }));
+            }
+        }
     }
     // A constraint only where something keeps it.
     if dice.one_in(2) {
