@@ -486,7 +486,9 @@ pub enum Units {
     Counted(Counted),
 }
 
-/// A number of units that stands in words. It is read in the state before the instruction.
+/// A number of units that stands in words. It is read in the state before the instruction; from turn
+/// [`Counted::TURNS`] of a loop on, counted from 0, the most units are taken instead: a loop would ask for its count's
+/// bits in every turn.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Counted {
     /// The count, an unsigned number, its least word first.
@@ -501,6 +503,15 @@ pub struct Counted {
 }
 
 impl Counted {
+    /// In so many turns of a loop the words are asked.
+    pub const TURNS: u32 = 16;
+
+    /// Whether the words are asked on a way through these frames.
+    #[must_use]
+    pub fn is_asked(frames: &[Frame]) -> bool {
+        frames.iter().all(|frame| frame.turn < Counted::TURNS)
+    }
+
     /// The most units that it can say.
     #[must_use]
     pub fn most_units(&self) -> u64 {

@@ -134,7 +134,7 @@ fn what_is_taken_in_bulk_bounds_every_scan() {
             // A rung that goes on behind a loop has no result there any more: refused, not misjudged.
             let Ok(bound) = bound(&fitted, &times, Method::Auto) else { continue };
             holds(&fitted, &times, &bound, 50)?;
-            none_above(&program, &times[..count].to_vec(), bound.upper, 100)
+            none_above(&program, &times[..count], bound.upper, 100)
                 .map_err(|why| format!("at most {most}: {why}"))?;
         }
         Ok(())
@@ -160,7 +160,7 @@ fn what_is_given_up_bounds_every_scan() {
             given_up += wider.approximations.len();
             let bound = bound(&wider, &times, Method::Auto).map_err(told)?;
             holds(&wider, &times, &bound, 50)?;
-            none_above(&program, &times[..count].to_vec(), bound.upper, 100)
+            none_above(&program, &times[..count], bound.upper, 100)
                 .map_err(|why| format!("within {all}: {why}"))?;
         }
         if given_up == 0 { Err("nothing was given up".to_owned()) } else { Ok(()) }

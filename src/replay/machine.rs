@@ -238,6 +238,9 @@ impl<'p, F: Free> Machine<'p, F> {
     fn units(&mut self, instruction: &Instruction, times: Times) -> u64 {
         let counted = instruction.counted().filter(|_| times.per_unit > Picos::ZERO);
         let Some(counted) = counted else { return 0 };
+        if self.state.mode == Mode::Model && !Counted::is_asked(self.state.frames()) {
+            return counted.most_units();
+        }
         let outer = self.state.doubt.take();
         let number = counted.words.iter().rev();
         let count = number.fold(0, |count, &word| count << 16 | u64::from(self.state.word(word)));

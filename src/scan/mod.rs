@@ -376,6 +376,10 @@ impl Run<'_> {
         let Some(counted) = counted.filter(|_| times.per_unit > Picos::ZERO) else {
             return (times.on, None);
         };
+        if !Counted::is_asked(&self.frames) {
+            let most = times.with(counted.most_units());
+            return (if self.side == Side::Above { most } else { times.on }, None);
+        }
         let number: Vec<Word> = counted.words.iter().map(|word| self.word(*word, at)).collect();
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
         let mut above = |most: u64| {
