@@ -3,6 +3,7 @@
 //! Follows the page of `program` to the letter. Control is a literal: what is not reached writes and costs
 //! nothing, so one memory serves all paths.
 
+mod charge;
 mod expression;
 mod knowing;
 mod memory;
@@ -10,13 +11,13 @@ mod number;
 pub mod reach;
 mod word;
 
-use crate::model::{ByUnits, Charge, Lit, ScanModel, Turns, Unbounded};
+use crate::model::{Lit, ScanModel, Turns, Unbounded};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    BitSource, Bulk, Cell, Counted, Effect, Exit, Frame, Join, Logic, Program, Relation, Source,
-    Step, When, WordSource, Write,
+    BitSource, Bulk, Cell, Effect, Exit, Frame, Join, Logic, Program, Relation, Source, Step, When,
+    WordSource, Write,
 };
-use crate::time::{Picos, Times};
+use crate::time::Times;
 use memory::Memory;
 use reach::Reach;
 use std::collections::{BTreeMap, BTreeSet};
@@ -350,76 +351,6 @@ impl Run<'_> {
         self.step(act, at, &instruction.step, fires, fired)
     }
 
-    /// Charges the instruction's times, unless both are zero.
-    fn charge(&mut self, at: usize, reached: Lit, fires: Lit) {
-        let times = self.times[at];
-        if times == Times::default() {
-            return;
-        }
-        let (on, counted) = self.by_units(at, fires);
-        let frames = self.frames.clone();
-        self.memory.model.charges.push(Charge {
-            instruction: at,
-            frames,
-            reached,
-            fires,
-            on,
-            off: times.off,
-            counted,
-        });
-    }
-
-    /// What an instruction takes when it fires: at most, and by the units that it handles, where words say how many.
-    fn by_units(&mut self, at: usize, fires: Lit) -> (Picos, Option<Box<ByUnits>>) {
-        let times = self.times[at];
-        let counted = self.program.instructions[at].counted();
-        let Some(counted) = counted.filter(|_| times.per_unit > Picos::ZERO) else {
-            return (times.on, None);
-        };
-        if !Counted::is_asked(&self.frames) {
-            let most = times.with(counted.most_units());
-            return (if self.side == Side::Above { most } else { times.on }, None);
-        }
-        let number: Vec<Word> = counted.words.iter().map(|word| self.word(*word, at)).collect();
-        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
-        let mut above = |most: u64| {
-            let places = number.iter().enumerate();
-            let most = u32::try_from(most).unwrap_or(u32::MAX);
-            let most: Vec<Word> =
-                places.map(|(place, _)| words.constant((most >> (16 * place)) as u16)).collect();
-            number::compare(words, circuit, Relation::Greater, false, &number, &most)
-        };
-        let largest = (1u64 << (16 * number.len())) - 1;
-        let over = if counted.most < largest { above(counted.most) } else { Lit::FALSE };
-        let sure = match self.side {
-            Side::Above => Lit::TRUE,
-            Side::Below if counted.sure < largest => !above(counted.sure),
-            Side::Below => Lit::TRUE,
-        };
-        let handled = circuit.and(fires, sure);
-        let bits: Vec<Lit> = number.iter().flat_map(|&word| words.bits(circuit, word)).collect();
-        let (mut base, mut units) = (times.on, Vec::new());
-        for (holds, count) in number::in_parts(circuit, &bits, over, counted.most) {
-            let more = times.per_unit.times(counted.each).times(count);
-            match circuit.and(handled, holds) {
-                Lit::FALSE => {}
-                here if here == fires => base += more,
-                here => units.push((here, more)),
-            }
-        }
-        if units.is_empty() {
-            return (base, None);
-        }
-        (times.with(counted.most_units()), Some(Box::new(ByUnits { base, units })))
-    }
-
-    /// The most that an instruction takes once.
-    fn dearest(&self, at: usize) -> Picos {
-        let times = self.times[at];
-        let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
-        times.with(units).max(times.off)
-    }
-
     /// Carries out one effect.
     fn effect(&mut self, effect: &Effect, active: Lit, fired: Lit, condition: Lit, at: usize) {
         let guard = match effect.when {
@@ -691,64 +622,6 @@ impl Run<'_> {
         }
         let all = self.memory.model.turns.entry(at).or_default();
         *all = turns.clamp(least, most).max(*all);
-    }
-
-    /// Charges a loop taken in bulk by what its count says, every turn at its dearest.
-    fn counted(
-        &mut self,
-        active: Lit,
-        at: usize,
-        charges: &[(usize, u64)],
-        (count, _, most): (WordSource, u32, u32),
-    ) -> Result<(), ScanError> {
-        let mut turn = Picos::ZERO;
-        for &(instruction, times) in charges {
-            turn += self.dearest(instruction).times(times / u64::from(most.max(1)));
-        }
-        let word = self.word(count, at);
-        let bits = self.memory.words.bits(&mut self.memory.model.circuit, word);
-        for (place, &bit) in bits.iter().enumerate().take(15) {
-            let fires = self.memory.circuit().and(active, bit);
-            let cost = turn.0.checked_mul(1 << place).map(Picos);
-            let cost = cost.ok_or(ScanError::TooOften { instruction: at })?;
-            if fires != Lit::FALSE && cost > Picos::ZERO {
-                let (reached, frames) = (fires, self.frames.clone());
-                let charge = Charge {
-                    instruction: at,
-                    frames,
-                    reached,
-                    fires,
-                    on: cost,
-                    off: cost,
-                    counted: None,
-                };
-                self.memory.model.charges.push(charge);
-            }
-        }
-        Ok(())
-    }
-
-    /// Charges a loop in bulk.
-    fn charge_bulk(&mut self, active: Lit, charges: &[(usize, u64)]) -> Result<(), ScanError> {
-        for &(instruction, times) in charges {
-            let cost = self.dearest(instruction).0.checked_mul(times).map(Picos);
-            let cost = cost.ok_or(ScanError::TooOften { instruction })?;
-            if cost > Picos::ZERO {
-                let frames = self.frames.clone();
-                let (reached, fires) = (active, active);
-                let charge = Charge {
-                    instruction,
-                    frames,
-                    reached,
-                    fires,
-                    on: cost,
-                    off: cost,
-                    counted: None,
-                };
-                self.memory.model.charges.push(charge);
-            }
-        }
-        Ok(())
     }
 
     /// Holds the start value of one or two words within a signed range.
