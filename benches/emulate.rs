@@ -1,9 +1,9 @@
 //! How many times faster than the machine the emulator is, on one core: the test program and a full memory.
 #![allow(clippy::print_stdout)]
 
-use scanbound::dialect::minasec::{Opcode, WORDS, Word, assembly};
-use scanbound::emulate::stimulus::Stimulus;
-use scanbound::emulate::{Clock, Fraction, Machine, Settings};
+use scanbound::front::minasec::{Opcode, WORDS, Word, assembly};
+use scanbound::minasec::stimulus::Stimulus;
+use scanbound::minasec::{Clock, Fraction, Machine, Settings};
 use std::time::{Duration, Instant};
 
 /// So long each case is run.

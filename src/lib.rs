@@ -1,29 +1,19 @@
 //! Sound worst-case scan times of PLC programs.
 //!
-//! The road, a module a stage: a [`dialect`] reads source text into a [`program::Program`]; [`price`] gives
-//! every instruction its times from a [`table`]; [`scan`] executes one scan symbolically and yields a
-//! [`model::ScanModel`]; [`groups`] slices it; [`solve`] finds each group's maximum; [`replay`] checks each
-//! witness. [`audit`](mod@audit) is all that as one call; [`verdict`] holds its result against a limit, [`compare`]
-//! against measurements, and [`report`] shows it.
+//! The road, a room a stage: a [`front`] reads source text into a [`program::Program`]; [`timing`] gives every
+//! instruction its times from a table; [`scan`] executes one scan symbolically, yields a
+//! [`scan::model::ScanModel`], and slices it into groups; [`solve`] finds each group's maximum; [`replay`] checks
+//! each witness. [`audit`](mod@audit) is all that as one call, and holds its result against a limit; [`measured`] holds
+//! it against measurements; [`report`] shows it. [`minasec`] emulates one machine; [`base`] is what all stand on.
 
 pub mod audit;
-pub mod budget;
-pub mod column;
-pub mod compare;
-pub mod diagnostic;
-pub mod dialect;
-pub mod emulate;
-pub mod facts;
-pub mod groups;
-pub mod input;
-pub mod model;
-pub mod price;
+pub mod base;
+pub mod front;
+pub mod measured;
+pub mod minasec;
 pub mod program;
-pub mod render;
 pub mod replay;
 pub mod report;
 pub mod scan;
 pub mod solve;
-pub mod table;
-pub mod time;
-pub mod verdict;
+pub mod timing;

@@ -4,56 +4,35 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The modules of the library in the order in which data flows. None imports a later one.
+/// The rooms of the library in the order in which data flows. None imports a later one.
 const ORDER: &[&str] = &[
-    "time",
-    "diagnostic",
-    "budget",
-    "column",
-    "facts",
-    "program",
-    "dialect",
-    "emulate",
-    "input",
-    "table",
-    "price",
-    "model",
-    "scan",
-    "groups",
-    "solve",
-    "replay",
-    "audit",
-    "verdict",
-    "compare",
-    "render",
-    "report",
-    "command",
+    "base", "program", "front", "minasec", "timing", "scan", "solve", "replay", "audit",
+    "measured", "report", "command",
 ];
 
-/// What a module must not know although it comes earlier, and why.
+/// Whom a room, or a part of it, must not know although it comes earlier, and why. Beginnings of paths.
 const STRANGERS: &[(&str, &[&str], &str)] = &[
     (
         "replay",
-        &["dialect", "table", "price", "model", "scan", "groups", "solve"],
+        &["front", "timing", "scan", "solve"],
         "the interpreter judges the analysis and shares nothing with it",
     ),
-    ("scan", &["dialect", "table"], "dialects end at the program"),
-    ("groups", &["dialect", "table", "price", "scan"], "the scan model is all there is to slice"),
-    ("solve", &["dialect", "table", "price", "scan"], "the scan model is all there is to solve"),
-    ("price", &["dialect"], "dialects end at the program"),
-    ("table", &["dialect", "program"], "a table is text and times"),
+    ("scan", &["front", "timing"], "fronts end at the program, and times are copied"),
     (
-        "emulate",
-        &["program", "scan", "replay", "table"],
+        "solve",
+        &["front", "timing", "scan::scan_model", "scan::Side", "scan::reach"],
+        "the scan model is all there is to solve",
+    ),
+    ("timing::price", &["front"], "fronts end at the program"),
+    ("timing::table", &["front", "program"], "a table is text and times"),
+    (
+        "minasec",
+        &["program", "scan", "replay", "timing"],
         "the machine is emulated from its own description",
     ),
-    (
-        "compare",
-        &["scan", "groups", "solve", "table"],
-        "a comparison knows the audit's result only",
-    ),
-    ("report", &["dialect", "scan", "groups", "solve"], "a report shows and computes nothing"),
-    ("render", &["dialect", "scan", "groups", "solve", "replay"], "rendering knows findings only"),
+    ("measured", &["scan", "solve", "timing::table"], "a comparison knows the audit's result only"),
+    ("report", &["front", "scan", "solve"], "a report shows and computes nothing"),
+    ("report::render", &["replay"], "rendering knows findings only"),
 ];
 
 /// Names of dialects and of their makers, which nothing behind the program knows.
@@ -71,16 +50,13 @@ const DIALECTS: &[&str] = &[
 
 /// The modules that may know dialects: those before the program's end, the emulator of one machine, and those
 /// that talk to the user.
-const KNOW_DIALECTS: &[&str] = &["dialect", "emulate", "audit", "command", "main"];
+const KNOW_DIALECTS: &[&str] = &["front", "minasec", "audit", "command", "main"];
 
 /// Where floating point may be used: to show shares and to share out the search's own time, and where the PLC
 /// itself computes with reals. Beginnings of paths.
 const FLOATS: &[(&str, &[&str])] = &[
-    (
-        "f64",
-        &["src/report", "src/render", "src/command", "src/solve/maxima.rs", "src/replay/lists.rs"],
-    ),
-    ("f32", &["src/dialect", "src/scan", "src/replay", "src/report", "src/render", "src/command"]),
+    ("f64", &["src/report", "src/command", "src/solve/maxima.rs", "src/replay/lists.rs"]),
+    ("f32", &["src/front", "src/scan", "src/replay", "src/report", "src/command"]),
 ];
 
 struct Source {
@@ -157,7 +133,7 @@ fn has_word(text: &str, word: &str) -> bool {
         .any(|(at, _)| !text[..at].ends_with(part) && !text[at + word.len()..].starts_with(part))
 }
 
-/// The modules of this library that a line of code names by path.
+/// What of this library a line of code names by path.
 fn named(line: &str) -> impl Iterator<Item = &str> {
     let paths = line.match_indices("crate::").map(|(at, found)| &line[at + found.len()..]);
     paths.flat_map(|rest| {
@@ -165,10 +141,16 @@ fn named(line: &str) -> impl Iterator<Item = &str> {
         let items = group.unwrap_or(rest).split(',').take(group.map_or(1, |_| usize::MAX));
         items.map(|item| {
             let item = item.trim_start();
-            let end = item.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(item.len());
-            &item[..end]
+            let part = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+            let end = item.find(|c: char| !part(c)).unwrap_or(item.len());
+            item[..end].trim_end_matches(':')
         })
     })
+}
+
+/// Whether a path is this one or one below it.
+fn is_within(path: &str, room: &str) -> bool {
+    path.strip_prefix(room).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
 }
 
 fn none(faults: Vec<String>) {
@@ -207,14 +189,19 @@ fn no_module_imports_a_later_one_or_a_stranger() {
         ORDER.iter().enumerate().map(|(place, name)| (*name, place)).collect();
     let mut faults = Vec::new();
     for s in library().iter().filter(|s| !s.is_test()) {
-        let strangers = STRANGERS.iter().filter(|(module, ..)| *module == s.module());
+        let own = s.path.trim_start_matches("src/").trim_end_matches(".rs").replace('/', "::");
+        let strangers = STRANGERS.iter().filter(|(room, ..)| is_within(&own, room));
         for (number, line) in s.code() {
             for other in named(line) {
-                if place.get(other) > place.get(s.module()) && place.contains_key(other) {
+                let room = other.split("::").next().unwrap_or(other);
+                if place.get(room) > place.get(s.module()) && place.contains_key(room) {
                     faults.push(format!("{}:{number}: imports the later `{other}`", s.path));
                 }
                 for (_, others, why) in strangers.clone() {
-                    if others.contains(&other) {
+                    // What a room exports with a common beginning, such as `scan_model_within`.
+                    if others.iter().any(|one| {
+                        is_within(other, one) || (one.contains("::") && other.starts_with(one))
+                    }) {
                         faults.push(format!("{}:{number}: names `{other}`, but {why}", s.path));
                     }
                 }
@@ -240,7 +227,8 @@ fn nothing_behind_the_program_knows_a_dialect() {
     for s in library().iter().filter(|s| !KNOW_DIALECTS.contains(&s.module()) && !s.is_test()) {
         for (number, line) in s.code() {
             // A table's file is called after its machine.
-            let lower = line.to_lowercase();
+            // The emulated machine's room is no dialect.
+            let lower = line.to_lowercase().replace("crate::minasec::", "");
             if !lower.contains("timing-tables/") && DIALECTS.iter().any(|name| lower.contains(name))
             {
                 faults.push(format!("{}:{number}: {line}", s.path));
@@ -251,8 +239,8 @@ fn nothing_behind_the_program_knows_a_dialect() {
 }
 
 #[test]
-fn dialects_do_not_know_each_other() {
-    let directory = root().join("src/dialect");
+fn fronts_do_not_know_each_other() {
+    let directory = root().join("src/front");
     let Ok(entries) = fs::read_dir(directory) else { return };
     let names: Vec<String> = entries
         .map(|entry| entry.expect("an entry").path())
@@ -261,15 +249,14 @@ fn dialects_do_not_know_each_other() {
         .collect();
     let mut faults = Vec::new();
     for s in library() {
-        let Some(rest) = s.path.strip_prefix("src/dialect/") else { continue };
+        let Some(rest) = s.path.strip_prefix("src/front/") else { continue };
         let own = rest.split(['/', '.']).next().expect("a first part");
         for other in names.iter().filter(|name| *name != own && own != "mod") {
-            let paths = [format!("dialect::{other}"), format!("super::{other}::")];
+            let paths = [format!("front::{other}"), format!("super::{other}::")];
             let knows = |(_, line): &(usize, &str)| paths.iter().any(|path| line.contains(path));
             // Within one dialect's directory, `super::` means its own modules.
             let inner = rest.contains('/');
-            let bad =
-                s.code().filter(knows).filter(|(_, line)| !inner || line.contains("dialect::"));
+            let bad = s.code().filter(knows).filter(|(_, line)| !inner || line.contains("front::"));
             faults.extend(bad.map(|(number, line)| format!("{}:{number}: {line}", s.path)));
         }
     }
@@ -313,9 +300,10 @@ fn the_library_prints_nothing() {
 
 #[test]
 fn the_rules_see_what_they_forbid() {
-    assert_eq!(named("use crate::scan::walk;").collect::<Vec<_>>(), ["scan"]);
-    assert_eq!(named("use crate::{solve::x, time};").collect::<Vec<_>>(), ["solve", "time"]);
-    assert_eq!(named("a(crate::time::Picos, crate::model::Lit)").count(), 2);
+    assert_eq!(named("use crate::scan::walk;").collect::<Vec<_>>(), ["scan::walk"]);
+    assert_eq!(named("use crate::{solve::x, time};").collect::<Vec<_>>(), ["solve::x", "time"]);
+    assert!(is_within("scan::model", "scan") && !is_within("scanner::x", "scan"));
+    assert_eq!(named("a(crate::base::time::Picos, crate::scan::model::Lit)").count(), 2);
     assert!(has_word("x as f64;", "f64") && !has_word("my_f64", "f64"));
     let source = Source {
         path: "src/x.rs".to_owned(),

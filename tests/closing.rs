@@ -9,8 +9,8 @@ use common::few::{generate, rows};
 use common::plc::{Device, Executed, Line, Luck, Plc, line};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::audit::Followed;
-use scanbound::facts::Facts;
-use scanbound::time::{Picos, Times};
+use scanbound::base::facts::Facts;
+use scanbound::base::time::{Picos, Times};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 

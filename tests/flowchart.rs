@@ -5,15 +5,15 @@ mod common;
 
 use common::flowcharts::{Every, Weather, generate};
 use common::tape::{Tape, cases, on_tapes};
+use scanbound::audit::verdict::{Check, Margin, Verdict};
 use scanbound::audit::{Audit, Request, audit};
-use scanbound::dialect::Input;
-use scanbound::dialect::flowchart::decode::{decode, mnemonic};
-use scanbound::dialect::flowchart::interpret::{Ended, Machine, Pass, State};
-use scanbound::dialect::flowchart::{Op, Source, read_text};
-use scanbound::facts::Facts;
-use scanbound::table::Table;
-use scanbound::time::Picos;
-use scanbound::verdict::{Check, Margin, Verdict};
+use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
+use scanbound::front::Input;
+use scanbound::front::flowchart::decode::{decode, mnemonic};
+use scanbound::front::flowchart::interpret::{Ended, Machine, Pass, State};
+use scanbound::front::flowchart::{Op, Source, read_text};
+use scanbound::timing::table::Table;
 use std::collections::BTreeSet;
 
 fn audited(name: &str, text: &str, table: &Table, latched: bool) -> Result<Audit, String> {

@@ -5,12 +5,12 @@ mod plant;
 #[path = "../benches/common/pools.rs"]
 mod pools;
 
+use scanbound::audit::verdict::{Check, Margin, Verdict};
 use scanbound::audit::{Audit, Request, audit};
-use scanbound::dialect::Input;
-use scanbound::facts::Facts;
-use scanbound::table::Table;
-use scanbound::time::Picos;
-use scanbound::verdict::{Check, Margin, Verdict};
+use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
+use scanbound::front::Input;
+use scanbound::timing::table::Table;
 use std::time::Duration;
 
 struct Case {

@@ -4,7 +4,7 @@
 mod common;
 
 use common::audited::{audited, table};
-use scanbound::facts::Facts;
+use scanbound::base::facts::Facts;
 
 /// What the operations `Op1`, `Op2`, `Op4` ... can take together, each its number: at most, at least, and whether it is
 /// said to be exact.
@@ -18,7 +18,7 @@ fn bounds_with(rows: &str, dialect: &str, cpu: Option<&str>, text: &str) -> (u64
     let lines = text.replace("; ", "\n") + "\n";
     let found = audited(dialect, cpu, &[("a.txt", &lines)], &table(&ops), &Facts::default());
     let bound = found.unwrap_or_else(|why| panic!("{text}\n{why}")).audit.bound;
-    let us = |time: scanbound::time::Picos| time.0 / 1_000_000;
+    let us = |time: scanbound::base::time::Picos| time.0 / 1_000_000;
     (us(bound.upper), us(bound.lower), bound.exact())
 }
 

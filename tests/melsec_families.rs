@@ -4,8 +4,8 @@
 mod common;
 
 use common::melsec::{decoded, together};
-use scanbound::dialect::melsec::device::Family;
-use scanbound::facts::Facts;
+use scanbound::base::facts::Facts;
+use scanbound::front::melsec::device::Family;
 use scanbound::program::Units;
 
 #[test]

@@ -5,11 +5,11 @@ mod common;
 
 use common::melsec::decoded;
 use common::plc::{Device, Line, Luck, Plc, line};
-use scanbound::dialect::melsec::device::Family;
-use scanbound::facts::Facts;
+use scanbound::base::facts::Facts;
+use scanbound::base::time::{Picos, Times};
+use scanbound::front::melsec::device::Family;
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
 use scanbound::replay::{Free, Real, real};
-use scanbound::time::{Picos, Times};
 use std::collections::BTreeMap;
 
 /// Start values by device name; the rest is 0.

@@ -4,12 +4,12 @@ mod common;
 
 use common::bound::bound;
 use common::melsec::{dearest, decoded, together};
-use scanbound::dialect::melsec::device::Family;
-use scanbound::facts::Facts;
-use scanbound::price::price;
+use scanbound::base::facts::Facts;
+use scanbound::base::time::{Picos, Times};
+use scanbound::front::melsec::device::Family;
 use scanbound::solve::Method;
-use scanbound::table::Table;
-use scanbound::time::{Picos, Times};
+use scanbound::timing::price::price;
+use scanbound::timing::table::Table;
 use std::collections::BTreeSet;
 
 #[test]

@@ -1,13 +1,13 @@
 //! The MINASEC-U's words as the analysis understands them, held against the emulated machine.
 
 use proptest::prelude::*;
-use scanbound::dialect::minasec::decode::decode;
-use scanbound::dialect::minasec::{BINARY, Device, Kind, Opcode, Source, WORDS, Word};
-use scanbound::emulate::stimulus::{Change, Stimulus, What};
-use scanbound::emulate::{Machine, Settings, View};
+use scanbound::base::time::{Picos, Times};
+use scanbound::front::minasec::decode::decode;
+use scanbound::front::minasec::{BINARY, Device, Kind, Opcode, Source, WORDS, Word};
+use scanbound::minasec::stimulus::{Change, Stimulus, What};
+use scanbound::minasec::{Machine, Settings, View};
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
 use scanbound::replay::{Free, replay_with};
-use scanbound::time::{Picos, Times};
 
 /// Gives the interpreter the devices as the machine has them when the scan begins.
 struct Begun<'a> {

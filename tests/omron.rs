@@ -2,10 +2,10 @@
 //! holds with all of it.
 
 use scanbound::audit::{Audit, Failure, Request, audit};
-use scanbound::diagnostic::Diagnostic;
-use scanbound::dialect::Input;
-use scanbound::facts::Facts;
-use scanbound::table::Table;
+use scanbound::base::diagnostic::Diagnostic;
+use scanbound::base::facts::Facts;
+use scanbound::front::Input;
+use scanbound::timing::table::Table;
 
 const C: &str = "omron-c200h";
 const CX: &str = "omron-cx";

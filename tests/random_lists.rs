@@ -8,15 +8,15 @@ use common::list::{Part, Taste, generate};
 use common::plc::{Device, Executed, Line, Luck, Plc, line};
 use common::search::{holds, none_above};
 use common::tape::{Tape, cases, on_tapes};
-use scanbound::dialect::melsec::decode::{DecodeOptions, decode};
-use scanbound::dialect::melsec::device::Family;
-use scanbound::dialect::{Input, Project, read};
-use scanbound::facts::Facts;
+use scanbound::base::facts::Facts;
+use scanbound::base::time::{Picos, Times};
+use scanbound::front::melsec::decode::{DecodeOptions, decode};
+use scanbound::front::melsec::device::Family;
+use scanbound::front::{Input, Project, read};
 use scanbound::program::meaning::Knowledge;
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
 use scanbound::replay::{Free, real, replay_knowing};
 use scanbound::solve::{Limits, Method};
-use scanbound::time::{Picos, Times};
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::time::{Duration, Instant};
@@ -32,8 +32,8 @@ fn program(files: &[Vec<String>], facts: &Facts) -> Result<Program, String> {
         bytes: (lines.join("\n") + "\n").into_bytes(),
     };
     let inputs: Vec<Input> = files.iter().enumerate().map(input).collect();
-    let told = |faults: Vec<scanbound::diagnostic::Diagnostic>| {
-        let line = |f: &scanbound::diagnostic::Diagnostic| {
+    let told = |faults: Vec<scanbound::base::diagnostic::Diagnostic>| {
+        let line = |f: &scanbound::base::diagnostic::Diagnostic| {
             format!("{:?} {}: {}", f.line, f.text, f.message)
         };
         faults.iter().map(line).collect::<Vec<_>>().join("\n")

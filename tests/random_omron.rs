@@ -5,13 +5,13 @@ mod common;
 
 use common::bound::bound;
 use common::tape::{Tape, cases, on_tapes};
-use scanbound::dialect::omron::{DecodeOptions, decode};
-use scanbound::dialect::{Input, Project, read};
-use scanbound::facts::Facts;
+use scanbound::base::facts::Facts;
+use scanbound::base::time::{Picos, Times};
+use scanbound::front::omron::{DecodeOptions, decode};
+use scanbound::front::{Input, Project, read};
 use scanbound::program::Program;
 use scanbound::replay::replay;
 use scanbound::solve::Method;
-use scanbound::time::{Picos, Times};
 
 /// Which spelling a program is written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,11 +6,11 @@ use common::bound::{bound, bound_within};
 use common::ir::{Taste, generate};
 use common::search::{holds, none_above};
 use common::tape::{Tape, cases, on_tapes};
+use scanbound::base::time::Times;
 use scanbound::program::bulk;
 use scanbound::replay::replay;
 use scanbound::scan::reach::scan_model_fitted;
 use scanbound::solve::{Limits, Method};
-use scanbound::time::Times;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 const PLAIN: Taste = Taste {

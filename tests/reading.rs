@@ -2,9 +2,9 @@
 
 use encoding_rs::{EUC_KR, Encoding, GBK, SHIFT_JIS};
 use proptest::prelude::*;
-use scanbound::diagnostic::{Diagnostic, Severity};
-use scanbound::dialect::melsec::source::{RawInstruction, RawProject};
-use scanbound::dialect::{Input, read_project};
+use scanbound::base::diagnostic::{Diagnostic, Severity};
+use scanbound::front::melsec::source::{RawInstruction, RawProject};
+use scanbound::front::{Input, read_project};
 
 /// How a tool writes text to a file.
 #[derive(Debug, Clone, Copy)]

@@ -1,11 +1,11 @@
 //! Times and what the user states of the plant, from the source text to the bound and the verdict.
 
+use scanbound::audit::verdict::{Check, Margin, Verdict};
 use scanbound::audit::{Audit, Evidence, Request, audit};
-use scanbound::dialect::Input;
-use scanbound::facts::Facts;
-use scanbound::table::Table;
-use scanbound::time::Picos;
-use scanbound::verdict::{Check, Margin, Verdict};
+use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
+use scanbound::front::Input;
+use scanbound::timing::table::Table;
 
 /// Rungs with every kind of charge, and points of both sides.
 const PROGRAM: &str = "LD X0\nMOV D0 D1\nLDI X0\nOUT Y0\nLD M0\nBMOV D0 D10 K5\nEND\n";

@@ -3,15 +3,15 @@
 use super::assemble::constant_charges;
 use super::pipeline::{Failure, Progress, Request, confirm, together};
 use super::search::Search;
-use crate::budget::Budget;
-use crate::groups;
-use crate::model::{Assignment, Group, ScanModel};
-use crate::price::Prices;
+use crate::base::budget::Budget;
+use crate::base::time::Picos;
 use crate::program::meaning::Knowledge;
 use crate::program::{Program, Witness};
 use crate::replay::{Replay, replay_knowing};
+use crate::scan::groups;
+use crate::scan::model::{Assignment, Group, ScanModel};
 use crate::solve::Maximum;
-use crate::time::Picos;
+use crate::timing::price::Prices;
 
 /// What a model is searched with.
 pub struct Asked<'a> {

@@ -10,14 +10,14 @@ use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
     GroupUse, NetworkUse, OverheadUse, PathStep, RungUse, Share, TableUse, Tie, Value, Where,
 };
-use crate::diagnostic::Diagnostic;
-use crate::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
-use crate::price::{Price, Prices};
+use crate::base::diagnostic::Diagnostic;
+use crate::base::time::Picos;
 use crate::program::{Place, Program};
 use crate::replay::{Event, Replay};
+use crate::scan::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
 use crate::solve::{Limits, Maximum, exclusions};
-use crate::table::{Evidence, Table};
-use crate::time::Picos;
+use crate::timing::price::{Price, Prices};
+use crate::timing::table::{Evidence, Table};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

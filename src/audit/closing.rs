@@ -4,16 +4,16 @@ use super::asked::{Asked, Searched};
 use super::modelling::put_back;
 use super::pipeline::{Failure, Progress, Request};
 use super::real::{self, Found};
-use crate::budget::Budget;
-use crate::groups;
-use crate::model::{Assignment, Charge, Group, Lit, ScanModel};
-use crate::price::Prices;
+use crate::base::budget::Budget;
+use crate::base::time::Picos;
 use crate::program::meaning::Knowledge;
 use crate::program::{Program, Witness};
+use crate::scan::groups;
+use crate::scan::model::{Assignment, Charge, Group, Lit, ScanModel};
 use crate::scan::reach::Reach;
 use crate::scan::{Side, scan_model_knowing};
 use crate::solve::{Limits, Method, maximum};
-use crate::time::Picos;
+use crate::timing::price::Prices;
 use std::collections::BTreeMap;
 
 /// So many nodes has a model, at most, that is searched again with what was learned. Of larger ones that takes several

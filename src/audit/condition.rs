@@ -1,6 +1,6 @@
 //! A guard in words: the devices that must be on, off, or hold which numbers.
 
-use crate::model::{Atom, Circuit, Lit, Node, VarId};
+use crate::scan::model::{Atom, Circuit, Lit, Node, VarId};
 use std::collections::BTreeMap;
 
 /// A condition that asks more often than this is not written out.

@@ -1,6 +1,6 @@
 //! Which free variables' values decide that the worst scan costs what it does: the others may be anything.
 
-use crate::model::{Assignment, Lit, Node, ScanModel, VarId};
+use crate::scan::model::{Assignment, Lit, Node, ScanModel, VarId};
 use std::collections::BTreeSet;
 
 /// For each variable whether its value is needed to know what the given charges cost at least, and that the
@@ -77,9 +77,9 @@ pub fn depends_on(model: &ScanModel, charges: &[usize]) -> BTreeSet<VarId> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Atom, Charge, Origin, VarKind, Variable};
+    use crate::base::time::Picos;
     use crate::program::{AreaId, Cell};
-    use crate::time::Picos;
+    use crate::scan::model::{Atom, Charge, Origin, VarKind, Variable};
 
     #[test]
     fn only_what_a_running_charge_needs_decides() {

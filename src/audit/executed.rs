@@ -1,10 +1,10 @@
 //! What a scan that was run really says about the model's charges and free variables.
 
 use super::real::Found;
-use crate::model::{Assignment, Origin, ScanModel};
+use crate::base::time::Picos;
 use crate::program::{ChoiceKey, Frame, Program, Step};
 use crate::replay::{Real, Stopped, Why};
-use crate::time::Picos;
+use crate::scan::model::{Assignment, Origin, ScanModel};
 use std::collections::BTreeMap;
 
 /// What was executed, by instruction and the way there: whether it fired, and what it cost.

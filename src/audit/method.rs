@@ -5,12 +5,12 @@ use super::deciding::depends_on;
 use super::names::Names;
 use super::pipeline::{Failure, Request};
 use super::{Audit, GroupUse, Where};
-use crate::budget::Budget;
-use crate::model::{Group, ScanModel};
+use crate::base::budget::Budget;
+use crate::base::time::Picos;
 use crate::program::Program;
+use crate::scan::model::{Group, ScanModel};
 pub use crate::solve::trace::{Step, Trace};
 use crate::solve::{Engine, Item, Limits, Maximum, Opinion, Problem, second_opinion};
-use crate::time::Picos;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -81,7 +81,7 @@ pub fn trace(
     let names = Names::new(program);
     for ((shown, group), maximum) in audit.groups.iter_mut().zip(groups).zip(maxima) {
         let problem = Problem::new(model, group);
-        let name = |own: crate::model::VarId| {
+        let name = |own: crate::scan::model::VarId| {
             names.free(&model.variables[problem.variable(own).0 as usize])
         };
         let block = |charge: usize| program.instructions[model.charges[charge].instruction].block;

@@ -19,17 +19,18 @@ pub mod response;
 mod search;
 mod stated;
 mod unbounded;
+pub mod verdict;
 
 pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, conclude, follow};
 pub use questions::{File, Form, certificates, question};
 
-use crate::budget::Cut;
-use crate::diagnostic::Diagnostic;
-pub use crate::price::{MorePoints, UnstatedBase, UnstatedPoints};
-use crate::price::{more_points, unsure};
+use crate::base::budget::Cut;
+use crate::base::diagnostic::Diagnostic;
+use crate::base::time::Picos;
 pub use crate::solve::{Engine, Opinion};
-pub use crate::table::Evidence;
-use crate::time::Picos;
+pub use crate::timing::price::{MorePoints, UnstatedBase, UnstatedPoints};
+use crate::timing::price::{more_points, unsure};
+pub use crate::timing::table::Evidence;
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
@@ -148,7 +149,7 @@ impl Audit {
     #[must_use]
     pub fn bare(&self, time: Picos) -> Picos {
         let factor = self.table.factor.as_ref();
-        factor.map_or(time, |factor| crate::table::taken_off(factor.millionths, time))
+        factor.map_or(time, |factor| crate::timing::table::taken_off(factor.millionths, time))
     }
 
     /// The groups that are worth a look, of at least a two-hundredth of the bound and at most so many; and the others.

@@ -1,16 +1,16 @@
 //! From a priced program to the model of one scan, within what that may take.
 
 use super::Failure;
-use crate::budget::Budget;
-use crate::diagnostic::Diagnostic;
-use crate::model::ScanModel;
-use crate::price::Prices;
+use crate::base::budget::Budget;
+use crate::base::diagnostic::Diagnostic;
+use crate::base::time::Picos;
 use crate::program::meaning::Knowledge;
 use crate::program::{Program, bulk};
+use crate::scan::model::ScanModel;
 use crate::scan::reach::{Reach, scan_model_fitted};
 use crate::scan::{ScanError, Side, scan_model, scan_model_knowing};
-use crate::table::Table;
-use crate::time::Picos;
+use crate::timing::price::Prices;
+use crate::timing::table::Table;
 use std::collections::BTreeMap;
 
 /// Loops and calls may add so many executed instructions to those that the program has.

@@ -1,7 +1,7 @@
 //! The names that people know things by: devices with their comments, and the ways to an instruction.
 
-use crate::model::{Origin, Variable};
 use crate::program::{Area, BitTarget, Cell, Frame, Program, Radix, Step, Write};
+use crate::scan::model::{Origin, Variable};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 

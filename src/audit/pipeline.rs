@@ -10,21 +10,21 @@ use super::modelling::{keep_in_range, model_of};
 use super::power_up;
 use super::stated;
 use super::unbounded::{self, loops};
-use crate::budget::{Budget, Cut};
-use crate::diagnostic::Diagnostic;
-use crate::dialect::melsec::decode::DecodeOptions;
-use crate::dialect::melsec::device::Family;
-use crate::dialect::melsec::source::RawProject;
-use crate::dialect::{self, Input, Project};
-use crate::facts::{Facts, Part, StatedFactor};
-use crate::groups;
-use crate::model::{Assignment, Group, Portion, ScanModel, Values};
-use crate::price::{self, Prices};
+use crate::base::budget::{Budget, Cut};
+use crate::base::diagnostic::Diagnostic;
+use crate::base::facts::{Facts, Part, StatedFactor};
+use crate::base::time::Picos;
+use crate::front::melsec::decode::DecodeOptions;
+use crate::front::melsec::device::Family;
+use crate::front::melsec::source::RawProject;
+use crate::front::{self, Input, Project};
 use crate::program::Program;
 use crate::replay::Replay;
+use crate::scan::groups;
+use crate::scan::model::{Assignment, Group, Portion, ScanModel, Values};
 use crate::solve::{Limits, Maximum, Method, maximum};
-use crate::table::{Evidence, Factor, Override, StatedClock, Table};
-use crate::time::Picos;
+use crate::timing::price::{self, Prices};
+use crate::timing::table::{Evidence, Factor, Override, StatedClock, Table};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
@@ -179,7 +179,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let stage = |name| (request.progress)(Progress::Stage(name));
 
     stage("reading");
-    let project = dialect::read(request.inputs, request.dialect)?;
+    let project = front::read(request.inputs, request.dialect)?;
     let (mut program, table, found) = understand(&project, request)?;
     let shortest_timer = match &project {
         Project::Flowchart(source) => source.shortest_timer(),
@@ -311,7 +311,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     if let Some(more) = loops.open.len().checked_sub(10).filter(|&more| more > 0) {
         audit.doubts.push(format!("nor was it of {more} more loops"));
     }
-    if program.dialect == dialect::flowchart::NAME {
+    if program.dialect == front::flowchart::NAME {
         audit.path = findings.path(&found.best.replay);
     }
     audit.doubts.extend(shortest_timer.and_then(|shortest| outlasts(shortest, audit.bound.upper)));
@@ -319,8 +319,8 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         let idle = if on == off { String::new() } else { format!(", {off} where it does not run") };
         format!("{name} takes {on}{idle}")
     }));
-    if dialect::minasec::is_dialect(&program.dialect) {
-        audit.clocked = Some(dialect::minasec::WORDS as u64);
+    if front::minasec::is_dialect(&program.dialect) {
+        audit.clocked = Some(front::minasec::WORDS as u64);
     }
     if audit.unbounded.is_empty() && !whole {
         audit.witness_run = power_up::run(&program, &prices, &found, &limits);
@@ -384,7 +384,7 @@ fn understand(
             Ok((program, table, project.warnings.clone()))
         }
         Project::Minasec(source) => {
-            let program = dialect::minasec::decode::decode(source);
+            let program = front::minasec::decode::decode(source);
             let mut table = choose_table(request, program.cpu.as_deref())?;
             request.clock.into_iter().for_each(|clock| table.set_clock(clock));
             Ok((program, table, Vec::new()))
@@ -392,17 +392,17 @@ fn understand(
         Project::Omron(project) => {
             let cpu = project.files.iter().find_map(|file| file.cpu.as_deref());
             let table = choose_table(request, cpu)?;
-            let options = dialect::omron::DecodeOptions {
+            let options = front::omron::DecodeOptions {
                 is_user_instruction: &|name| table.knows(name),
                 facts: request.facts,
             };
-            let program = dialect::omron::decode(project, &options)?;
+            let program = front::omron::decode(project, &options)?;
             Ok((program, table, project.warnings.clone()))
         }
         Project::Flowchart(source) => {
             let program =
-                dialect::flowchart::decode::decode(source, request.facts.latched == Some(true));
-            let table = choose_table(request, Some(dialect::flowchart::CPU))?;
+                front::flowchart::decode::decode(source, request.facts.latched == Some(true));
+            let table = choose_table(request, Some(front::flowchart::CPU))?;
             Ok((program, table, source.warnings()))
         }
     }
@@ -427,7 +427,7 @@ fn decode(project: &RawProject, table: &Table, request: &Request<'_>) -> Result<
         is_user_instruction: &|mnemonic| table.knows(mnemonic),
         facts: request.facts,
     };
-    Ok(dialect::melsec::decode::decode(project, &options)?)
+    Ok(front::melsec::decode::decode(project, &options)?)
 }
 
 /// A count for a routine that is not there is a slip of the pen, and another is left without.
@@ -471,7 +471,7 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
             Diagnostic::file("no-table", file, message, Table::advice(cpu))
         })?,
         (None, None) => {
-            let names = crate::table::builtin::names().join(", ");
+            let names = crate::timing::table::builtin::names().join(", ");
             return Err(Failure::from(Diagnostic::file(
                 "no-table",
                 file,

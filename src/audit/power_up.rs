@@ -2,11 +2,11 @@
 
 use super::real::Found;
 use super::{RunScan, Value};
-use crate::price::Prices;
+use crate::base::time::{Picos, Times};
 use crate::program::{AreaKind, Cell, Program};
 use crate::replay::run::{Given, Run};
 use crate::solve::Limits;
-use crate::time::{Picos, Times};
+use crate::timing::price::Prices;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeMap;

@@ -1,16 +1,16 @@
 //! The search for a scan that a PLC really makes: run the model's, learn from where it differs, and go on.
 
 use super::assemble::constant_charges;
-use crate::groups::{groups, unpriced, witness};
-use crate::model::certain::{Standing, certain};
-use crate::model::{Assignment, Lit, Origin, ScanModel, VarId};
+use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
 use crate::replay::{Free, Real, Why, real};
+use crate::scan::groups::{groups, unpriced, witness};
+use crate::scan::model::certain::{Standing, certain};
+use crate::scan::model::{Assignment, Lit, Origin, ScanModel, VarId};
 use crate::scan::reach::Reach;
 use crate::scan::{Side, scan_model_knowing};
 use crate::solve::{Limits, Method, maxima, maximum};
-use crate::time::{Picos, Times};
 use std::collections::BTreeSet;
 
 /// So many instructions of a scan are run.

@@ -1,8 +1,8 @@
 //! The worst time from an input's edge to an output's.
 
 use super::Audit;
-use crate::table::{Evidence, Row};
-use crate::time::Picos;
+use crate::base::time::Picos;
+use crate::timing::table::{Evidence, Row};
 
 /// A delay outside the scan, and how it is known.
 #[derive(Debug, Clone, PartialEq, Eq)]

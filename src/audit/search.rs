@@ -1,11 +1,11 @@
 //! The groups' maxima, as far as they are wanted.
 
 use super::{Progress, Request};
-use crate::model::{Assignment, Charge, Group, Portion, ScanModel};
-use crate::price::Prices;
+use crate::base::time::Picos;
+use crate::scan::model::{Assignment, Charge, Group, Portion, ScanModel};
 use crate::solve::trace::Trace;
 use crate::solve::{Engine, Limits, Maximum, Method, maxima, methods};
-use crate::time::Picos;
+use crate::timing::price::Prices;
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,12 +1,12 @@
 //! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
 
-use crate::diagnostic::Diagnostic;
-use crate::facts::{Facts, Part};
-use crate::price::own_points;
+use crate::base::diagnostic::Diagnostic;
+use crate::base::facts::{Facts, Part};
 use crate::program::{
     AreaId, BitSource, Cell, Program, Region, Source, StartRange, WordSource, flow,
 };
-use crate::table::Table;
+use crate::timing::price::own_points;
+use crate::timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// So many facts are told of.

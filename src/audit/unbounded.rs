@@ -1,12 +1,12 @@
 //! Loops that a scan can go round for ever: which of them can be reached at all, each proved by a replayed scan.
 
 use super::{LoopUse, Where};
-use crate::groups::{groups, witness};
-use crate::model::{Assignment, Charge, Lit, ScanModel};
+use crate::base::time::{Picos, Times};
 use crate::program::{Program, Step};
 use crate::replay::replay;
+use crate::scan::groups::{groups, witness};
+use crate::scan::model::{Assignment, Charge, Lit, ScanModel};
 use crate::solve::{Limits, Method, maximum};
-use crate::time::{Picos, Times};
 use std::collections::BTreeSet;
 
 /// Where so many loops are found, no more are asked for: one alone leaves a scan without bound.

@@ -7,8 +7,8 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use scanbound::audit::response::Response;
 use scanbound::audit::{self, Audit};
-use scanbound::diagnostic::Diagnostic;
-use scanbound::time::Picos;
+use scanbound::base::diagnostic::Diagnostic;
+use scanbound::base::time::Picos;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\

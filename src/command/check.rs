@@ -3,8 +3,8 @@
 use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::{Failure, Outcome, values};
 use clap::{Args, ValueEnum};
-use scanbound::time::Picos;
-use scanbound::verdict::{Check, Margin, MostAssumed, Verdict};
+use scanbound::audit::verdict::{Check, Margin, MostAssumed, Verdict};
+use scanbound::base::time::Picos;
 
 /// Which scan refutes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]

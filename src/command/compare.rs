@@ -4,8 +4,8 @@ use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::{Failure, Outcome};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
-use scanbound::column::{UNITS, Unit};
-use scanbound::compare::{Bounds, Comparison, Decimal, Edge, Selection, Threshold, capture};
+use scanbound::base::column::{UNITS, Unit};
+use scanbound::measured::{Bounds, Comparison, Decimal, Edge, Selection, Threshold, capture};
 use scanbound::report::compare::{csv, json, text};
 
 const EXAMPLES: &str = "\

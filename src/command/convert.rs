@@ -5,9 +5,9 @@ use super::sink::Sink;
 use super::{Failure, Outcome, values};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
-use scanbound::diagnostic::Diagnostic;
-use scanbound::dialect::minasec::{Source, assembly, machine_code};
-use scanbound::dialect::{Input, Project, read};
+use scanbound::base::diagnostic::Diagnostic;
+use scanbound::front::minasec::{Source, assembly, machine_code};
+use scanbound::front::{Input, Project, read};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

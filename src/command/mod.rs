@@ -14,7 +14,7 @@ mod tables;
 mod values;
 
 use clap::{Parser, Subcommand};
-use scanbound::diagnostic::Diagnostic;
+use scanbound::base::diagnostic::Diagnostic;
 use std::panic::{UnwindSafe, catch_unwind};
 
 /// How long can one scan of a PLC program take, at most?
@@ -113,7 +113,7 @@ impl Failure {
     /// What the user is told.
     fn message(&self) -> String {
         match self {
-            Failure::Input(faults) => scanbound::render::diagnostics(faults),
+            Failure::Input(faults) => scanbound::report::render::diagnostics(faults),
             Failure::Usage(error) => output::complaint(&format!("{error:#}")),
             Failure::Internal(what) => output::complaint(&format!(
                 "internal error: {what}\nThis is a fault of scanbound and says nothing about your program. Please report it."

@@ -2,8 +2,8 @@
 
 use super::Failure;
 use anyhow::{Context, anyhow};
-use scanbound::diagnostic::Diagnostic;
-use scanbound::render;
+use scanbound::base::diagnostic::Diagnostic;
+use scanbound::report::render;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;

@@ -4,9 +4,9 @@ use super::output::{self, Target};
 use super::{Failure, Outcome};
 use anyhow::Context;
 use clap::Args;
-use scanbound::diagnostic::Diagnostic;
+use scanbound::base::diagnostic::Diagnostic;
 use scanbound::report::tables;
-use scanbound::table::{Parsed, Table, builtin};
+use scanbound::timing::table::{Parsed, Table, builtin};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -1,8 +1,8 @@
 //! Reads values of options, and says of a wrong one what would be right.
 
 use clap::builder::PossibleValuesParser;
-use scanbound::dialect::{Dialect, dialects};
-use scanbound::time::Picos;
+use scanbound::base::time::Picos;
+use scanbound::front::{Dialect, dialects};
 use std::str::FromStr;
 
 /// No delay of a terminal is longer, in picoseconds: a thousand seconds. So sums with it stay within what is counted.
@@ -46,7 +46,7 @@ pub fn dialect() -> PossibleValuesParser {
 
 /// The name of one of a MINASEC-U's dialects.
 pub fn minasec() -> PossibleValuesParser {
-    let own = |dialect: &&Dialect| scanbound::dialect::minasec::is_dialect(dialect.name);
+    let own = |dialect: &&Dialect| scanbound::front::minasec::is_dialect(dialect.name);
     named(dialects().iter().filter(own))
 }
 

@@ -2,12 +2,12 @@
 
 use super::state::{Doubt, State, Truth};
 use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
+use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
     Bulk, ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Step, When,
     WordSource, Write,
 };
-use crate::time::{Picos, Times};
 use std::collections::BTreeMap;
 
 /// Of so many loops in a scan both is tried where they run one turn or none.

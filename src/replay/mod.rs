@@ -17,9 +17,9 @@ mod real_tests;
 #[cfg(test)]
 mod value_tests;
 
+use crate::base::time::{Picos, Times};
 use crate::program::meaning::Knowledge;
 use crate::program::{AreaKind, Cell, ChoiceKey, Frame, Program, Witness};
-use crate::time::{Picos, Times};
 use std::sync::Arc;
 
 /// One execution of one instruction.

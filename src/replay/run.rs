@@ -3,8 +3,8 @@
 use super::machine::{MOST_ASKED, Machine};
 use super::state::State;
 use super::{Free, Mode, Real};
+use crate::base::time::Times;
 use crate::program::{AreaKind, Cell, ChoiceKey, Program, Region, flow};
-use crate::time::Times;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 

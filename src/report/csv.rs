@@ -1,7 +1,7 @@
 //! An audit as CSV: a row a charge, for spreadsheets.
 
 use crate::audit::{Audit, ChargeUse};
-use crate::time::Picos;
+use crate::base::time::Picos;
 use csv::Writer;
 
 const HEADS: [&str; 16] = [

@@ -1,8 +1,8 @@
 //! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
 
+use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{self, Audit, Engine, Opinion};
-use crate::budget::{Cut, End};
-use crate::verdict::{Check, Verdict};
+use crate::base::budget::{Cut, End};
 use serde::Serialize;
 use serde::ser::SerializeMap;
 
@@ -526,8 +526,8 @@ fn result<'a>(audit: &Audit, check: &'a Check) -> CheckResult<'a> {
 mod tests {
     use super::*;
     use crate::audit::fixture::fixture;
-    use crate::time::Picos;
-    use crate::verdict::Margin;
+    use crate::audit::verdict::Margin;
+    use crate::base::time::Picos;
 
     #[test]
     fn the_fixture_as_json() {

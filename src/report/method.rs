@@ -3,7 +3,7 @@
 use super::columns::{columns, left, right};
 use crate::audit::method::{ConditionUse, Step, TraceUse};
 use crate::audit::{Audit, Engine, GroupUse, Opinion};
-use crate::time::Picos;
+use crate::base::time::Picos;
 use std::time::Duration;
 use unicode_width::UnicodeWidthStr;
 

@@ -5,6 +5,7 @@ pub mod compare;
 pub mod csv;
 pub mod json;
 pub mod method;
+pub mod render;
 mod response;
 pub mod tables;
 pub mod text;

@@ -3,7 +3,7 @@
 use super::columns::{Cell, columns, left, right};
 use crate::audit::Audit;
 use crate::audit::response::SCANS;
-use crate::table::Evidence;
+use crate::timing::table::Evidence;
 
 /// The longest scan without the table's factor, where the factor is a clock's tolerance: one row for the head.
 pub(super) fn nominal(audit: &Audit) -> Option<Vec<Cell>> {

@@ -1,8 +1,8 @@
 //! Timing tables as text: the list of them, one of them.
 
 use super::columns::{Cell, columns, left, right};
-use crate::table::builtin::Summary;
-use crate::table::{Evidence, Table};
+use crate::timing::table::builtin::Summary;
+use crate::timing::table::{Evidence, Table};
 use anstyle::Style;
 
 const BOLD: Style = Style::new().bold();

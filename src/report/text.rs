@@ -2,14 +2,14 @@
 
 use super::columns::{Cell, columns, left, paint, right};
 use super::{method, response};
+use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{
     ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, UnstatedPoints, Value,
     Where,
 };
-use crate::budget::Cut;
-use crate::table::Evidence;
-use crate::time::Picos;
-use crate::verdict::{Check, Verdict};
+use crate::base::budget::Cut;
+use crate::base::time::Picos;
+use crate::timing::table::Evidence;
 use anstyle::{AnsiColor, Style};
 use std::collections::BTreeMap;
 use unicode_width::UnicodeWidthStr;
@@ -581,7 +581,7 @@ fn us(time: Picos) -> String {
 mod tests {
     use super::*;
     use crate::audit::fixture::fixture;
-    use crate::verdict::Margin;
+    use crate::audit::verdict::Margin;
 
     fn plain(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
         anstream::adapter::strip_str(&render(audit, check, extent)).to_string()

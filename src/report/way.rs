@@ -2,7 +2,7 @@
 
 use super::columns::{Cell, columns, left, right};
 use crate::audit::{Audit, LoopUse};
-use crate::time::Picos;
+use crate::base::time::Picos;
 
 /// The loops that a scan can go round for ever; empty if there are none.
 pub fn loops(audit: &Audit) -> String {

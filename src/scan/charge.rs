@@ -2,9 +2,9 @@
 
 use super::word::Word;
 use super::{Run, ScanError, Side, number};
-use crate::model::{ByUnits, Charge, Lit};
+use crate::base::time::{Picos, Times};
 use crate::program::{Counted, Relation, WordSource};
-use crate::time::{Picos, Times};
+use crate::scan::model::{ByUnits, Charge, Lit};
 
 impl Run<'_> {
     /// Charges the instruction's times, unless both are zero.

@@ -2,8 +2,8 @@
 
 use super::word::Word;
 use super::{Run, number};
-use crate::model::Lit;
 use crate::program::{BitSource, Compare, Logic, Number, Program, Reading, WordSource};
+use crate::scan::model::Lit;
 
 impl Run<'_> {
     /// The guard that says whether the logic is true; `condition` is that of the instruction at `at`.

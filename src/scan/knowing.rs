@@ -3,9 +3,9 @@
 use super::expression::describe;
 use super::word::Word;
 use super::{Run, Side};
-use crate::model::Lit;
 use crate::program::meaning::{ChoiceKind, Fact, Learned, Read};
 use crate::program::{AreaKind, BitTarget, Cell, ChoiceId, Frame, WordTarget};
+use crate::scan::model::Lit;
 use rustc_hash::FxHashMap;
 
 /// What became of exact choices so far.

@@ -1,8 +1,10 @@
 //! The symbolic memory: the newest version of every cell, guarded writes, and regions that were forgotten.
 
 use super::word::{Word, Words};
-use crate::model::{Atom, Circuit, Forgotten, Lit, Origin, ScanModel, VarId, VarKind, Variable};
 use crate::program::{BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Program, Region, WordTarget};
+use crate::scan::model::{
+    Atom, Circuit, Forgotten, Lit, Origin, ScanModel, VarId, VarKind, Variable,
+};
 use rustc_hash::FxHashMap;
 
 /// A cell's newest version, and how many of its area's forgotten regions it already takes into account.

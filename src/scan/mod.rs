@@ -5,19 +5,21 @@
 
 mod charge;
 mod expression;
+pub mod groups;
 mod knowing;
 mod memory;
+pub mod model;
 mod number;
 pub mod reach;
 mod word;
 
-use crate::model::{Lit, ScanModel, Turns, Unbounded};
+use crate::base::time::Times;
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
     BitSource, Bulk, Cell, Effect, Exit, Frame, Join, Logic, Program, Relation, Source, Step, When,
     WordSource, Write,
 };
-use crate::time::Times;
+use crate::scan::model::{Lit, ScanModel, Turns, Unbounded};
 use memory::Memory;
 use reach::Reach;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,8 +1,8 @@
 //! Numbers of one or more symbolic words: sums, bitwise operations, comparisons.
 
 use super::word::{Word, Words, add_bits};
-use crate::model::{Circuit, Lit};
 use crate::program::Relation;
+use crate::scan::model::{Circuit, Lit};
 
 /// Sum (or, with `subtract`, difference) of two numbers, least word first, wrapping.
 pub fn add(
@@ -300,7 +300,7 @@ pub fn in_parts(circuit: &mut Circuit, bits: &[Lit], over: Lit, most: u64) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Assignment, VarId};
+    use crate::scan::model::{Assignment, VarId};
 
     const VALUES: [u16; 11] =
         [0, 1, 2, 0x3F80, 0x7F7F, 0x7F80, 0x7FFF, 0x8000, 0x8001, 0xBF80, 0xFFFF];
@@ -408,7 +408,7 @@ mod tests {
         for relation in RELATIONS {
             let (mut words, mut circuit) = (Words::default(), Circuit::default());
             let free: Vec<Word> = (0..4).map(|v| words.free(VarId(v))).collect();
-            let special = circuit.atom(crate::model::Atom::Bit(VarId(4)));
+            let special = circuit.atom(crate::scan::model::Atom::Bit(VarId(4)));
             let lit =
                 compare_real(&mut words, &mut circuit, relation, &free[..2], &free[2..], special);
             for a in VALUES {

@@ -1,12 +1,12 @@
 //! How far a scan is followed: what its model may take, and what is given up where it takes more.
 
 use super::{ScanError, scan_model_within};
-use crate::model::ScanModel;
+use crate::base::time::Times;
 use crate::program::{
     Approximation, BitSource, BitTarget, ChoiceId, Program, Region, SourceMut, Step, WordSource,
     Write,
 };
-use crate::time::Times;
+use crate::scan::model::ScanModel;
 use std::collections::BTreeSet;
 
 /// What following a scan may take, counted in nodes of the circuit and questions to words.

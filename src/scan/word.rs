@@ -1,6 +1,6 @@
 //! Symbolic 16-bit words: constants, free words, either-or, sums with a constant, and words put together from bits.
 
-use crate::model::{self, Atom, Circuit, Lit, VarId};
+use crate::scan::model::{self, Atom, Circuit, Lit, VarId};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeSet;
 
@@ -381,7 +381,7 @@ pub fn add_bits(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Assignment;
+    use crate::scan::model::Assignment;
 
     /// Checks a word against a function of one free word, for all questions at some values.
     fn check(build: impl Fn(&mut Words, &mut Circuit, Word) -> Word, meaning: impl Fn(u16) -> u16) {

@@ -2,8 +2,8 @@
 
 use super::trace::{Step, Trace};
 use super::{Engine, Limits, Maximum, Problem};
-use crate::model::{Assignment, Portion};
-use crate::time::Picos;
+use crate::base::time::Picos;
+use crate::scan::model::{Assignment, Portion};
 use std::time::Duration;
 
 /// The two bounds of a running search. Both only ever get better.

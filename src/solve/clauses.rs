@@ -1,7 +1,7 @@
 //! A problem's circuit as clauses, and the way back from a solver's model to an assignment.
 
 use super::problem::Problem;
-use crate::model::{Assignment, Atom, Lit, Node, VarId};
+use crate::scan::model::{Assignment, Atom, Lit, Node, VarId};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 

@@ -5,7 +5,7 @@ use super::clauses::Clauses;
 use super::formula::Formula;
 use super::oracle::Oracle;
 use super::problem::Problem;
-use crate::model::{Assignment, Group, ScanModel};
+use crate::scan::model::{Assignment, Group, ScanModel};
 use std::cmp::Reverse;
 
 /// Steps of the solver for one question beyond one an assumption; what takes more is left unexplained.
@@ -92,7 +92,7 @@ impl<'a> Judge<'a> {
 mod tests {
     use super::super::testing::Builder;
     use super::*;
-    use crate::model::Lit;
+    use crate::scan::model::Lit;
 
     #[test]
     fn a_reason_names_only_what_excludes() {

@@ -2,8 +2,8 @@
 
 use super::clauses::Clauses;
 use super::{Group, Problem};
-use crate::model::{Atom, Lit, Node, Portion, ScanModel, VarId, VarKind};
-use crate::time::Picos;
+use crate::base::time::Picos;
+use crate::scan::model::{Atom, Lit, Node, Portion, ScanModel, VarId, VarKind};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

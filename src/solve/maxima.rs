@@ -2,9 +2,9 @@
 
 use super::subsets::with_z3;
 use super::{Limits, Maximum, Method, Problem};
-use crate::model::Group;
-use crate::model::ScanModel;
-use crate::time::Picos;
+use crate::base::time::Picos;
+use crate::scan::model::Group;
+use crate::scan::model::ScanModel;
 use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};

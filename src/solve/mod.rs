@@ -21,8 +21,8 @@ pub use maxima::{maxima, methods};
 pub use problem::{Item, Problem};
 pub use second::{Opinion, second_opinion};
 
-use crate::model::{Group, Portion, ScanModel};
-use crate::time::Picos;
+use crate::base::time::Picos;
+use crate::scan::model::{Group, Portion, ScanModel};
 use bounds::Bounds;
 use std::time::Instant;
 use trace::{Step, Trace};
@@ -145,8 +145,8 @@ mod tests {
                 let (x, y) = (b.bit(), b.bit());
                 let both = b.model.circuit.and(x, y);
                 let first = b.model.charges.len();
-                b.charge(crate::model::Lit::TRUE, both, 100 + n, 0);
-                b.charge(crate::model::Lit::TRUE, !x, 7, 0);
+                b.charge(crate::scan::model::Lit::TRUE, both, 100 + n, 0);
+                b.charge(crate::scan::model::Lit::TRUE, !x, 7, 0);
                 let charges = (first..first + 2).collect();
                 Group { charges, ..Group::default() }
             })
@@ -228,7 +228,7 @@ mod tests {
         let groups: Vec<Group> = (0..40)
             .map(|_| {
                 let x = b.bit();
-                b.charge(crate::model::Lit::TRUE, x, 7, 0);
+                b.charge(crate::scan::model::Lit::TRUE, x, 7, 0);
                 Group { charges: vec![b.model.charges.len() - 1], ..Group::default() }
             })
             .collect();
@@ -273,7 +273,7 @@ mod tests {
         let circuit = &mut b.model.circuit;
         let guards = [circuit.and(x[0], x[1]), circuit.or(!x[0], !x[2]), !x[1]];
         for (guard, time) in guards.into_iter().zip(times) {
-            b.charge(crate::model::Lit::TRUE, guard, time, 0);
+            b.charge(crate::scan::model::Lit::TRUE, guard, time, 0);
         }
         let limits = Limits { trace: true, ..Limits::default() };
         let found = maximum(&b.model, &b.group(), Method::Auto, &limits);

@@ -1,8 +1,8 @@
 //! A group's question in normal form: a constant and a sum of weighted guards over a circuit of its own.
 
-use crate::model::Group;
-use crate::model::{Assignment, Circuit, Lit, Node, ScanModel, VarId};
-use crate::time::Picos;
+use crate::base::time::Picos;
+use crate::scan::model::Group;
+use crate::scan::model::{Assignment, Circuit, Lit, Node, ScanModel, VarId};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// A guard and what it adds to the sum when it is true.

@@ -5,8 +5,8 @@
 //! the cost is a sum of integers.
 
 use super::{Limits, Maximum};
-use crate::model::{Assignment, Atom, Group, Lit, Node, ScanModel, VarKind};
-use crate::time::Picos;
+use crate::base::time::Picos;
+use crate::scan::model::{Assignment, Atom, Group, Lit, Node, ScanModel, VarKind};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 use z3::ast::{BV, Bool, Int};

@@ -1,12 +1,12 @@
 //! Random small models, and their maxima found by trying every assignment.
 
 use super::{Limits, Maximum, Method, maximum};
-use crate::model::Group;
-use crate::model::{
+use crate::base::time::Picos;
+use crate::program::{AreaId, Cell};
+use crate::scan::model::Group;
+use crate::scan::model::{
     Assignment, Atom, ByUnits, Charge, Lit, Origin, ScanModel, VarId, VarKind, Variable,
 };
-use crate::program::{AreaId, Cell};
-use crate::time::Picos;
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -148,7 +148,7 @@ pub fn random(seed: u64, charges: u64) -> ScanModel {
 /// The maximum over all assignments that keep the constraints. Words take one value of each kind that no
 /// atom of the circuit tells apart.
 pub fn brute(model: &ScanModel, group: &Group) -> Option<Picos> {
-    use crate::model::Node;
+    use crate::scan::model::Node;
     let values = |variable: usize| -> Vec<u16> {
         let own = |atom: &Atom| atom.variable().0 as usize == variable;
         let atoms: Vec<Atom> = model

@@ -1,6 +1,6 @@
 //! What a search asked and what it found, step by step, for those who want to follow it.
 
-use crate::time::Picos;
+use crate::base::time::Picos;
 use std::time::Duration;
 
 /// So many steps of a group are kept; more are counted.

@@ -2,8 +2,8 @@
 
 use super::testing::{Builder, Dice, brute, random, sound};
 use super::{Limits, Method, Opinion, Problem, export, maximum, second_opinion};
-use crate::model::{Atom, Group, Lit, ScanModel, VarKind};
-use crate::time::Picos;
+use crate::base::time::Picos;
+use crate::scan::model::{Atom, Group, Lit, ScanModel, VarKind};
 use std::io::Write;
 use std::process::{Command, Stdio};
 

@@ -1,9 +1,9 @@
 //! Audits source text with times of one's own: nothing costs anything but what is stated.
 
 use scanbound::audit::{Concluded, Failure, Request, conclude, follow};
-use scanbound::dialect::Input;
-use scanbound::facts::Facts;
-use scanbound::table::{CLASSES, Table};
+use scanbound::base::facts::Facts;
+use scanbound::front::Input;
+use scanbound::timing::table::{CLASSES, Table};
 
 /// A table of the rows that are given (`Op1,1,0,0`: name, on, off, per unit), all else costing nothing.
 pub fn table(rows: &str) -> Table {

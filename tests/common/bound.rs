@@ -1,13 +1,13 @@
 //! From a program with its times to the bound, as the library's stages give it.
 
-use scanbound::groups::{groups, witness};
-use scanbound::model::{Assignment, Group, ScanModel, VarId};
+use scanbound::base::time::{Picos, Times};
 use scanbound::program::meaning::Knowledge;
 use scanbound::program::{Program, Witness};
+use scanbound::scan::groups::{groups, witness};
+use scanbound::scan::model::{Assignment, Group, ScanModel, VarId};
 use scanbound::scan::reach::Reach;
 use scanbound::scan::{ScanError, Side, scan_model_knowing};
 use scanbound::solve::{Limits, Method, maximum};
-use scanbound::time::{Picos, Times};
 
 /// What the analysis says about a program.
 pub struct Bound {
@@ -41,7 +41,7 @@ pub fn bound_knowing(
     limits: &Limits<'_>,
 ) -> Result<Bound, ScanError> {
     let model = scan_model_knowing(program, times, knowledge, Side::Above, &Reach::default())?;
-    let constant = |charge: &&scanbound::model::Charge| charge.is_constant();
+    let constant = |charge: &&scanbound::scan::model::Charge| charge.is_constant();
     let always: Picos = model
         .charges
         .iter()

@@ -1,7 +1,7 @@
 //! Random flowchart programs as text, and plants that answer what a program leaves open.
 
 use super::tape::Tape;
-use scanbound::dialect::flowchart::interpret::Plant;
+use scanbound::front::flowchart::interpret::Plant;
 use std::fmt::Write as _;
 
 /// A small program of a main routine and up to two groups, and a table with times for it.

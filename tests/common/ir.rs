@@ -1,12 +1,12 @@
 //! Random programs as the analysis sees them, with no dialect in front: every step, source, write and region.
 
 use super::tape::Tape;
+use scanbound::base::time::{Picos, Times};
 use scanbound::program::{
     Area, AreaId, AreaKind, BitSource, BitTarget, Bulk, Cell, ChoiceId, Compare, Counted, Effect,
     Exit, Instruction, Interrupt, Join, Logic, Number, Place, Program, Radix, Reading, Region,
     Relation, StartRange, Step, TimingKey, Touched, Units, When, WordSource, WordTarget, Write,
 };
-use scanbound::time::{Picos, Times};
 
 const BITS: u32 = 6;
 const WORDS: u32 = 3;

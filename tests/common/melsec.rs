@@ -1,13 +1,13 @@
 //! MELSEC lists, decoded, and what the operations `Op1`, `Op2`, `Op4` ... in them can cost together.
 
 use super::bound::bound;
-use scanbound::dialect::melsec::decode::{DecodeOptions, decode};
-use scanbound::dialect::melsec::device::Family;
-use scanbound::dialect::{Input, Project, read};
-use scanbound::facts::Facts;
+use scanbound::base::facts::Facts;
+use scanbound::base::time::{Picos, Times};
+use scanbound::front::melsec::decode::{DecodeOptions, decode};
+use scanbound::front::melsec::device::Family;
+use scanbound::front::{Input, Project, read};
 use scanbound::program::Program;
 use scanbound::solve::Method;
-use scanbound::time::{Picos, Times};
 
 /// Files of instructions apart by `; `.
 pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<Program, String> {
@@ -18,7 +18,7 @@ pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<
             bytes: text.replace("; ", "\n").into_bytes(),
         })
         .collect();
-    let told = |faults: Vec<scanbound::diagnostic::Diagnostic>| {
+    let told = |faults: Vec<scanbound::base::diagnostic::Diagnostic>| {
         let all: Vec<String> =
             faults.iter().map(|fault| format!("{}: {}", fault.text, fault.message)).collect();
         all.join("\n")

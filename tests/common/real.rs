@@ -1,12 +1,12 @@
 //! Runs source text as a PLC runs it.
 
-use scanbound::dialect::melsec::decode as melsec;
-use scanbound::dialect::melsec::device::Family;
-use scanbound::dialect::{Input, Project, omron, read};
-use scanbound::facts::Facts;
+use scanbound::base::facts::Facts;
+use scanbound::base::time::{Picos, Times};
+use scanbound::front::melsec::decode as melsec;
+use scanbound::front::melsec::device::Family;
+use scanbound::front::{Input, Project, omron, read};
 use scanbound::program::{Cell, Program, Witness};
 use scanbound::replay;
-use scanbound::time::{Picos, Times};
 
 /// What ran, and the instruction at which it was followed no further.
 pub struct Real {

@@ -2,11 +2,11 @@
 //! on random ones.
 
 use super::bound::Bound;
+use scanbound::base::time::{Picos, Times};
 use scanbound::program::{
     AreaKind, Cell, ChoiceKey, Compare, Logic, Number, Program, Step, WordSource, Write,
 };
 use scanbound::replay::{Free, Replay, replay, replay_with};
-use scanbound::time::{Picos, Times};
 use std::collections::{BTreeMap, BTreeSet};
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

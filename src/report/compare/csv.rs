@@ -1,6 +1,6 @@
 //! A comparison as CSV: a row a scan, for spreadsheets.
 
-use crate::compare::Comparison;
+use crate::measured::Comparison;
 use std::fmt::Write as _;
 
 /// Each scan with its time, the bound, and whether it lies above. The column of times is called what they are.

@@ -1,6 +1,6 @@
 //! A comparison as JSON, schema `scanbound.compare/1` (docs/json.md): keys may be added, none changes its meaning.
 
-use crate::compare::{self, Comparison, Fit, Ratio};
+use crate::measured::{self, Comparison, Fit, Ratio};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -137,13 +137,15 @@ pub fn render(found: &Comparison) -> String {
 
 fn fit(fit: &Fit) -> FitResult {
     match fit {
-        Fit::Clock(compare::Clock { shortest, mean, longest, bound, lowers }) => FitResult::Clock {
-            shortest_ps: shortest.0,
-            mean_ps: mean.0,
-            longest_ps: longest.0,
-            bound_ps: bound.0,
-            lowers_bound: *lowers,
-        },
+        Fit::Clock(measured::Clock { shortest, mean, longest, bound, lowers }) => {
+            FitResult::Clock {
+                shortest_ps: shortest.0,
+                mean_ps: mean.0,
+                longest_ps: longest.0,
+                bound_ps: bound.0,
+                lowers_bound: *lowers,
+            }
+        }
         Fit::Scale(scale) => FitResult::Scale {
             least: scale.least.to_string(),
             most: scale.most.as_ref().map(Ratio::to_string),

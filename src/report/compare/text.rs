@@ -1,9 +1,9 @@
 //! A comparison as text for people: the verdict, the figures, a histogram, and what the measurements support.
 
 use crate::audit::Share;
-use crate::compare::{Above, Clock, Comparison, Fit, Scale};
+use crate::base::time::Picos;
+use crate::measured::{Above, Clock, Comparison, Fit, Scale};
 use crate::report::columns::{columns, left, paint, right};
-use crate::time::Picos;
 use anstyle::{AnsiColor, Style};
 
 const BOLD: Style = Style::new().bold();

@@ -1,0 +1,414 @@
+//! Whether a program keeps to a limit: proved, refuted by a scan, or undecided with the reasons.
+
+use crate::audit::{Audit, Evidence, Share, UnstatedBase, UnstatedPoints};
+use crate::base::time::Picos;
+use std::fmt;
+use std::str::FromStr;
+
+/// What is added to a time before it is held against the limit, in millionths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Margin(u32);
+
+impl Margin {
+    /// The time with the margin added, rounded up; the longest time if it is longer than that.
+    #[must_use]
+    pub fn on(self, time: Picos) -> Picos {
+        let scaled = u128::from(time.0) * (1_000_000 + u128::from(self.0));
+        Picos(u64::try_from(scaled.div_ceil(1_000_000)).unwrap_or(u64::MAX))
+    }
+
+    /// The longest time, rounded down, that is within the limit with the margin added.
+    #[must_use]
+    pub fn room(self, limit: Picos) -> Picos {
+        let most = u128::from(limit.0) * 1_000_000 / (1_000_000 + u128::from(self.0));
+        Picos(u64::try_from(most).unwrap_or(limit.0))
+    }
+
+    /// Whether nothing is added.
+    #[must_use]
+    pub fn is_none(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl FromStr for Margin {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Margin, String> {
+        let help = || format!("'{text}' is not a margin: give percent from 0% to 1000%");
+        let number = text.trim().strip_suffix('%').ok_or_else(help)?.trim();
+        let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+        let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+        if whole.is_empty() || !digits(whole) || !digits(fraction) || fraction.len() > 4 {
+            return Err(help());
+        }
+        let millionths: u64 = format!("{whole}{fraction:0<4}").parse().map_err(|_| help())?;
+        u32::try_from(millionths).ok().filter(|&m| m <= 10_000_000).map(Margin).ok_or_else(help)
+    }
+}
+
+impl fmt::Display for Margin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let fraction = format!("{:04}", self.0 % 10_000);
+        let fraction = fraction.trim_end_matches('0');
+        let point = if fraction.is_empty() { "" } else { "." };
+        write!(f, "{}{point}{fraction} %", self.0 / 10_000)
+    }
+}
+
+/// How much of a bound may rest on assumed times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MostAssumed(Margin);
+
+impl FromStr for MostAssumed {
+    type Err = String;
+    fn from_str(text: &str) -> Result<MostAssumed, String> {
+        let most = text.parse().ok().filter(|&Margin(millionths)| millionths <= 1_000_000);
+        let help = || format!("'{text}' is not a share: give percent from 0% to 100%");
+        most.map(MostAssumed).ok_or_else(help)
+    }
+}
+
+impl fmt::Display for MostAssumed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// How much of a time that decides a check is assumed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Assumed {
+    /// The assumed part; of what lies between the scan that was found and the bound, all.
+    pub time: Picos,
+    /// The whole.
+    pub of: Picos,
+    /// Whether less of it may be.
+    pub at_most: bool,
+}
+
+impl Assumed {
+    /// What is assumed of the bound, of all points that can be fitted where they are not stated.
+    fn of_upper(audit: &Audit) -> Assumed {
+        let gap = audit.bound.upper.checked_sub(audit.bound.lower).unwrap_or_default();
+        let points = audit.points.iter().filter_map(|points| points.most.as_ref());
+        let assumed = points.filter(|most| most.founded == Evidence::Assumed);
+        let more: Picos = assumed.map(|most| most.more).sum();
+        let time = audit.table.assumed_time + gap + more;
+        Assumed { time, of: audit.upper_with_all_points(), at_most: gap > Picos::ZERO }
+    }
+
+    /// What is assumed of the scan that was found.
+    fn of_lower(audit: &Audit) -> Assumed {
+        Assumed { time: audit.table.assumed_time, of: audit.bound.lower, at_most: false }
+    }
+
+    /// The same as a share.
+    #[must_use]
+    pub fn share(&self) -> Share {
+        Share::of(self.time, self.of)
+    }
+
+    /// Whether it is more than allowed.
+    #[must_use]
+    pub fn is_above(&self, most: MostAssumed) -> bool {
+        u128::from(self.time.0) * 1_000_000 > u128::from(self.of.0) * u128::from((most.0).0)
+    }
+}
+
+/// The answer to a check.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    /// No scan is over the limit.
+    Proved,
+    /// A scan that was replayed is over the limit, or never ends.
+    Refuted,
+    /// Neither is known, for these reasons.
+    Undecided(Vec<String>),
+}
+
+/// A limit and what became of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Check {
+    /// The limit.
+    pub limit: Picos,
+    /// What is added to the scan before it is held against the limit.
+    pub margin: Margin,
+    /// The upper bound with the margin; where points are not stated, with all that the CPU can have.
+    pub upper: Picos,
+    /// The replayed scan with the margin; where points are not stated, without any.
+    pub lower: Picos,
+    /// What is assumed of the time that decides: of the scan that was found where it refutes, else of the bound.
+    pub assumed: Assumed,
+    /// How much may be, if that is a condition.
+    pub most_assumed: Option<MostAssumed>,
+    /// The answer.
+    pub verdict: Verdict,
+}
+
+impl Check {
+    /// Holds an audit against a limit. What may make the bound too low keeps it from being proved, and what may
+    /// not be there from being refuted.
+    #[must_use]
+    pub fn new(audit: &Audit, limit: Picos, margin: Margin) -> Check {
+        let (upper, lower) =
+            (margin.on(audit.upper_with_all_points()), margin.on(audit.lower_without_points()));
+        let doubts = || {
+            // All that the CPU can have is counted where that is known.
+            let unknown = audit.points.iter().any(|points| points.most.is_none());
+            if unknown { audit.all_doubts() } else { audit.doubts.clone() }
+        };
+        let verdict = if lower > limit || !audit.unbounded.is_empty() {
+            Verdict::Refuted
+        } else if upper > limit {
+            let reasons = [open(audit, limit, margin), bases(audit), audit.doubts.clone()];
+            Verdict::Undecided(reasons.concat())
+        } else if doubts().is_empty() {
+            Verdict::Proved
+        } else {
+            Verdict::Undecided(doubts())
+        };
+        let refuted = verdict == Verdict::Refuted;
+        let assumed = if refuted { Assumed::of_lower(audit) } else { Assumed::of_upper(audit) };
+        Check { limit, margin, upper, lower, assumed, most_assumed: None, verdict }
+    }
+
+    /// The same where only a scan refutes to which a run from power-up was found.
+    #[must_use]
+    pub fn if_reached(mut self, audit: &Audit) -> Check {
+        if self.verdict == Verdict::Refuted && audit.unbounded.is_empty() && !audit.is_reached() {
+            let reason = format!(
+                "a scan takes {}, but no run from power-up to the state in which it starts was found (--refute reached)",
+                audit.possible()
+            );
+            self.verdict = Verdict::Undecided(vec![reason]);
+        }
+        self
+    }
+
+    /// The same on the condition that no more than a share of the time that decides is assumed. A loop without end
+    /// needs no times.
+    #[must_use]
+    pub fn if_assumed_at_most(mut self, audit: &Audit, most: MostAssumed) -> Check {
+        self.most_assumed = Some(most);
+        if !audit.unbounded.is_empty() || !self.assumed.is_above(most) {
+            return self;
+        }
+        let first: Vec<&str> =
+            audit.table.assumed.iter().take(MOST_NAMED).map(|one| one.name.as_str()).collect();
+        let reason = format!(
+            "{} of {} rests on assumed times, more than the {most} of --max-assumed: state times (--time, or a table of your own), first of {}",
+            self.assumed.share(),
+            if self.verdict == Verdict::Refuted { "the scan that was found" } else { "the bound" },
+            first.join(", ")
+        );
+        self.verdict = match self.verdict {
+            Verdict::Undecided(reasons) => Verdict::Undecided([reasons, vec![reason]].concat()),
+            Verdict::Proved | Verdict::Refuted => Verdict::Undecided(vec![reason]),
+        };
+        self
+    }
+}
+
+/// So many assumed times are named where they are too many.
+const MOST_NAMED: usize = 6;
+
+/// Why a limit between the bounds is neither kept nor broken, and what to do.
+fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<String> {
+    let seen = |points: &UnstatedPoints| format!("{} {}", points.taken, points.side);
+    let seen = listed(audit, " and ", seen);
+    let upper = audit.bound.upper;
+    if margin.on(upper) <= limit {
+        let all = |points: &UnstatedPoints| {
+            let most = points.most.as_ref().map_or(0, |most| most.points);
+            format!("{} {}", most.max(points.taken), points.side)
+        };
+        let all = listed(audit, " and ", all);
+        let most = audit.upper_with_all_points();
+        let room = margin.room(limit).checked_sub(upper).unwrap_or_default();
+        let dearest = audit.points.iter().map(|points| points.sixteen.0).max().unwrap_or(0);
+        let more = room.0.checked_div(dearest).unwrap_or(0).saturating_mul(16);
+        return vec![
+            format!(
+                "it depends on how many I/O points are fitted, which is not stated: with the {seen} points that the program is seen to use no scan takes longer than {upper}, with all {all} points that the CPU can have {most}"
+            ),
+            format!(
+                "{}; up to {more} points more than it is seen to use keep the limit",
+                state(audit)
+            ),
+        ];
+    }
+    if margin.on(audit.possible()) > limit {
+        if audit.points.is_empty() {
+            return Vec::new();
+        }
+        return vec![
+            format!(
+                "it depends on how many I/O points are fitted, which is not stated: the scan that was found is over the limit with the {seen} points that the program is seen to use, and not without any"
+            ),
+            state(audit),
+        ];
+    }
+    let reason = match audit.clocked {
+        Some(_) => {
+            "the limit lies within the clock's tolerance; measure the clock and state it (--clock)"
+        }
+        None => {
+            "the limit lies between the scan that was found and the bound; give the search more time (--time-limit)"
+        }
+    };
+    vec![reason.to_owned()]
+}
+
+/// What stating the base units would take off.
+fn bases(audit: &Audit) -> Vec<String> {
+    let one = |base: &UnstatedBase| {
+        let UnstatedBase { side, least, saves } = base;
+        format!(
+            "{side} refresh is counted on the dearest base unit, since it is not stated on which the modules sit: on the base {least} it takes {saves} less: state it in a facts file (--facts): [io] base = \"{least}\""
+        )
+    };
+    audit.bases.iter().map(one).collect()
+}
+
+/// What to write in a facts file.
+fn state(audit: &Audit) -> String {
+    let sides = listed(audit, ", ", |points| format!("{}s = N", points.side));
+    format!("state those that are fitted in a facts file (--facts): [io] {sides}")
+}
+
+fn listed(audit: &Audit, between: &str, text: impl Fn(&UnstatedPoints) -> String) -> String {
+    audit.points.iter().map(text).collect::<Vec<String>>().join(between)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audit::MorePoints;
+    use crate::audit::fixture::fixture;
+
+    #[test]
+    fn margins_are_exact_and_rounded_up() {
+        let margin: Margin = "12.5%".parse().expect("a margin");
+        assert_eq!(margin.on(Picos(8)), Picos(9));
+        assert_eq!(margin.on(Picos(9)), Picos(11));
+        assert_eq!(margin.to_string(), "12.5 %");
+        assert_eq!("10%".parse::<Margin>().map(|m| m.to_string()), Ok("10 %".to_owned()));
+        assert_eq!(margin.on(Picos(u64::MAX - 1)), Picos(u64::MAX));
+        for bad in ["", "%", "10", "-1%", "1.00001%", "2000%", "a%"] {
+            assert!(bad.parse::<Margin>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn the_limit_itself_is_kept_to() {
+        let mut audit = fixture();
+        audit.doubts.clear();
+        let limit = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
+        let (upper, lower) = (audit.bound.upper.0, audit.bound.lower.0);
+        assert!(lower < upper);
+        assert_eq!(limit(upper), Verdict::Proved);
+        assert!(matches!(limit(upper - 1), Verdict::Undecided(_)));
+        assert!(matches!(limit(lower), Verdict::Undecided(_)));
+        assert_eq!(limit(lower - 1), Verdict::Refuted);
+    }
+
+    #[test]
+    fn a_doubt_keeps_a_bound_from_being_proof_but_not_from_being_refuted() {
+        let mut audit = fixture();
+        audit.doubts = vec!["I0 may run any number of times".to_owned()];
+        let check = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
+        assert_eq!(check(u64::MAX), Verdict::Undecided(audit.doubts.clone()));
+        assert_eq!(check(1), Verdict::Refuted);
+    }
+
+    #[test]
+    fn what_rests_on_assumed_times_can_be_made_a_condition() {
+        let mut audit = fixture();
+        audit.doubts.clear();
+        // 120 us of 442 us are assumed, and of the bound's 452.5 us what lies above that scan.
+        let (upper, lower) = (audit.bound.upper, audit.bound.lower);
+        let check = |limit, most: &str| {
+            let check = Check::new(&audit, limit, Margin::default());
+            check.if_assumed_at_most(&audit, most.parse().expect("a share")).verdict
+        };
+        assert_eq!(check(upper, "28.8398%"), Verdict::Proved);
+        let told = |verdict| match verdict {
+            Verdict::Undecided(reasons) => reasons.join("\n"),
+            other => panic!("{other:?}"),
+        };
+        assert!(told(check(upper, "28.8397%")).contains("28.8 % of the bound rests"));
+        let below = Picos(lower.0 - 1);
+        assert_eq!(check(below, "27.15%"), Verdict::Refuted);
+        assert!(told(check(below, "27.14%")).contains("of the scan that was found"));
+        let mut endless = audit.clone();
+        let at = crate::audit::Where { file: 0, line: 1, step: None };
+        let one = String::new;
+        let found = crate::audit::LoopUse { from: at, to: at, begins: one(), ends: one() };
+        endless.unbounded = vec![found];
+        let check = Check::new(&endless, upper, Margin::default());
+        let none = "0%".parse().expect("a share");
+        assert_eq!(check.if_assumed_at_most(&endless, none).verdict, Verdict::Refuted);
+        for bad in ["30", "101%", "-1%", "", "100.0001%"] {
+            assert!(bad.parse::<MostAssumed>().is_err(), "{bad}");
+        }
+    }
+
+    /// The fixture without other doubts, with 16 input points taken for 4.3 us and perhaps 4096 in all.
+    fn with_points(most: Option<u64>) -> Audit {
+        let mut audit = fixture();
+        audit.doubts.clear();
+        audit.bound.lower = audit.bound.upper;
+        audit.points = vec![UnstatedPoints {
+            side: "input",
+            taken: 16,
+            time: Picos(4_300_000),
+            sixteen: Picos(4_300_000),
+            why: "16 input points, since X5 is the highest input used".to_owned(),
+            most: most.map(|more| MorePoints {
+                points: 4096,
+                more: Picos(more),
+                evidence: Evidence::Assumed,
+                founded: Evidence::Assumed,
+                source: String::new(),
+            }),
+        }];
+        audit
+    }
+
+    #[test]
+    fn points_that_are_not_stated_count_above_and_not_below() {
+        let audit = with_points(Some(1_096_500_000));
+        let (upper, more, taken) = (audit.bound.upper.0, 1_096_500_000, 4_300_000);
+        let check = |ps| Check::new(&audit, Picos(ps), Margin::default());
+        assert_eq!(check(upper + more).verdict, Verdict::Proved);
+        assert_eq!(check(upper + more).upper, Picos(upper + more));
+        let reasons = |ps| match check(ps).verdict {
+            Verdict::Undecided(reasons) => reasons.join("\n"),
+            other => panic!("{other:?}"),
+        };
+        assert!(reasons(upper + more - 1).contains("[io] inputs = N; up to 4064 points more"));
+        assert!(reasons(upper).contains("up to 0 points more"));
+        assert!(reasons(upper - 1).contains("over the limit with the 16 input points"));
+        assert!(reasons(upper - taken).contains("over the limit with the 16 input points"));
+        assert_eq!(check(upper - taken - 1).verdict, Verdict::Refuted);
+    }
+
+    #[test]
+    fn points_of_which_the_most_is_not_known_stay_a_doubt() {
+        let audit = with_points(None);
+        let check = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
+        assert_eq!(check(u64::MAX), Verdict::Undecided(audit.all_doubts()));
+        assert_eq!(check(1), Verdict::Refuted);
+        // All that there can be is counted: nothing is left to doubt.
+        assert_eq!(with_points(Some(0)).all_doubts(), Vec::<String>::new());
+        assert_eq!(with_points(Some(1)).all_doubts().len(), 1);
+    }
+
+    #[test]
+    fn what_a_limit_leaves_with_a_margin_keeps_it() {
+        let margin: Margin = "12.5%".parse().expect("a margin");
+        for limit in 0..100 {
+            let room = margin.room(Picos(limit));
+            assert!(margin.on(room) <= Picos(limit) && margin.on(Picos(room.0 + 1)) > Picos(limit));
+        }
+    }
+}

@@ -1,0 +1,440 @@
+//! What the user states about the plant and the source does not say: ranges of words, interrupts a scan, points, networks.
+
+mod places;
+
+use crate::base::diagnostic::Diagnostic;
+use crate::base::time::Picos;
+use places::Places;
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+pub use places::Part;
+
+/// The user's statements. They are believed: a wrong one can make the bound too low, so reports list them.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Facts {
+    /// Device as written (`D100`) to the least and the largest value that it holds when the scan starts, signed.
+    pub ranges: BTreeMap<String, (i64, i64)>,
+    /// Interrupt label in upper case (`I0`) to how often its routine runs in one scan at most.
+    pub interrupts: BTreeMap<String, u32>,
+    /// Input points that the CPU refreshes.
+    pub inputs: Option<u32>,
+    /// Output points that the CPU refreshes.
+    pub outputs: Option<u32>,
+    /// The kind of base unit that all modules sit on, as timing tables name it (`main`).
+    pub base: Option<String>,
+    /// Input points and output points by base; empty where a side has one number only. The number is their sum.
+    pub by_base: [BTreeMap<String, u32>; 2],
+    /// What the refresh of networks takes in one scan at most; zero if there is none.
+    pub network: Option<Picos>,
+    /// The factor on the whole scan, in place of the table's.
+    pub factor: Option<StatedFactor>,
+    /// Whether a flowchart PC reads its inputs once a pass, into an image, instead of at each test.
+    pub latched: Option<bool>,
+    /// Where they stand.
+    pub places: Places,
+}
+
+/// A factor on the whole scan that the user states.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StatedFactor {
+    /// In millionths, at least a million.
+    pub millionths: u64,
+    /// As written.
+    pub text: String,
+}
+
+/// What a facts file may say, shown where it says something else.
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\") and [scan] (factor = 1.1)";
+/// The tables of a facts file.
+const TABLES: [&str; 5] = ["ranges", "interrupts", "io", "network", "scan"];
+/// More faults than this are counted, not listed.
+const MOST_FAULTS: usize = 100;
+/// No network's refresh takes longer, nor is any scan multiplied by more.
+const LONGEST: Picos = Picos(10_000_000_000_000);
+const LARGEST_FACTOR: u64 = 10_000_000;
+
+impl Facts {
+    /// How often an interrupt routine runs in one scan at most, if that is stated; letter case does not count.
+    #[must_use]
+    pub fn interrupt(&self, label: &str) -> Option<u32> {
+        self.interrupts.get(&label.to_ascii_uppercase()).copied()
+    }
+
+    /// States how often an interrupt routine runs, whatever a file says.
+    pub fn state_interrupt(&mut self, label: &str, times: u32) {
+        self.places.forget("interrupts", label);
+        self.interrupts.insert(label.to_ascii_uppercase(), times);
+    }
+
+    /// A finding about the fact of this table and key, at its place in the file if it stands in one.
+    #[must_use]
+    pub fn fault(
+        &self,
+        fact: [&str; 2],
+        part: Part,
+        code: &'static str,
+        message: impl Into<String>,
+        help: &str,
+    ) -> Diagnostic {
+        self.places.fault(fact, part, code, message.into(), help)
+    }
+
+    /// The user's statements that no dialect asks for, in words.
+    #[must_use]
+    pub fn of_the_plant(&self) -> Vec<String> {
+        let base = self.base.iter().map(|base| format!("all I/O modules sit on the base {base}"));
+        let network = self.network.iter().map(|&time| match time {
+            Picos::ZERO => "no network is refreshed".to_owned(),
+            time => format!("the refresh of networks takes {time} a scan at most"),
+        });
+        let factor = |factor: &StatedFactor| {
+            format!(
+                "what else the CPU serves lengthens a scan by the factor {} at most",
+                factor.text
+            )
+        };
+        base.chain(network).chain(self.factor.iter().map(factor)).collect()
+    }
+
+    /// Reads a facts file in TOML. `name` is the file's name for the diagnostics, which are all faults at once, up to a
+    /// limit.
+    pub fn parse(name: &str, text: &str) -> Result<Facts, Vec<Diagnostic>> {
+        let facts = Facts { places: Places::new(name, text), ..Facts::default() };
+        let mut reader = Reader { name, facts, faults: Vec::new(), dropped: 0 };
+        let (table, errors) = DeTable::parse_recoverable(text);
+        for error in errors {
+            reader.fault(error.span(), format!("not TOML: {}", error.message()), FORM);
+        }
+        for (key, value) in table.get_ref() {
+            let name = key.get_ref().as_ref();
+            match value.get_ref().as_table() {
+                Some(entries) if TABLES.contains(&name) => {
+                    for (own, value) in entries {
+                        reader.facts.places.put(name, own.get_ref(), [own.span(), value.span()]);
+                        reader.fact(name, own, value);
+                    }
+                }
+                None if TABLES.contains(&name) => {
+                    reader.fault(Some(key.span()), format!("'{name}' is a table"), FORM);
+                }
+                _ => {
+                    let message = format!("'{name}' is not a fact");
+                    reader.fault(Some(key.span()), message, &meant(name, &TABLES, FORM));
+                }
+            }
+        }
+        reader.finish()
+    }
+}
+
+struct Reader<'a> {
+    name: &'a str,
+    facts: Facts,
+    faults: Vec<Diagnostic>,
+    dropped: usize,
+}
+
+/// A key and its value.
+type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
+type Value<'a> = Spanned<DeValue<'a>>;
+
+impl Reader<'_> {
+    fn finish(mut self) -> Result<Facts, Vec<Diagnostic>> {
+        self.faults.sort_by_key(|fault| fault.line);
+        if self.dropped > 0 {
+            let message = format!("and {} further faults, not listed", self.dropped);
+            let help = "mend those listed first";
+            self.faults.push(Diagnostic::file("facts", self.name, message, help));
+        }
+        if self.faults.is_empty() { Ok(self.facts) } else { Err(self.faults) }
+    }
+
+    fn fact(&mut self, table: &str, key: &Key<'_>, value: &Value<'_>) {
+        match table {
+            "ranges" => self.range(key.get_ref(), value),
+            "interrupts" => {
+                if let Some(times) = self.count(key.get_ref(), value) {
+                    let most = self.facts.interrupts.entry(key.get_ref().to_ascii_uppercase());
+                    let most = most.or_insert(times);
+                    *most = (*most).max(times);
+                }
+            }
+            "io" => self.points(key, value),
+            "network" => self.network(key, value),
+            _ => self.scan(key, value),
+        }
+    }
+
+    fn range(&mut self, device: &str, value: &Value<'_>) {
+        let numbers: Option<Vec<i64>> = value
+            .get_ref()
+            .as_array()
+            .and_then(|array| array.iter().map(|item| integer(item.get_ref())).collect());
+        match numbers.as_deref() {
+            Some(&[low, high]) if low <= high => {
+                self.facts.ranges.insert(device.to_owned(), (low, high));
+            }
+            Some(&[low, high]) => self.fault(
+                Some(value.span()),
+                format!("the range of {device} is empty: {low} is above {high}"),
+                "give the least value first",
+            ),
+            _ => self.fault(
+                Some(value.span()),
+                format!("the range of {device} is not two whole numbers"),
+                "write D100 = [0, 10]; a device with a point in its name goes in quotes: \"D10.A\"",
+            ),
+        }
+    }
+
+    fn points(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        match key.get_ref().as_ref() {
+            "inputs" => self.facts.inputs = self.side(0, "inputs", value),
+            "outputs" => self.facts.outputs = self.side(1, "outputs", value),
+            "base" => match value.get_ref().as_str() {
+                Some(base) => self.facts.base = Some(base.trim().to_ascii_lowercase()),
+                None => self.fault(
+                    Some(value.span()),
+                    "base is not a text in quotes".to_owned(),
+                    "write base = \"main\", the kind of base unit that all I/O modules sit on",
+                ),
+            },
+            "latched" => match value.get_ref().as_bool() {
+                Some(latched) => self.facts.latched = Some(latched),
+                None => self.fault(
+                    Some(value.span()),
+                    "latched is true or false".to_owned(),
+                    "write latched = true if the PC reads its inputs once a pass, into an image",
+                ),
+            },
+            other => self.unknown(
+                key,
+                "io",
+                &meant(
+                    other,
+                    &["inputs", "outputs", "base", "latched"],
+                    "write inputs = 64 and outputs = 32, the points that the CPU refreshes",
+                ),
+            ),
+        }
+    }
+
+    /// The points of a side: one number, or one for each base.
+    fn side(&mut self, side: usize, name: &str, value: &Value<'_>) -> Option<u32> {
+        let Some(bases) = value.get_ref().as_table() else { return self.count(name, value) };
+        let mut sum = Some(0_u32);
+        for (base, points) in bases {
+            let own = self.count(&format!("{name} on the base {}", base.get_ref()), points)?;
+            let own_name = base.get_ref().trim().to_ascii_lowercase();
+            let key = format!("{name}.{own_name}");
+            self.facts.places.put("io", &key, [base.span(), points.span()]);
+            let on_base = self.facts.by_base[side].entry(own_name).or_default();
+            *on_base = on_base.saturating_add(own);
+            sum = sum.and_then(|sum| sum.checked_add(own));
+        }
+        if sum.is_none() {
+            let message = format!("{name} are more points than can be counted");
+            self.fault(Some(value.span()), message, "give the points of each base");
+        }
+        sum
+    }
+
+    fn network(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = "write refresh = \"1.5ms\", what the refresh of all networks takes in one scan at most, or refresh = \"none\" where there is none";
+        if key.get_ref().as_ref() != "refresh" {
+            return self.unknown(key, "network", &meant(key.get_ref(), &["refresh"], help));
+        }
+        let text = value.get_ref().as_str().map(str::trim);
+        let time = match text {
+            Some(none) if none.eq_ignore_ascii_case("none") => Some(Picos::ZERO),
+            Some(text) => text.parse().ok().filter(|&time| time <= LONGEST),
+            None => None,
+        };
+        match time {
+            Some(time) => self.facts.network = Some(time),
+            None => {
+                self.fault(Some(value.span()), "refresh is no time up to 10 s".to_owned(), help)
+            }
+        }
+    }
+
+    fn scan(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = "write factor = 1.1, by which what else the CPU serves lengthens a scan at most";
+        if key.get_ref().as_ref() != "factor" {
+            return self.unknown(key, "scan", &meant(key.get_ref(), &["factor"], help));
+        }
+        let text = match value.get_ref() {
+            DeValue::Float(float) => float.as_str().to_owned(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().to_owned(),
+            DeValue::String(text) => text.trim().to_owned(),
+            _ => String::new(),
+        };
+        let allowed = 1_000_000..=LARGEST_FACTOR;
+        match Picos::from_us_text(&text) {
+            Ok(Picos(millionths)) if allowed.contains(&millionths) => {
+                self.facts.factor = Some(StatedFactor { millionths, text });
+            }
+            _ => self.fault(
+                Some(value.span()),
+                "factor is not a decimal from 1 to 10".to_owned(),
+                help,
+            ),
+        }
+    }
+
+    fn unknown(&mut self, key: &Key<'_>, table: &str, help: &str) {
+        let message = format!("'{}' is not known in [{table}]", key.get_ref());
+        self.fault(Some(key.span()), message, help);
+    }
+
+    fn count(&mut self, what: &str, value: &Value<'_>) -> Option<u32> {
+        let number = integer(value.get_ref()).and_then(|n| u32::try_from(n).ok());
+        if number.is_none() {
+            self.fault(
+                Some(value.span()),
+                format!("{what} is not a whole number from 0 on"),
+                "write a count, such as I0 = 2",
+            );
+        }
+        number
+    }
+
+    fn fault(&mut self, span: Option<Range<usize>>, message: String, help: &str) {
+        if self.faults.len() >= MOST_FAULTS {
+            self.dropped += 1;
+            return;
+        }
+        self.faults.push(match span {
+            Some(span) => self.facts.places.at("facts", span, message, help),
+            None => Diagnostic::file("facts", self.name, message, help),
+        });
+    }
+}
+
+/// The help, headed by the known name that is most like a wrong one, if any is.
+fn meant(wrong: &str, known: &[&str], help: &str) -> String {
+    let likeness =
+        |name: &&&str| Some(strsim::jaro_winkler(wrong, name)).filter(|&likeness| likeness > 0.8);
+    let nearest = known.iter().filter(|name| likeness(name).is_some());
+    let nearest =
+        nearest.max_by(|a, b| likeness(a).partial_cmp(&likeness(b)).unwrap_or(Ordering::Equal));
+    nearest.map_or(String::new(), |name| format!("did you mean {name}? ")) + help
+}
+
+fn integer(value: &DeValue<'_>) -> Option<i64> {
+    let number = value.as_integer()?;
+    i64::from_str_radix(number.as_str(), number.radix()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fact_is_read() {
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n";
+        let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
+        assert_eq!(
+            facts,
+            Facts {
+                ranges: [("D100".to_owned(), (0, 10)), ("Z0".to_owned(), (-1, 31))].into(),
+                interrupts: [("I0".to_owned(), 2)].into(),
+                inputs: Some(64),
+                outputs: Some(32),
+                base: Some("main".to_owned()),
+                by_base: Default::default(),
+                network: Some(Picos(1_500_000_000)),
+                factor: Some(StatedFactor { millionths: 1_050_000, text: "1.05".to_owned() }),
+                latched: Some(true),
+                places: facts.places.clone(),
+            }
+        );
+        assert_eq!((facts.interrupt("i0"), facts.interrupt("I1")), (Some(2), None));
+        let empty = Facts { places: Places::new("facts.toml", ""), ..Facts::default() };
+        assert_eq!(Facts::parse("facts.toml", ""), Ok(empty));
+    }
+
+    #[test]
+    fn points_are_stated_by_base_too_and_no_network_is_none() {
+        let text = "[io]\ninputs = { main = 32, Extension = 16 }\n[network]\nrefresh = 'none'\n[scan]\nfactor = 2\n";
+        let facts = Facts::parse("facts.toml", text).expect("facts");
+        assert_eq!((facts.inputs, facts.outputs), (Some(48), None));
+        let bases = [("main".to_owned(), 32), ("extension".to_owned(), 16)];
+        assert_eq!(facts.by_base, [bases.into(), BTreeMap::new()]);
+        assert_eq!(facts.network, Some(Picos::ZERO));
+        assert_eq!(facts.factor.map(|factor| factor.millionths), Some(2_000_000));
+        for wrong in [
+            "[network]\nrefresh = 5",
+            "[network]\nrefresh = '11s'",
+            "[network]\nrefresh = '-1ms'",
+            "[network]\ntime = '1ms'",
+            "[scan]\nfactor = 0.9",
+            "[scan]\nfactor = 11",
+            "[scan]\nfactor = 1e1",
+            "[io]\nbase = 1",
+            "[io]\ninputs = { main = -1 }",
+            "[io]\ninputs = { a = 4294967295, b = 1 }",
+        ] {
+            let faults = Facts::parse("facts.toml", wrong).expect_err(wrong);
+            assert_eq!(faults.iter().map(|fault| fault.line).collect::<Vec<_>>(), [Some(2)]);
+        }
+    }
+
+    #[test]
+    fn faults_found_later_mark_the_key_or_the_value() {
+        let long = " ".repeat(1000);
+        let text = format!("[ranges]\r\n\"D 1\" = [3, 4]\r\nD2 ={long}[5, 6]\r\n");
+        let facts = Facts::parse("facts.toml", &text).expect("facts");
+        let marked = |key, part| {
+            let fault = facts.fault(["ranges", key], part, "fact", "wrong", "help");
+            let (from, to) = fault.span.expect("a span");
+            (fault.line, fault.text[from..to].to_owned())
+        };
+        assert_eq!(marked("D 1", Part::Key), (Some(2), "\"D 1\"".to_owned()));
+        assert_eq!(marked("D 1", Part::Value), (Some(2), "[3, 4]".to_owned()));
+        assert_eq!(marked("D2", Part::Value), (Some(3), "[5, 6]".to_owned()));
+        let unknown = facts.fault(["ranges", "D3"], Part::Key, "fact", "wrong", "help");
+        assert_eq!((unknown.file.as_str(), unknown.line), ("", None));
+    }
+
+    #[test]
+    fn many_faults_are_counted() {
+        let text: String = (0..500).map(|n| format!("[a{n}]\n")).collect();
+        let faults = Facts::parse("facts.toml", &text).expect_err("500 faults");
+        assert_eq!(faults.len(), MOST_FAULTS + 1);
+        assert_eq!(faults[MOST_FAULTS].message, "and 400 further faults, not listed");
+    }
+
+    #[test]
+    fn all_faults_are_told_at_once_in_order() {
+        let text = "speed = 3\n[ranges]\nD1 = [3, 1]\nD2 = 5\n[interrupts]\nI0 = -1\n[io]\nmodules = 3\nlatched = 1\n";
+        let faults = Facts::parse("facts.toml", text).expect_err("six faults");
+        let told: Vec<(Option<u32>, &str)> =
+            faults.iter().map(|fault| (fault.line, fault.message.as_str())).collect();
+        assert_eq!(
+            told,
+            [
+                (Some(1), "'speed' is not a fact"),
+                (Some(3), "the range of D1 is empty: 3 is above 1"),
+                (Some(4), "the range of D2 is not two whole numbers"),
+                (Some(6), "I0 is not a whole number from 0 on"),
+                (Some(8), "'modules' is not known in [io]"),
+                (Some(9), "latched is true or false"),
+            ]
+        );
+        assert_eq!(faults[1].text, "D1 = [3, 1]");
+        assert_eq!(faults[1].span, Some((5, 11)));
+    }
+
+    #[test]
+    fn what_is_not_toml_is_told_with_its_line() {
+        let faults =
+            Facts::parse("facts.toml", "[ranges]\nD1 = [0, 1\nD2 == 3\n").expect_err("not TOML");
+        assert!(faults.iter().all(|fault| fault.line.is_some()));
+        assert!(faults.iter().any(|fault| fault.message.starts_with("not TOML")));
+    }
+}

@@ -1,0 +1,8 @@
+//! What every stage stands on: exact times, findings with their places, how long all may take, what the user states,
+//! columns of tables.
+
+pub mod budget;
+pub mod column;
+pub mod diagnostic;
+pub mod facts;
+pub mod time;

@@ -1,0 +1,282 @@
+//! What MELSEC instructions really do where the effects say any value: kinds of choices, indexed places, operations.
+
+use super::Decoder;
+use crate::front::melsec::catalog::Entry;
+use crate::front::melsec::device::{Family, Kind, area};
+use crate::front::melsec::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK, parse};
+use crate::front::melsec::source::RawInstruction;
+use crate::program::meaning::{
+    Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
+};
+use crate::program::{
+    AreaId, BitSource, Cell, ChoiceId, Compare, Effect, Logic, Number, Reading, Relation, When,
+    WordSource, Write,
+};
+
+impl Decoder<'_> {
+    /// A bit that the outside may give any value.
+    pub(super) fn world_bit(&mut self) -> Logic {
+        Logic::Bit(BitSource::Free(self.world()))
+    }
+
+    /// A word that the outside may give any value.
+    pub(super) fn world_word(&mut self) -> WordSource {
+        WordSource::Free(self.world())
+    }
+
+    /// A choice of the outside's.
+    pub(super) fn world(&mut self) -> ChoiceId {
+        let choice = self.choice();
+        self.program.kinds.insert(choice, ChoiceKind::World);
+        choice
+    }
+
+    /// Whether the outside gives a device any value whenever it is read: direct inputs, modules' memory, links. What
+    /// instructions leave in special relays and registers (carry, errors) is not the outside's, and a date or time is
+    /// not any value.
+    pub(super) fn is_world(&self, device: &Device) -> bool {
+        match device.place {
+            // A step of an SFC program is none of the outside's.
+            Place::Foreign(_) => device.name != SFC_BLOCK,
+            Place::At(Kind::VolatileBit, _) => device.name == "DX",
+            _ => false,
+        }
+    }
+
+    /// A choice that an operation gives.
+    pub(super) fn exactly(&mut self, meaning: Meaning) -> ChoiceId {
+        let choice = self.choice();
+        if self.spelled.meaning(&meaning) {
+            self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
+        }
+        choice
+    }
+
+    /// Whether a timer whose coil is on is through, and what it stands at, by what it stood at. How far it has run is the
+    /// outside's.
+    pub(super) fn elapsed(&mut self, before: Cell, setting: WordSource) -> (ChoiceId, ChoiceId) {
+        let word = |source| Operand::Words(vec![source]);
+        let bit = |choice| Operand::Bits(vec![BitSource::Free(choice)]);
+        let (chance, number) = (self.world(), self.world_word());
+        let known = [word(WordSource::Cell(before)), word(setting)];
+        let through = self.exactly(Meaning {
+            operation: Operation::Expired,
+            inputs: [&[bit(chance)], &known[..]].concat(),
+            outputs: Vec::new(),
+        });
+        let now = self.exactly(Meaning {
+            operation: Operation::Elapsed,
+            inputs: [&[bit(through)], &known[..], &[word(number)]].concat(),
+            outputs: Vec::new(),
+        });
+        (through, now)
+    }
+
+    /// The same of a counter, by its contact, coil and value.
+    pub(super) fn counted(
+        &mut self,
+        [contact, coil, value]: [Cell; 3],
+        setting: WordSource,
+    ) -> (ChoiceId, ChoiceId) {
+        let was = |cell| Operand::Bits(vec![BitSource::Cell(cell)]);
+        let word = |source| Operand::Words(vec![source]);
+        let now = self.exactly(Meaning {
+            operation: Operation::Counted,
+            inputs: vec![was(coil), was(contact), word(WordSource::Cell(value)), word(setting)],
+            outputs: Vec::new(),
+        });
+        let compare = Compare {
+            relation: Relation::GreaterOrEqual,
+            reading: Reading::Signed,
+            left: Number::Words(vec![WordSource::Free(now)]),
+            right: Number::Words(vec![setting]),
+        };
+        let through = Meaning::of(Operand::Truth(Logic::Compare(Box::new(compare))));
+        (self.exactly(through), now)
+    }
+
+    /// The cells that an indexed device may be, `offset` cells further on; `None` where they are not known.
+    pub(super) fn indexed(&self, device: &Device, offset: u32) -> Option<Address> {
+        let Index { number, letters, register, .. } = device.index?;
+        let cells = match device.place {
+            Place::Indexed(kind, _) | Place::IndexedDigits(kind, _) => match kind {
+                Kind::Bit(area) | Kind::Word(area) => area,
+                Kind::Timed(timed) => timed.contact,
+                Kind::VolatileBit | Kind::VolatileWord => return None,
+            },
+            _ => return None,
+        };
+        // Whether an index to a file register has 16 or 32 bits is a parameter.
+        let count = certain_points(self.family, cells, device.name)?;
+        let term = match letters {
+            "Z" => {
+                Term::signed(WordSource::Cell(Cell { area: const { area("Z") }, index: register }))
+            }
+            "V" => Term::signed(WordSource::Cell(Cell {
+                area: const { area("V index ") },
+                index: register,
+            })),
+            _ => return None,
+        };
+        let first = Cell { area: cells, index: 0 };
+        Some(Address::within(first, count, i64::from(number) + i64::from(offset), vec![term]))
+    }
+
+    /// The words of an indexed device, each worked out where it is read.
+    pub(super) fn indexed_words(
+        &mut self,
+        device: &Device,
+        words: usize,
+    ) -> Option<Vec<WordSource>> {
+        if self.family == Family::Fx && words > 1 {
+            // There the index of a double word has 32 bits.
+            return None;
+        }
+        let (digits, shape) = match device.place {
+            Place::Indexed(Kind::Word(_), false) => (None, Shape::Cells),
+            Place::IndexedDigits(Kind::Bit(_), digits) => {
+                (Some(u32::from(digits)), Shape::Packed(16))
+            }
+            _ => return None,
+        };
+        let mut found = Vec::new();
+        for n in 0..words as u32 {
+            let (offset, shape) = match digits.map(|digits| (4 * digits).saturating_sub(16 * n)) {
+                None => (n, shape),
+                Some(0) => {
+                    found.push(WordSource::Const(0));
+                    continue;
+                }
+                Some(bits) => (16 * n, Shape::Packed(bits.min(16) as u8)),
+            };
+            let run = Operand::Run(self.indexed(device, offset)?, shape, Count::Exactly(1));
+            found.push(WordSource::Free(self.exactly(Meaning::of(run))));
+        }
+        Some(found)
+    }
+
+    /// A bit of an indexed device, worked out where it is read.
+    pub(super) fn indexed_bit(&mut self, device: &Device) -> Option<Logic> {
+        let address = self.indexed(device, 0)?;
+        let shape = match device.index?.bit {
+            Some(bit) => Shape::WordBits(bit),
+            None => Shape::Cells,
+        };
+        let meaning = Meaning::of(Operand::Run(address, shape, Count::Exactly(1)));
+        Some(Logic::Bit(BitSource::Free(self.exactly(meaning))))
+    }
+
+    /// The choice of a write to an indexed device: what is written there, if that is known.
+    pub(super) fn indexed_write(&mut self, text: &str, input: Operand, words: usize) -> ChoiceId {
+        let meaning = self.device(text).and_then(|device| {
+            if self.family == Family::Fx && words > 1 {
+                return None;
+            }
+            let address = self.indexed(&device, 0)?;
+            let shape = match (device.place, device.index?.bit) {
+                (Place::IndexedDigits(Kind::Bit(_), digits), _)
+                    if usize::from(digits).div_ceil(4) == words =>
+                {
+                    Shape::Packed(match digits % 4 {
+                        0 => 16,
+                        rest => 4 * rest,
+                    })
+                }
+                (Place::IndexedDigits(..), _) => return None,
+                (_, Some(bit)) => Shape::WordBits(bit),
+                (_, None) => Shape::Cells,
+            };
+            let outputs = vec![Target::Run(address, shape)];
+            Some(Meaning { operation: Operation::Copy, inputs: vec![input], outputs })
+        });
+        match meaning {
+            Some(meaning) => self.exactly(meaning),
+            None => self.choice(),
+        }
+    }
+
+    /// A special relay that the outside switches, but not twice within a scan: the clocks.
+    pub(super) fn clock(&mut self, device: &Device) -> Option<Logic> {
+        let Place::At(Kind::VolatileBit, index) = device.place else { return None };
+        let is_clock = match device.name {
+            "SM" => (409..=415).contains(&index),
+            "M" => (8011..=8014).contains(&index),
+            _ => false,
+        };
+        let choice = is_clock.then(|| self.choice())?;
+        let cell = Cell { area: area(device.name), index };
+        self.program.kinds.insert(choice, ChoiceKind::Steady(cell));
+        Some(Logic::Bit(BitSource::Free(choice)))
+    }
+
+    /// Whether an instruction reads so many words of a module as it may have written.
+    fn reads_module(&self, raw: &RawInstruction, entry: &Entry) -> bool {
+        let is_read = matches!(&*entry.mnemonic, "FROM" | "DFRO" | "DFROM" | "FROMD");
+        let (Some(to), Some(count)) = (raw.operands.get(2), raw.operands.get(3)) else {
+            return false;
+        };
+        let is_word = match parse(to, self.family) {
+            Ok(Written::Device(device)) => matches!(device.place, Place::At(Kind::Word(_), _)),
+            _ => false,
+        };
+        is_read && is_word && self.constant(count).is_some()
+    }
+
+    /// Gives the effects of an instruction that writes any value their exact meaning, where it has one.
+    pub(super) fn mean(&mut self, raw: &RawInstruction, entry: &Entry, effects: &mut [Effect]) {
+        // What has no meaning here is none the less right.
+        self.quiet = true;
+        let meaning = self.meaning(raw, entry);
+        self.quiet = false;
+        if entry.class == "module" && self.reads_module(raw, entry) {
+            for effect in effects.iter() {
+                if let Write::Forget(_, choice) = effect.write {
+                    self.program.kinds.insert(choice, ChoiceKind::World);
+                }
+            }
+        }
+        let Some(meaning) = meaning else { return };
+        let choice = self.exactly(meaning);
+        for effect in effects {
+            if let (When::Fired, Write::Forget(_, own)) = (effect.when, &mut effect.write) {
+                *own = choice;
+            }
+        }
+    }
+
+    /// Where a number of so many words goes, as an operation's result.
+    pub(super) fn target(&mut self, text: &str, words: usize) -> Option<Target> {
+        let device = self.device(text)?;
+        if let Place::Indexed(Kind::Word(_), false) = device.place {
+            let is_wide = self.family == Family::Fx && words > 1;
+            return Some(Target::Run(self.indexed(&device, 0).filter(|_| !is_wide)?, Shape::Cells));
+        }
+        match self.word_place(text, words)? {
+            super::access::WordPlace::All(targets) => Some(Target::Words(targets)),
+            _ => None,
+        }
+    }
+}
+
+/// So many devices of an area every CPU of the family surely has.
+pub(super) fn certain_points(family: Family, cells: AreaId, letters: &str) -> Option<u32> {
+    if family == Family::Fx || family == Family::Fx5 {
+        return match letters {
+            "D" => Some(256),
+            "M" => Some(512),
+            _ => None,
+        };
+    }
+    let points = [
+        // The Basic model's; the others have more.
+        ("X", 0x800),
+        ("Y", 0x800),
+        ("M", 8192),
+        ("L", 2048),
+        ("B", 0x800),
+        ("D", 11_136),
+        ("W", 0x800),
+    ];
+    let found = points.iter().find(|(name, _)| *name == letters && area(name) == cells);
+    found.map(|(_, points)| *points)
+}

@@ -1,0 +1,224 @@
+//! What can only be settled when all files are read: labels, recursion, jumps' limits, loops taken in bulk, interrupts.
+
+use super::control::{MOST_NESTED, MOST_TURNS};
+use super::{Counts, Decoder};
+use crate::base::diagnostic::{Diagnostic, Severity};
+use crate::program::bulk;
+use crate::program::flow;
+use crate::program::{Program, Step};
+use std::collections::BTreeMap;
+
+/// Loops that unroll to more executed instructions than this are taken in bulk.
+const MOST_UNROLLED: u64 = 200_000;
+
+impl Decoder<'_> {
+    /// The program, if nothing is wrong with it, and the words whose stated range it counts by.
+    pub(super) fn finish(mut self) -> Result<(Program, Counts), Vec<Diagnostic>> {
+        self.resolve();
+        self.program.interrupts = std::mem::take(&mut self.interrupts);
+        if !self.has_faults() {
+            self.check_jumps();
+        }
+        if !self.has_faults() {
+            self.check_calls();
+        }
+        if !self.has_faults() {
+            self.hold_off();
+            self.loosen_edges();
+            self.take_in_bulk();
+        }
+        let mut found = self.project.warnings.clone();
+        let faults = std::mem::take(&mut self.faults);
+        found.extend(faults.into_iter().flat_map(crate::front::Faults::into_diagnostics));
+        if found.iter().any(|fault| fault.severity == Severity::Error) {
+            return Err(found);
+        }
+        found.extend(self.start_ranges());
+        if found.iter().any(|fault| fault.severity == Severity::Error) {
+            return Err(found);
+        }
+        crate::program::interrupts::isolate(&mut self.program, &self.volatile);
+        self.program.approximations.sort();
+        Ok((self.program, self.counts))
+    }
+
+    fn has_faults(&self) -> bool {
+        self.faults.iter().any(crate::front::Faults::any_error)
+    }
+
+    fn fault_at(&mut self, at: usize, code: &'static str, message: String, help: &str) {
+        let instruction = &self.program.instructions[at];
+        let file = instruction.place.file as usize;
+        let name = &self.project.files[file].name;
+        let found =
+            Diagnostic::line(code, name, instruction.place.line, &*instruction.text, message, help)
+                .at_step(instruction.place.step);
+        self.faults[file].push(found);
+    }
+
+    /// Finds the instruction of every label that is jumped to or called: in the own file, else, for calls,
+    /// in the one other file that has it.
+    fn resolve(&mut self) {
+        for fixup in std::mem::take(&mut self.fixups) {
+            let own = self.labels[fixup.file].get(&fixup.label).copied();
+            let elsewhere: Vec<usize> = if own.is_some() || fixup.only {
+                Vec::new()
+            } else {
+                self.labels.iter().filter_map(|labels| labels.get(&fixup.label).copied()).collect()
+            };
+            let label = format!("P{}", fixup.label);
+            match (own, &elsewhere[..]) {
+                (Some(at), _) | (None, &[at]) => {
+                    match &mut self.program.instructions[fixup.instruction].step {
+                        Step::Jump { target, .. } | Step::Call { target, .. } => *target = at,
+                        _ => {}
+                    }
+                }
+                (None, []) => {
+                    let message = format!("the label {label} does not stand in this program");
+                    self.fault_at(
+                        fixup.instruction,
+                        "no-label",
+                        message,
+                        "check the label, or give all files of the project",
+                    );
+                }
+                (None, _) => {
+                    let message = format!("the label {label} stands in several other files");
+                    self.fault_at(
+                        fixup.instruction,
+                        "double-label",
+                        message,
+                        "a label that files share must stand in one of them only",
+                    );
+                }
+            }
+        }
+    }
+
+    fn check_jumps(&mut self) {
+        let loops: Vec<(usize, usize)> = flow::loops(&self.program);
+        let jumps: Vec<(usize, usize)> = flow::jumps(&self.program);
+        for (at, target) in jumps {
+            if target <= at {
+                let line = self.program.instructions[target].place.line;
+                let message = format!(
+                    "this jumps back to line {line}: the scan has no bound that can be found here"
+                );
+                self.fault_at(at, "jump-back", message, "use FOR and NEXT with a known count");
+            } else if loops.iter().any(|&(begin, end)| {
+                (begin + 1..=end).contains(&target) && !(begin..=end).contains(&at)
+            }) {
+                self.fault_at(
+                    at,
+                    "jump-into-loop",
+                    "this jumps into a loop of FOR and NEXT".to_owned(),
+                    "jump to the FOR, or behind the NEXT",
+                );
+            } else if self.zone_of[at] != self.zone_of[target]
+                && self.program.instructions[target].step != Step::End
+            {
+                let message = "this jumps into or out of a master control (MC to MCR)".to_owned();
+                self.fault_at(
+                    at,
+                    "jump-across-zone",
+                    message,
+                    "put the label into the same master control as the jump",
+                );
+            }
+        }
+    }
+
+    fn check_calls(&mut self) {
+        // Of all the calls of a routine that does not end, one is told.
+        let calls: BTreeMap<usize, usize> =
+            flow::calls(&self.program).into_iter().rev().map(|(at, target)| (target, at)).collect();
+        for (target, at) in calls {
+            if flow::extent(&self.program, target).is_none() {
+                let label = self.program.instructions[target].text.clone();
+                self.fault_at(
+                    at,
+                    "no-return",
+                    format!("the subroutine at {label} has no RET"),
+                    "end it with RET",
+                );
+            }
+        }
+        for at in 0..self.program.interrupts.len() {
+            let entry = self.program.interrupts[at].entry;
+            if flow::extent(&self.program, entry).is_none() {
+                self.fault_at(
+                    entry,
+                    "no-return",
+                    "the interrupt program has no IRET".to_owned(),
+                    "end it with IRET",
+                );
+            }
+        }
+        if let Some(at) = flow::recursion(&self.program) {
+            self.fault_at(
+                at,
+                "recursion",
+                "this call leads back to itself: the scan has no bound".to_owned(),
+                "subroutines must not call each other in a circle",
+            );
+        } else if let Some(at) = flow::nested_beyond(&self.program, MOST_NESTED) {
+            self.fault_at(
+                at,
+                "nesting",
+                format!("more than {MOST_NESTED} calls stand in each other"),
+                "no CPU allows more than 64; most allow 16",
+            );
+        }
+    }
+
+    /// Takes loops in bulk whose number of turns is not known, and then those that unroll to too much all the same.
+    /// Of each kind outer loops first: what they hold needs no care of its own.
+    fn take_in_bulk(&mut self) {
+        let loops = flow::loops(&self.program);
+        let (unknown, known): (Vec<_>, Vec<_>) =
+            loops.into_iter().partition(|(begin, _)| self.unbounded.contains(begin));
+        // Where loops taken in bulk begin and end; of those that stand in each other the outer one alone.
+        let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
+        let (mut behind, unknowns) = (0, unknown.len());
+        for (place, (begin, end)) in unknown.into_iter().chain(known).enumerate() {
+            let unknown = place < unknowns;
+            if place == unknowns {
+                behind = 0;
+            }
+            let outer = taken.range(..begin).next_back();
+            if begin < behind || outer.is_some_and(|(_, &end)| begin < end) {
+                continue;
+            }
+            let Step::ForBegin { most, .. } = self.program.instructions[begin].step else {
+                continue;
+            };
+            let size =
+                flow::unrolled(&self.program, begin + 1, end).saturating_mul(u64::from(most));
+            if !unknown && size <= MOST_UNROLLED {
+                continue;
+            }
+            let turns = if unknown { MOST_TURNS } else { most };
+            behind = end;
+            if unknown {
+                taken.insert(begin, end);
+            }
+            let Some(step) = bulk::bulk(&mut self.program, begin, end, u64::from(turns)) else {
+                let message =
+                    "loops and calls multiply to more turns here than can be counted".to_owned();
+                self.fault_at(
+                    begin,
+                    "loop",
+                    message,
+                    "state the range of its count in the facts file",
+                );
+                continue;
+            };
+            self.program.instructions[begin].step = step;
+            self.program.approximations.push(crate::program::Approximation {
+                instruction: begin,
+                what: bulk::charged(turns).into(),
+            });
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! Coils: OUT on bits, timers and counters, SET, RST, PLS, PLF, FF.
+
+use super::access::BitPlace;
+use super::rungs::{letters, remember};
+use super::{Decoder, always, edge, fired, timing};
+use crate::front::melsec::device::{Family, Kind, Timed, area};
+use crate::front::melsec::operand::{Device, Operand, Place, parse};
+use crate::front::melsec::source::RawInstruction;
+use crate::program::meaning;
+use crate::program::{
+    BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Units, When,
+    WordSource, WordTarget, Write,
+};
+
+impl Decoder<'_> {
+    /// Decodes coils; false if it is none.
+    pub(super) fn output(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
+        match mnemonic {
+            "OUT" | "OUTH" => self.out(mnemonic, raw),
+            "SET" | "RST" => self.set(mnemonic, raw),
+            "PLS" | "PLF" | "FF" => self.pulse(mnemonic, raw),
+            _ => return false,
+        }
+        true
+    }
+
+    /// The effects of writing a bit operand.
+    pub(super) fn bit_effects(
+        &mut self,
+        text: &str,
+        value: Logic,
+        is_always: bool,
+    ) -> Option<Vec<Effect>> {
+        let when = if is_always { When::Always } else { When::Fired };
+        let write = match self.bit_place(text)? {
+            BitPlace::One(target) => Write::Bit(target, value),
+            BitPlace::Somewhere(region) => {
+                let choice = self.indexed_write(text, meaning::Operand::Truth(value), 1);
+                Write::Forget(region, choice)
+            }
+            BitPlace::Nowhere => return Some(Vec::new()),
+        };
+        Some(vec![Effect { when, write }])
+    }
+
+    fn out(&mut self, mnemonic: &str, raw: &RawInstruction) {
+        self.output_here(mnemonic);
+        let variant = letters(raw.operands.first());
+        let is_timed = matches!(&*variant, "T" | "ST" | "SS" | "C" | "LT" | "LST" | "LC");
+        if !self.takes(raw, if is_timed { 2 } else { 1 }) {
+            return;
+        }
+        let target = &raw.operands[0];
+        let effects = if is_timed {
+            let Some(device) = self.device(target) else { return };
+            let is_long =
+                variant.starts_with('L') || (self.family == Family::Fx && is_long_counter(&device));
+            let words = if is_long { 2 } else { 1 };
+            let Some(setting) = self.read_words(&raw.operands[1], words) else { return };
+            let setting = Some(setting[0]).filter(|_| !is_long);
+            self.timed_effects(target, &device, setting)
+        } else {
+            let value = match parse(target, self.family) {
+                // In a step ladder OUT moves on to another state as SET does; whether it can clear that state is
+                // not known.
+                Ok(Operand::Device(device)) if self.state.is_some() && device.name == "S" => {
+                    let (Some(now), free) = (self.read_bit(target), self.free_bit()) else {
+                        return;
+                    };
+                    let moves = self.may_move_on(Logic::Condition);
+                    Logic::Any(vec![moves, Logic::All(vec![now, free])])
+                }
+                _ => Logic::Condition,
+            };
+            let Some(effects) = self.bit_effects(target, value, true) else { return };
+            effects
+        };
+        self.state_transfer(target);
+        let class = match &*variant {
+            "T" | "ST" | "SS" | "LT" | "LST" => "timer",
+            "C" | "LC" => "counter",
+            _ => "coil",
+        };
+        let mut key = timing(mnemonic, false, Some(&variant), class, Units::None, false);
+        self.know_special(&mut key, target);
+        self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
+    }
+
+    /// Looks for a row of its own where the operand is a special relay of the FX: they are numbered among the plain
+    /// ones and take longer.
+    fn know_special(&self, key: &mut TimingKey, text: &str) {
+        let number = text.strip_prefix(['M', 'm']).and_then(|digits| digits.parse::<u32>().ok());
+        if self.family == Family::Fx && number.is_some_and(|number| number >= 8000) {
+            let name = key.names.last().map_or("", String::as_str);
+            key.names.insert(0, format!("{name}:special"));
+        }
+    }
+
+    /// A timer's or counter's contact is true only while its coil is, or, where it is retentive, keeps its
+    /// value while the coil is off.
+    fn timed_effects(
+        &mut self,
+        text: &str,
+        device: &Device,
+        setting: Option<WordSource>,
+    ) -> Vec<Effect> {
+        let (timed, index) = match device.place {
+            Place::At(Kind::Timed(timed), index) => (timed, index),
+            Place::Indexed(Kind::Timed(Timed { contact, coil, value, .. }), _) => {
+                self.approximate(format!(
+                    "{text} is one of many: any {} may have changed",
+                    device.name
+                ));
+                let choice = self.choice();
+                return [contact, coil, value]
+                    .map(|area| always(Write::Forget(Region::Area(area), choice)))
+                    .to_vec();
+            }
+            _ => return Vec::new(),
+        };
+        let cell = |area| Cell { area, index };
+        let (contact, value) = (cell(timed.contact), cell(timed.value));
+        let is_counter = device.name == "C";
+        let setting = setting.filter(|_| !self.runs_in_interrupts(device));
+        let (through, now) = match setting {
+            Some(setting) if is_counter => {
+                self.counted([timed.contact, timed.coil, timed.value].map(cell), setting)
+            }
+            Some(setting) => self.elapsed(self.stood_at(value), setting),
+            None => (self.choice(), self.choice()),
+        };
+        let done = Logic::All(vec![Logic::Condition, Logic::Bit(BitSource::Free(through))]);
+        let coil = always(Write::Bit(BitTarget::Cell(cell(timed.coil)), Logic::Condition));
+        let mut effects = Vec::new();
+        if setting.is_some() && !is_counter {
+            let now = Number::Words(vec![WordSource::Cell(value)]);
+            effects.push(always(Write::Words(vec![WordTarget::Cell(self.stood_at(value))], now)));
+        }
+        let present =
+            Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![WordSource::Free(now)]));
+        if timed.retentive {
+            // Once on, it stays so until it is reset; only up-and-down counters fall back by themselves.
+            let old = Logic::cell(contact);
+            let falls_back = self.family == Family::Fx && device.name == "C" && index >= 200;
+            let held = if falls_back { Logic::All(vec![Logic::Condition.not(), old]) } else { old };
+            effects
+                .push(always(Write::Bit(BitTarget::Cell(contact), Logic::Any(vec![done, held]))));
+        } else {
+            effects.push(always(Write::Bit(BitTarget::Cell(contact), done)));
+            effects.push(always(Write::Words(
+                vec![WordTarget::Cell(value)],
+                Number::Words(vec![WordSource::Const(0)]),
+            )));
+        }
+        effects.push(fired(present));
+        // What a counter counts depends on what its coil was.
+        effects.push(coil);
+        effects
+    }
+
+    /// The hidden word in which the timer under way keeps what it stood at.
+    fn stood_at(&self, value: Cell) -> Cell {
+        Cell { area: const { area("stood at ") }, index: value.index }
+    }
+
+    fn set(&mut self, mnemonic: &str, raw: &RawInstruction) {
+        self.output_here(mnemonic);
+        if !self.takes(raw, 1) {
+            return;
+        }
+        let text = &raw.operands[0];
+        let Some(device) = self.device(text) else { return };
+        let effects = match device.place {
+            Place::At(Kind::Timed(timed), index) if mnemonic == "RST" => {
+                let bit = |area| {
+                    fired(Write::Bit(BitTarget::Cell(Cell { area, index }), Logic::Const(false)))
+                };
+                // Whether an input that stays on counts anew behind it is not known.
+                let coil = BitTarget::Cell(Cell { area: timed.coil, index });
+                vec![
+                    bit(timed.contact),
+                    fired(Write::Bit(coil, self.free_bit())),
+                    fired(Write::Words(
+                        vec![WordTarget::Cell(Cell { area: timed.value, index })],
+                        zero(),
+                    )),
+                ]
+            }
+            Place::Indexed(Kind::Timed(timed), false) if mnemonic == "RST" => {
+                self.approximate(format!(
+                    "{text} is one of many: any {} may have been reset",
+                    device.name
+                ));
+                let choice = self.choice();
+                let areas = [timed.contact, timed.coil, timed.value];
+                areas.map(|area| fired(Write::Forget(Region::Area(area), choice))).to_vec()
+            }
+            Place::At(Kind::Word(_) | Kind::VolatileWord, _)
+            | Place::Indexed(Kind::Word(_) | Kind::VolatileWord, false)
+            | Place::Indirect
+            | Place::Foreign(false)
+                if mnemonic == "RST" =>
+            {
+                match self.write_number(text, 1, zero()) {
+                    Some(effects) => effects,
+                    None => return,
+                }
+            }
+            _ if mnemonic == "SET" && self.state.is_some() && device.name == "S" => {
+                let Some(now) = self.read_bit(text) else { return };
+                let moves = self.may_move_on(Logic::Const(true));
+                let value = Logic::Any(vec![now, moves]);
+                match self.bit_effects(text, value, false) {
+                    Some(effects) => effects,
+                    None => return,
+                }
+            }
+            _ => match self.bit_effects(text, Logic::Const(mnemonic == "SET"), false) {
+                Some(effects) => effects,
+                None => return,
+            },
+        };
+        if mnemonic == "SET" {
+            self.state_transfer(text);
+        }
+        let mut key = timing(
+            mnemonic,
+            false,
+            Some(&letters(raw.operands.first())),
+            "set",
+            Units::None,
+            false,
+        );
+        self.know_special(&mut key, text);
+        self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
+    }
+
+    fn pulse(&mut self, mnemonic: &str, raw: &RawInstruction) {
+        self.output_here(mnemonic);
+        if !self.takes(raw, 1) {
+            return;
+        }
+        let text = &raw.operands[0];
+        let memory = self.edge_memory(false);
+        let fires = edge(mnemonic != "PLF", Logic::Condition, memory);
+        let effects = if mnemonic == "FF" {
+            let Some(now) = self.read_bit(text) else { return };
+            self.bit_effects(text, now.not(), false)
+        } else {
+            self.bit_effects(text, fires.clone(), true)
+        };
+        let Some(mut effects) = effects else { return };
+        effects.push(remember(memory, Logic::Condition));
+        let key = timing(
+            mnemonic,
+            false,
+            Some(&letters(raw.operands.first())),
+            "pulse",
+            Units::None,
+            false,
+        );
+        self.add(Some(key), effects, Step::Act { fires });
+    }
+
+    /// What moves a step ladder on where a special relay may forbid that.
+    fn may_move_on(&mut self, moves: Logic) -> Logic {
+        if !self.states_may_stay {
+            return moves;
+        }
+        self.approximate(
+            "M8040 or IST may hold the step ladder: it is taken to move on or not".to_owned(),
+        );
+        Logic::All(vec![moves, self.free_bit()])
+    }
+
+    /// In a step ladder, setting a state resets the one that is left, at a moment that is not known.
+    fn state_transfer(&mut self, text: &str) {
+        let is_state = text.trim().to_ascii_uppercase().starts_with('S');
+        let Some(state) = self.state.as_ref().filter(|_| is_state) else { return };
+        let one = |&first: &Cell| Region::Range { first, count: 1 };
+        self.volatile.extend(state.relays.iter().map(one));
+        self.approximate(format!(
+            "{text}: the state that is left may be reset at once or later in the scan"
+        ));
+    }
+}
+
+/// The FX's counters from C200 on count 32 bits.
+fn is_long_counter(device: &Device) -> bool {
+    device.name == "C" && matches!(device.place, Place::At(_, 200..))
+}
+
+/// Zero in one word.
+fn zero() -> Number {
+    Number::Words(vec![WordSource::Const(0)])
+}

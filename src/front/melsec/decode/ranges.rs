@@ -1,0 +1,96 @@
+//! What the user states of words, their ranges: where the scan starts, and where a word counts something.
+
+use super::Decoder;
+use crate::base::diagnostic::Diagnostic;
+use crate::base::facts::Part;
+use crate::front::melsec::device::Kind;
+use crate::front::melsec::operand::{Operand, Place, parse};
+use crate::program::{Cell, StartRange};
+
+/// More faults than this are counted, not listed.
+const MOST_FAULTS: usize = 100;
+
+/// Words that count something, as written, and their cells.
+pub(super) type Counts = Vec<(String, Cell)>;
+
+impl Decoder<'_> {
+    /// The least and largest value of a count that stands in an operand, and whether these are known: by a
+    /// constant, or by a stated range that holds there. Else it is 0 to `largest`.
+    pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {
+        if let Some(value) = self.constant(text) {
+            return (value, value, true);
+        }
+        let upper = text.to_ascii_uppercase();
+        let stated = self.options.facts.ranges.get(&upper).or(self.options.facts.ranges.get(text));
+        let cell = self.word(text);
+        let word = i64::from(i16::MIN)..=i64::from(i16::MAX);
+        match (stated, cell) {
+            (Some(_), _) if self.overwritten.contains(&upper) => {
+                self.approximate(format!("the count {text} may be written within the scan: its stated range does not hold here, and it is taken as up to {largest}"));
+                (0, largest, false)
+            }
+            (Some(&(low, high)), Some(cell)) if word.contains(&low) && word.contains(&high) => {
+                self.program.facts.push(format!("{text} lies between {low} and {high}"));
+                self.counts.push((upper, cell));
+                (low, high, true)
+            }
+            _ => {
+                self.approximate(format!("the count {text} is not known: taken as up to {largest}; state its range to lower this"));
+                (0, largest, false)
+            }
+        }
+    }
+
+    /// The cell of a plain word device.
+    fn word(&self, text: &str) -> Option<Cell> {
+        let Ok(Operand::Device(device)) = parse(text, self.family) else { return None };
+        let Place::At(kind @ Kind::Word(_), index) = device.place else { return None };
+        kind.cell(index)
+    }
+
+    /// Makes the user's stated ranges of words constraints on the scan's start. Faults are those of what is no
+    /// word, and those that leave open whether one word or two are meant.
+    pub(super) fn start_ranges(&mut self) -> Vec<Diagnostic> {
+        let mut faults = Vec::new();
+        let facts = self.options.facts;
+        let mut dropped = 0;
+        let mut fault = |device: &str, part: Part, message: String, help: &str| {
+            if faults.len() < MOST_FAULTS {
+                faults.push(facts.fault(["ranges", device], part, "fact", message, help));
+            } else {
+                dropped += 1;
+            }
+        };
+        for (text, &(low, high)) in &self.options.facts.ranges {
+            let wide = low < -0x8000 || high > 0xFFFF;
+            match self.word(text) {
+                None => fault(
+                    text,
+                    Part::Key,
+                    format!("a range is stated for '{text}', which is no word"),
+                    "write the word as in the program, such as D100",
+                ),
+                // One unsigned word or two signed ones: that is not said.
+                Some(_) if !wide && high > 0x7FFF => fault(
+                    text,
+                    Part::Value,
+                    format!("the range of '{text}' reaches to {high}, past a signed word's 32767"),
+                    "ranges are of signed words, or of double words from 65536 on: state a smaller one",
+                ),
+                Some(first) => {
+                    let count = if wide { 2 } else { 1 };
+                    let cells = (0..count).map(|n| first.plus(n)).collect();
+                    self.program.ranges.push(StartRange { cells, low, high });
+                    self.program.facts.push(format!("{text} lies between {low} and {high}"));
+                }
+            }
+        }
+        if dropped > 0 {
+            let message = format!("and {dropped} further stated ranges with faults, not listed");
+            faults.push(Diagnostic::file("fact", "", message, "mend those listed first"));
+        }
+        self.program.facts.sort();
+        self.program.facts.dedup();
+        faults
+    }
+}

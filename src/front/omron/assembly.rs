@@ -1,0 +1,309 @@
+//! Puts a program together: instructions with their effects, choices, saved branches, notes on what is widened.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::memory::Memory;
+use super::named;
+use super::operand::moved_register;
+use super::resolve::Item;
+use super::source::Edge;
+use crate::base::diagnostic::Diagnostic;
+use crate::front::shown;
+use crate::program::meaning::Meaning;
+use crate::program::spelled::{NO_ROOM, Spelled};
+use crate::program::{
+    BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Place, Program,
+    Region, Step, TimingKey, Units, When, Write,
+};
+
+/// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
+const BRANCHES: u32 = 16;
+
+/// A program while it is put together.
+pub(super) struct Assembly {
+    pub(super) program: Program,
+    pub(super) memory: Memory,
+    /// Faults that came up on the way.
+    pub(super) faults: Vec<Diagnostic>,
+    /// The file that is being put in.
+    pub(super) file: u32,
+    /// How many branches wait for a coil.
+    pub(super) depth: usize,
+    /// Whether the last instruction was a coil: the next LD begins a rung.
+    pub(super) closed: bool,
+    /// The TRs that hold a branch of this rung.
+    pub(super) branches: BTreeSet<u32>,
+    /// The flags of timers that the system counts on between instructions.
+    pub(super) fast: BTreeSet<Cell>,
+    /// Whether the instruction may run more than once a scan.
+    pub(super) repeated: bool,
+    /// Loops whose count stands in a word: their begin, and the word where it is a known one.
+    pub(super) counted: Vec<(usize, Option<Cell>)>,
+    /// Index registers that the instruction's operands move, until it is put in.
+    moved: Vec<Cell>,
+    /// What the program has spelled out.
+    pub(super) spelled: Spelled,
+    place: Place,
+    text: Arc<str>,
+}
+
+impl Assembly {
+    pub(super) fn new(memory: Memory, dialect: &str) -> Self {
+        let program =
+            Program { dialect: dialect.to_owned(), areas: memory.areas(), ..Program::default() };
+        Assembly {
+            program,
+            memory,
+            faults: Vec::new(),
+            file: 0,
+            depth: 0,
+            closed: true,
+            branches: BTreeSet::new(),
+            fast: BTreeSet::new(),
+            repeated: false,
+            counted: Vec::new(),
+            moved: Vec::new(),
+            spelled: Spelled::default(),
+            place: Place { file: 0, line: 1, step: None },
+            text: Arc::default(),
+        }
+    }
+
+    /// The instruction that comes next is this.
+    pub(super) fn at(&mut self, item: &Item<'_>) {
+        self.place = Place { file: self.file, line: item.raw.line, step: item.raw.step };
+        self.text = item.raw.text.clone();
+        let memory = self.memory;
+        let operands = item.raw.operands.iter();
+        self.moved = operands.filter_map(|text| moved_register(text, memory)).collect();
+    }
+
+    /// A fault of an instruction.
+    pub(super) fn fault(
+        &mut self,
+        item: &Item<'_>,
+        code: &'static str,
+        message: impl Into<String>,
+        help: &str,
+    ) {
+        let file = self.program.files.get(self.file as usize).map_or("", |file| &file.name);
+        let fault =
+            Diagnostic::line(code, file, item.raw.line, shown(&item.raw.text), message, help);
+        self.faults.push(fault.at_step(item.raw.step));
+    }
+
+    /// A new choice.
+    pub(super) fn choice(&mut self) -> ChoiceId {
+        self.program.choices += 1;
+        ChoiceId(self.program.choices - 1)
+    }
+
+    /// A choice that the outside makes: how far a timer has run, what an instruction saw in the last scan. Where it
+    /// runs more than once a scan, what it saw is its own doing, which is not followed.
+    pub(super) fn world(&mut self) -> ChoiceId {
+        let choice = self.choice();
+        if !self.repeated {
+            self.program.kinds.insert(choice, ChoiceKind::World);
+        }
+        choice
+    }
+
+    /// A truth value that the outside gives.
+    pub(super) fn any(&mut self) -> Logic {
+        Logic::Bit(BitSource::Free(self.world()))
+    }
+
+    /// A truth value that is not known.
+    pub(super) fn free(&mut self) -> Logic {
+        Logic::Bit(BitSource::Free(self.choice()))
+    }
+
+    /// Begins a new rung.
+    pub(super) fn rung(&mut self) {
+        // What has no price of its own opens no rung.
+        let mut priced =
+            self.program.instructions.iter().rev().filter(|last| last.timing.is_some());
+        let begun = priced.next().map_or(0, |last| last.block);
+        self.program.blocks = begun + 1;
+        self.depth = 0;
+        self.closed = true;
+        self.branches.clear();
+    }
+
+    /// The index that the next instruction gets.
+    pub(super) fn next(&self) -> usize {
+        self.program.instructions.len()
+    }
+
+    /// Adds an instruction; its index.
+    pub(super) fn push(
+        &mut self,
+        step: Step,
+        mut effects: Vec<Effect>,
+        timing: Option<TimingKey>,
+    ) -> usize {
+        if timing.is_some() {
+            for first in std::mem::take(&mut self.moved) {
+                let choice = self.choice();
+                effects.push(always(Write::Forget(Region::Range { first, count: 2 }, choice)));
+            }
+        }
+        let choices = &mut self.program.choices;
+        let fits = self.spelled.effects(&mut effects, || {
+            *choices += 1;
+            ChoiceId(*choices - 1)
+        });
+        self.program.instructions.push(Instruction {
+            place: self.place,
+            block: self.program.blocks.max(1),
+            text: self.text.clone(),
+            timing: timing.map(Box::new),
+            effects,
+            step,
+        });
+        if !fits {
+            self.note(NO_ROOM);
+        }
+        self.next() - 1
+    }
+
+    /// Notes that the last instruction is taken wider than the PLC does it.
+    pub(super) fn note(&mut self, what: impl AsRef<str>) {
+        let instruction = self.next().saturating_sub(1);
+        self.program.approximate(instruction, what.as_ref());
+    }
+
+    /// Says what gives a choice its value.
+    pub(super) fn exactly(&mut self, choice: ChoiceId, meaning: Meaning) {
+        if self.spelled.meaning(&meaning) {
+            self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
+        }
+    }
+
+    /// When an instruction runs whose condition stands on the stack, by its mark.
+    pub(super) fn fires(&mut self, edge: Option<Edge>) -> Logic {
+        match edge {
+            None => Logic::Condition,
+            Some(Edge::Rising) => Logic::All(vec![Logic::Condition, self.any()]),
+            Some(Edge::Falling) => Logic::All(vec![Logic::Condition.not(), self.any()]),
+        }
+    }
+
+    /// A coil or application instruction.
+    pub(super) fn act(
+        &mut self,
+        fires: Logic,
+        effects: Vec<Effect>,
+        timing: Option<TimingKey>,
+    ) -> usize {
+        self.push(Step::Act { fires }, effects, timing)
+    }
+
+    /// A part of an instruction that changes the result.
+    fn result(&mut self, join: Join, value: Logic) {
+        self.push(Step::Logic { join, value }, Vec::new(), None);
+    }
+
+    /// The result becomes its negation.
+    pub(super) fn invert(&mut self) {
+        self.result(Join::Replace, Logic::Condition.not());
+    }
+
+    /// The result becomes true.
+    pub(super) fn always(&mut self) {
+        self.result(Join::Replace, Logic::Const(true));
+    }
+
+    /// Saves the result for the time of this instruction.
+    pub(super) fn keep(&mut self) {
+        self.push(Step::Save(BRANCHES), Vec::new(), None);
+    }
+
+    /// Takes back what `keep` saved.
+    pub(super) fn restore(&mut self) {
+        self.push(Step::Fetch(BRANCHES), Vec::new(), None);
+    }
+
+    /// Fetches a saved branch register as a further branch, or as the first of a rung.
+    pub(super) fn fetch(&mut self, register: u32, join: Join, timing: TimingKey) {
+        self.result(join, Logic::Const(true));
+        self.push(Step::Fetch(register), Vec::new(), Some(timing));
+    }
+
+    /// Takes the topmost branches apart, so that `product` can name them; one result stays on the stack.
+    pub(super) fn split(&mut self, count: u32) {
+        for branch in (1..count).rev() {
+            self.push(Step::Save(BRANCHES + branch), Vec::new(), None);
+            self.result(Join::Replace, Logic::Const(false));
+            self.push(Step::OrBlock, Vec::new(), None);
+        }
+        self.keep();
+        self.depth = self.depth + 1 - count as usize;
+    }
+
+    /// The result becomes true where each of the branches is (`true`) or is not (`false`).
+    pub(super) fn product(&mut self, branches: &[(u32, bool)]) {
+        for (at, &(branch, positive)) in branches.iter().enumerate() {
+            if at > 0 {
+                self.result(Join::Load, Logic::Const(true));
+            }
+            self.push(Step::Fetch(BRANCHES + branch), Vec::new(), None);
+            if !positive {
+                self.invert();
+            }
+            if at > 0 {
+                self.push(Step::AndBlock, Vec::new(), None);
+            }
+        }
+    }
+
+    /// The key of an instruction's time; `dearer` where its condition is not what tables mean by on and off.
+    pub(super) fn key(&self, item: &Item<'_>, dearer: bool) -> TimingKey {
+        let class = item.row.map_or("special", |row| row.class);
+        let mut names = vec![item.name.clone()];
+        if let Some(row) = item.row.filter(|row| row.mnemonic != item.name) {
+            names.push(row.mnemonic.to_owned());
+        }
+        for (joined, apart) in [
+            ("LDNOT", "LD NOT"),
+            ("ANDNOT", "AND NOT"),
+            ("ORNOT", "OR NOT"),
+            ("OUTNOT", "OUT NOT"),
+            ("ANDLD", "AND LD"),
+            ("ORLD", "OR LD"),
+        ] {
+            if item.name == joined {
+                names.push(apart.to_owned());
+            }
+        }
+        let indirect = item.operands.iter().any(super::operand::Operand::is_indirect);
+        let tags = [
+            (item.raw.immediate, "immediate"),
+            (item.raw.edge.is_some(), "edge"),
+            (indirect, "indirect"),
+        ];
+        let tags = tags.iter().filter(|(has, _)| *has).map(|(_, tag)| *tag);
+        let tagged: Vec<String> =
+            tags.flat_map(|tag| names.iter().map(move |name| format!("{name}:{tag}"))).collect();
+        names.splice(0..0, tagged);
+        TimingKey {
+            names,
+            class,
+            units: Units::None,
+            dearer,
+            optional: false,
+            touched: named::touched(item, self.memory),
+        }
+    }
+}
+
+/// A write that happens whenever the instruction is reached.
+pub(super) fn always(write: Write) -> Effect {
+    Effect { when: When::Always, write }
+}
+
+/// A write that happens if the instruction fires.
+pub(super) fn fired(write: Write) -> Effect {
+    Effect { when: When::Fired, write }
+}
