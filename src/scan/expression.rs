@@ -1,6 +1,6 @@
 //! Evaluates a program's expressions symbolically: what an instruction reads, as guards and words.
 
-use super::word::Word;
+use super::word::{Gate, Word};
 use super::{Run, number};
 use crate::program::{BitSource, Compare, Logic, Number, Program, Reading, WordSource};
 use crate::scan::model::Lit;
@@ -66,13 +66,13 @@ impl Run<'_> {
             | Number::Or(a, b)
             | Number::Xor(a, b) => (self.number(a, at), self.number(b, at)),
         };
-        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        let words = &mut self.memory.words;
         match number {
-            Number::Add(..) => number::add(words, circuit, &a, &b, false),
-            Number::Sub(..) => number::add(words, circuit, &a, &b, true),
-            Number::And(..) => number::bitwise(words, circuit, &a, &b, |c, x, y| c.and(x, y)),
-            Number::Or(..) => number::bitwise(words, circuit, &a, &b, |c, x, y| c.or(x, y)),
-            Number::Xor(..) => number::bitwise(words, circuit, &a, &b, |c, x, y| c.xor(x, y)),
+            Number::Add(..) => number::add(words, &a, &b, false),
+            Number::Sub(..) => number::add(words, &a, &b, true),
+            Number::And(..) => number::bitwise(words, &a, &b, Gate::And),
+            Number::Or(..) => number::bitwise(words, &a, &b, Gate::Or),
+            Number::Xor(..) => number::bitwise(words, &a, &b, Gate::Xor),
             Number::Words(_) => a,
         }
     }

@@ -168,23 +168,50 @@ impl<'p> Memory<'p> {
 
     /// Whether a region that holds the cell was forgotten since its version, and what the new value stands for.
     fn holes_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
-        let holes = &self.holes[usize::from(cell.area.0)][seen..];
-        if holes.is_empty() {
+        let holes = &self.holes[usize::from(cell.area.0)];
+        if holes.len() == seen {
             return None;
         }
         let mut indices = Vec::new();
-        for hole in holes.iter().rev().filter(|hole| hole.region.holds(cell)) {
-            indices.push(hole.index);
-            if self.model.forgotten[hole.index as usize].happened == Lit::TRUE {
-                break;
+        let mut from = holes.len();
+        while from > seen {
+            from -= 1;
+            if holes[from].region.holds(cell) {
+                indices.push(holes[from].index);
+                if self.model.forgotten[holes[from].index as usize].happened == Lit::TRUE {
+                    break;
+                }
             }
         }
         indices.reverse();
-        self.words.spent += holes.len() / 64 + indices.len() / 8;
-        let happened: Vec<Lit> =
-            indices.iter().map(|&i| self.model.forgotten[i as usize].happened).collect();
-        let happened = self.model.circuit.any(happened);
+        self.words.spent += (holes.len() - seen) / 64 + indices.len() / 8;
+        let happened = self.one_happened(cell, from);
         (happened != Lit::FALSE).then_some((happened, Origin::Forgotten(cell, indices)))
+    }
+
+    /// Whether one of the regions forgotten from `from` on that hold the cell was forgotten really.
+    ///
+    /// Cells were last looked at at all times, so that no two ask the same. They are asked in blocks that begin and end
+    /// at multiples of their size, since these are the same for all.
+    fn one_happened(&mut self, cell: Cell, from: usize) -> Lit {
+        let holes = &self.holes[usize::from(cell.area.0)];
+        let (mut from, mut any) = (from, Lit::FALSE);
+        while from < holes.len() {
+            let left = holes.len() - from;
+            let size = 1 << from.trailing_zeros().min(left.ilog2());
+            let happened = holes[from..from + size].iter().map(|hole| {
+                let holds = hole.region.holds(cell);
+                if holds { self.model.forgotten[hole.index as usize].happened } else { Lit::FALSE }
+            });
+            let mut happened: Vec<Lit> = happened.collect();
+            while happened.len() > 1 {
+                let pairs = happened.chunks(2);
+                happened = pairs.map(|pair| self.model.circuit.any(pair.iter().copied())).collect();
+            }
+            any = self.model.circuit.or(any, happened[0]);
+            from += size;
+        }
+        any
     }
 
     /// Writes a bit where `guard` holds.

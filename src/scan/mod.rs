@@ -3,6 +3,7 @@
 //! Follows the page of `program` to the letter. Control is a literal: what is not reached writes and costs
 //! nothing, so one memory serves all paths.
 
+mod answer;
 mod charge;
 mod expression;
 pub mod groups;

@@ -1,39 +1,42 @@
 //! Numbers of one or more symbolic words: sums, bitwise operations, comparisons.
 
-use super::word::{Word, Words, add_bits};
+use super::word::{Carry, Gate, Word, Words};
 use crate::program::Relation;
 use crate::scan::model::{Circuit, Lit};
 
 /// Sum (or, with `subtract`, difference) of two numbers, least word first, wrapping.
-pub fn add(
-    words: &mut Words,
-    circuit: &mut Circuit,
-    a: &[Word],
-    b: &[Word],
-    subtract: bool,
-) -> Vec<Word> {
+pub fn add(words: &mut Words, a: &[Word], b: &[Word], subtract: bool) -> Vec<Word> {
     let constant = |words: &Words, n: &[Word]| {
         n.iter().map(|&w| words.as_constant(w)).collect::<Option<Vec<u16>>>()
     };
-    match (constant(words, a), constant(words, b)) {
-        (_, Some(addend)) => {
-            let addend = if subtract { negate(&addend) } else { addend };
-            add_constant(words, circuit, a, &addend)
-        }
-        (Some(addend), None) if !subtract => add_constant(words, circuit, b, &addend),
+    let (a, addend) = match (constant(words, a), constant(words, b)) {
+        (_, Some(addend)) => (a, if subtract { negate(&addend) } else { addend }),
+        (Some(addend), None) if !subtract => (b, addend),
         _ => {
-            let mut carry = Lit::constant(subtract);
-            let mut sum = Vec::with_capacity(a.len());
-            for (&x, &y) in a.iter().zip(b) {
-                let x = words.bits(circuit, x);
-                let y = words.bits(circuit, y).map(|bit| if subtract { !bit } else { bit });
-                let (bits, out) = add_bits(circuit, &x, &y, carry);
-                carry = out;
-                sum.push(words.of_bits(circuit, bits));
-            }
-            sum
+            let mut carry = Carry::NONE;
+            let b: Vec<Word> = if subtract {
+                // Two's complement: the sum with the inverse and one.
+                carry = Carry::ALWAYS;
+                let ones = words.constant(u16::MAX);
+                b.iter().map(|&word| words.bitwise(Gate::Xor, word, ones)).collect()
+            } else {
+                b.to_vec()
+            };
+            let mut each = |(&x, y)| {
+                let (sum, over) = words.sum(x, y, carry);
+                carry = over;
+                sum
+            };
+            return a.iter().zip(b).map(&mut each).collect();
         }
-    }
+    };
+    let mut carry = Carry::NONE;
+    let mut each = |(&word, addend)| {
+        let (sum, over) = words.plus_carried(word, addend, carry);
+        carry = over;
+        sum
+    };
+    a.iter().zip(addend).map(&mut each).collect()
 }
 
 fn negate(number: &[u16]) -> Vec<u16> {
@@ -48,54 +51,9 @@ fn negate(number: &[u16]) -> Vec<u16> {
         .collect()
 }
 
-/// Adds a constant word by word; a word's carry into the next is a range of its old value.
-fn add_constant(words: &mut Words, circuit: &mut Circuit, a: &[Word], addend: &[u16]) -> Vec<Word> {
-    let mut carry = Lit::FALSE;
-    let mut sum = Vec::with_capacity(a.len());
-    for (place, (&word, &addend)) in a.iter().zip(addend).enumerate() {
-        let without = words.plus(word, addend);
-        sum.push(match carry {
-            Lit::FALSE => without,
-            _ => {
-                let with = words.plus(word, addend.wrapping_add(1));
-                words.either(carry, with, without)
-            }
-        });
-        // Nobody asks for the carry out of the last word.
-        if place + 1 == a.len() {
-            break;
-        }
-        // It overflows if the word is at least 65536 - addend, or one less where a carry comes in.
-        let overflow_without = if addend == 0 {
-            Lit::FALSE
-        } else {
-            words.in_range(circuit, word, 0u16.wrapping_sub(addend), u16::MAX)
-        };
-        let overflow_with = match carry {
-            Lit::FALSE => Lit::FALSE,
-            _ => words.in_range(circuit, word, u16::MAX - addend, u16::MAX),
-        };
-        carry = circuit.ite(carry, overflow_with, overflow_without);
-    }
-    sum
-}
-
-/// A bitwise operation, bit by bit.
-pub fn bitwise(
-    words: &mut Words,
-    circuit: &mut Circuit,
-    a: &[Word],
-    b: &[Word],
-    operation: fn(&mut Circuit, Lit, Lit) -> Lit,
-) -> Vec<Word> {
-    a.iter()
-        .zip(b)
-        .map(|(&x, &y)| {
-            let (x, y) = (words.bits(circuit, x), words.bits(circuit, y));
-            let bits = std::array::from_fn(|i| operation(circuit, x[i], y[i]));
-            words.of_bits(circuit, bits)
-        })
-        .collect()
+/// A bitwise operation.
+pub fn bitwise(words: &mut Words, a: &[Word], b: &[Word], gate: Gate) -> Vec<Word> {
+    a.iter().zip(b).map(|(&x, &y)| words.bitwise(gate, x, y)).collect()
 }
 
 /// Compares two numbers as integers.
@@ -443,7 +401,7 @@ mod tests {
                     Some((low, high)) => vec![words.constant(low), words.constant(high)],
                     None => free[2..].to_vec(),
                 };
-                let sum = add(&mut words, &mut circuit, &free[..2], &right, subtract);
+                let sum = add(&mut words, &free[..2], &right, subtract);
                 let bits: Vec<_> = sum.iter().map(|&w| words.bits(&mut circuit, w)).collect();
                 for a in VALUES {
                     for b in VALUES {

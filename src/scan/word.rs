@@ -1,7 +1,11 @@
-//! Symbolic 16-bit words: constants, free words, either-or, sums with a constant, and words put together from bits.
+//! Symbolic 16-bit words: constants, free words, either-or, sums and bitwise operations, and words put together from bits.
+//!
+//! A word is only noted down here. What is asked of it is worked out when it is asked (`answer`), so that what nobody
+//! asks costs nothing: most results of a plant's arithmetic decide nothing.
 
-use crate::scan::model::{self, Atom, Circuit, Lit, VarId};
-use rustc_hash::{FxHashMap, FxHashSet};
+use super::answer::Answers;
+use crate::scan::model::{self, Atom, Circuit, Lit, Shared, VarId};
+use rustc_hash::FxHashSet;
 use std::collections::BTreeSet;
 
 /// So many parts of a word are looked at for the most that it can be.
@@ -10,25 +14,60 @@ const MOST_PARTS: usize = 64;
 const ASKED: usize = 1 << 14;
 
 /// A symbolic word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Word(u32);
 
+/// How a word comes about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Node {
+pub(super) enum Node {
     Const(u16),
     Free(VarId),
     Either(Lit, Word, Word),
     Plus(Word, u16),
-    Bits([Lit; 16]),
+    /// Sixteen bits, by their number.
+    Bits(u32),
+    Bitwise(Gate, Word, Word),
+    /// The sum of two words and a carry.
+    Sum(Word, Word, Carry),
+    /// The sum of a word, a constant and a carry.
+    Carried(Word, u16, Carry),
+}
+
+/// What is done with two bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Gate {
+    And,
+    Or,
+    Xor,
+}
+
+/// The carry out of a sum, for the next word of the number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Carry(u32);
+
+/// Of which sum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum CarryOf {
+    None,
+    Always,
+    Sum(Word, Word, Carry),
+    Carried(Word, u16, Carry),
+}
+
+impl Carry {
+    /// No carry.
+    pub const NONE: Carry = Carry(0);
+    /// A carry, whatever was added.
+    pub const ALWAYS: Carry = Carry(1);
 }
 
 /// All symbolic words of a scan, equal ones shared, and what was already asked of them.
 #[derive(Debug)]
 pub struct Words {
-    nodes: Vec<Node>,
-    known: FxHashMap<Node, Word>,
-    ranges: FxHashMap<Range, Lit>,
-    bits: FxHashMap<Word, [Lit; 16]>,
+    nodes: Shared<Node>,
+    spelled: Shared<[Lit; 16]>,
+    carries: Shared<CarryOf>,
+    pub(super) answers: Answers,
     /// What may still be spent on the questions of the instruction at work.
     pub allowance: usize,
     /// What was spent on questions so far.
@@ -38,18 +77,17 @@ pub struct Words {
     pub given_up: u32,
 }
 
-/// The question whether a word, unsigned, lies between two values, both included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Range(Word, u16, u16);
-
 impl Default for Words {
     /// No words, and no limit to what a question may take.
     fn default() -> Self {
+        let mut carries = Shared::default();
+        carries.number(CarryOf::None);
+        carries.number(CarryOf::Always);
         Words {
-            nodes: Vec::new(),
-            known: FxHashMap::default(),
-            ranges: FxHashMap::default(),
-            bits: FxHashMap::default(),
+            nodes: Shared::default(),
+            spelled: Shared::default(),
+            carries,
+            answers: Answers::default(),
             allowance: usize::MAX,
             spent: 0,
             given_up: 0,
@@ -60,12 +98,12 @@ impl Default for Words {
 impl Words {
     /// A constant.
     pub fn constant(&mut self, value: u16) -> Word {
-        self.intern(Node::Const(value))
+        self.shared(Node::Const(value))
     }
 
     /// A free word.
     pub fn free(&mut self, variable: VarId) -> Word {
-        self.intern(Node::Free(variable))
+        self.shared(Node::Free(variable))
     }
 
     /// `then` if `condition`, else `other`.
@@ -82,7 +120,7 @@ impl Words {
             Node::Either(c, a, _) if c == !condition => a,
             _ => other,
         };
-        if then == other { then } else { self.intern(Node::Either(condition, then, other)) }
+        if then == other { then } else { self.shared(Node::Either(condition, then, other)) }
     }
 
     /// Sum with a constant, wrapping.
@@ -91,7 +129,56 @@ impl Words {
             _ if addend == 0 => word,
             Node::Const(value) => self.constant(value.wrapping_add(addend)),
             Node::Plus(inner, first) => self.plus(inner, first.wrapping_add(addend)),
-            _ => self.intern(Node::Plus(word, addend)),
+            _ => self.shared(Node::Plus(word, addend)),
+        }
+    }
+
+    /// Sum with a constant and a carry, wrapping, and what it carries.
+    pub fn plus_carried(&mut self, word: Word, addend: u16, carry: Carry) -> (Word, Carry) {
+        match (carry, self.as_constant(word)) {
+            (Carry::NONE, _) if addend == 0 => (word, Carry::NONE),
+            (Carry::ALWAYS, _) if addend == u16::MAX => (word, Carry::ALWAYS),
+            (Carry::ALWAYS, _) => self.plus_carried(word, addend + 1, Carry::NONE),
+            (Carry::NONE, Some(value)) => {
+                let (sum, over) = value.overflowing_add(addend);
+                (self.constant(sum), if over { Carry::ALWAYS } else { Carry::NONE })
+            }
+            (Carry::NONE, None) => {
+                (self.plus(word, addend), self.carry(CarryOf::Carried(word, addend, carry)))
+            }
+            _ => {
+                let sum = self.shared(Node::Carried(word, addend, carry));
+                (sum, self.carry(CarryOf::Carried(word, addend, carry)))
+            }
+        }
+    }
+
+    /// Sum of two words and a carry, wrapping, and what it carries.
+    pub fn sum(&mut self, a: Word, b: Word, carry: Carry) -> (Word, Carry) {
+        let (a, b) = (a.min(b), a.max(b));
+        let sum = self.shared(Node::Sum(a, b, carry));
+        (sum, self.carry(CarryOf::Sum(a, b, carry)))
+    }
+
+    /// A bitwise operation.
+    pub fn bitwise(&mut self, gate: Gate, a: Word, b: Word) -> Word {
+        let (a, b) = (a.min(b), a.max(b));
+        let (first, second) = (self.as_constant(a), self.as_constant(b));
+        if let (Some(a), Some(b)) = (first, second) {
+            return self.constant(match gate {
+                Gate::And => a & b,
+                Gate::Or => a | b,
+                Gate::Xor => a ^ b,
+            });
+        }
+        let (word, constant) = if first.is_some() { (b, first) } else { (a, second) };
+        match (gate, constant) {
+            (Gate::And | Gate::Or, _) if a == b => a,
+            (Gate::Xor, _) if a == b => self.constant(0),
+            (Gate::And, Some(u16::MAX)) | (Gate::Or | Gate::Xor, Some(0)) => word,
+            (Gate::And, Some(0)) => self.constant(0),
+            (Gate::Or, Some(u16::MAX)) => self.constant(u16::MAX),
+            _ => self.shared(Node::Bitwise(gate, a, b)),
         }
     }
 
@@ -114,7 +201,8 @@ impl Words {
         {
             return self.free(variable);
         }
-        self.intern(Node::Bits(bits))
+        let number = self.spelled.number(bits);
+        self.shared(Node::Bits(number))
     }
 
     /// The word's value, if it is a constant.
@@ -131,20 +219,23 @@ impl Words {
     /// where a program limits a count before it uses it.
     pub fn most(&mut self, circuit: &mut Circuit, word: Word) -> Option<i16> {
         let mut constants = BTreeSet::new();
-        let most = self.greatest(word, &mut constants)?;
-        let asked = if self.allowance >= ASKED { 0..most.max(0) } else { 0..0 };
-        for &constant in constants.range(asked) {
-            let above = self.in_range(circuit, word, constant.cast_unsigned() + 1, 0x7FFF);
-            if above == Lit::FALSE {
-                return Some(constant);
-            }
-        }
-        Some(most).filter(|&most| most < i16::MAX)
+        let most = self.greatest(circuit, word, &mut constants);
+        let asked = if self.allowance >= ASKED { 0..most.unwrap_or(0).max(0) } else { 0..0 };
+        let never_above = constants.range(asked).copied().find(|constant| {
+            let more = constant.cast_unsigned() + 1;
+            self.range_if_allowed(circuit, word, more, 0x7FFF) == Some(Lit::FALSE)
+        });
+        never_above.or(most).filter(|&most| most < i16::MAX)
     }
 
     /// The greatest signed number that the word's parts allow, and the constants that it may be. `None` if there are
     /// too many parts to look at.
-    fn greatest(&self, word: Word, constants: &mut BTreeSet<i16>) -> Option<i16> {
+    fn greatest(
+        &mut self,
+        circuit: &mut Circuit,
+        word: Word,
+        constants: &mut BTreeSet<i16>,
+    ) -> Option<i16> {
         let (mut open, mut seen) = (vec![(word, 0u16)], FxHashSet::default());
         let mut most = i16::MIN;
         while let Some((word, addend)) = open.pop() {
@@ -168,7 +259,9 @@ impl Words {
                     open.push((inner, addend.wrapping_add(more)));
                     continue;
                 }
-                Node::Bits(bits) => {
+                Node::Free(_) => i16::MAX,
+                Node::Bits(_) | Node::Bitwise(..) | Node::Sum(..) | Node::Carried(..) => {
+                    let bits = self.bits_if_allowed(circuit, word)?;
                     let may = |i: usize| bits[i] != Lit::FALSE;
                     let most = (0..15).fold(0u16, |most, i| most | u16::from(may(i)) << i);
                     let negative = bits[15] == Lit::TRUE;
@@ -178,204 +271,38 @@ impl Words {
                         _ => i16::MAX,
                     }
                 }
-                Node::Free(_) => i16::MAX,
             });
         }
         Some(most)
     }
 
-    /// Whether the word, unsigned, lies in `low..=high`.
-    ///
-    /// Works through chains of either-or without recursion: a step word written in a thousand rungs is a
-    /// chain a thousand deep.
-    pub fn in_range(&mut self, circuit: &mut Circuit, word: Word, low: u16, high: u16) -> Lit {
-        let asked = Range(word, low, high);
-        let mut open = vec![asked];
-        while let Some(&range) = open.last() {
-            if self.answer(range).is_some() {
-                open.pop();
-                continue;
-            }
-            if !self.spend(1) {
-                return self.made_up(circuit);
-            }
-            let (parts, missing) = self.parts(range);
-            if missing {
-                open.extend(
-                    parts.into_iter().flatten().filter(|&part| self.answer(part).is_none()),
-                );
-                continue;
-            }
-            let lit = self.combine(circuit, range, parts);
-            self.ranges.insert(range, lit);
-            open.pop();
-        }
-        self.answer(asked).expect("the loop above answers what was asked")
-    }
-
-    /// The answer, where it is known.
-    fn answer(&self, Range(word, low, high): Range) -> Option<Lit> {
-        if low > high {
-            return Some(Lit::FALSE);
-        }
-        if low == 0 && high == u16::MAX {
-            return Some(Lit::TRUE);
-        }
-        self.ranges.get(&Range(word, low, high)).copied()
-    }
-
-    /// The questions to other words that this one comes down to, and whether one is still open.
-    fn parts(&self, Range(word, low, high): Range) -> ([Option<Range>; 2], bool) {
-        let parts = match self.node(word) {
-            Node::Either(_, a, b) => [Some(Range(a, low, high)), Some(Range(b, low, high))],
-            Node::Plus(inner, addend) => {
-                let (low, high) = (low.wrapping_sub(addend), high.wrapping_sub(addend));
-                if low <= high {
-                    [Some(Range(inner, low, high)), None]
-                } else {
-                    [Some(Range(inner, low, u16::MAX)), Some(Range(inner, 0, high))]
-                }
-            }
-            Node::Const(_) | Node::Free(_) | Node::Bits(_) => [None, None],
-        };
-        let missing = parts.into_iter().flatten().any(|part| self.answer(part).is_none());
-        (parts, missing)
-    }
-
-    fn combine(&self, circuit: &mut Circuit, range: Range, parts: [Option<Range>; 2]) -> Lit {
-        let Range(word, low, high) = range;
-        let [first, second] = parts.map(|part| part.and_then(|part| self.answer(part)));
-        match self.node(word) {
-            Node::Const(value) => Lit::constant((low..=high).contains(&value)),
-            Node::Free(variable) => {
-                let from = circuit.atom(Atom::AtLeast(variable, low));
-                let beyond = match high.checked_add(1) {
-                    Some(next) => circuit.atom(Atom::AtLeast(variable, next)),
-                    None => Lit::FALSE,
-                };
-                circuit.and(from, !beyond)
-            }
-            Node::Bits(bits) if low == high => {
-                circuit.all((0..16).map(|i| if low >> i & 1 == 1 { bits[i] } else { !bits[i] }))
-            }
-            Node::Bits(bits) => {
-                let from = bits_at_least(circuit, &bits, low);
-                let beyond = match high.checked_add(1) {
-                    Some(next) => bits_at_least(circuit, &bits, next),
-                    None => Lit::FALSE,
-                };
-                circuit.and(from, !beyond)
-            }
-            Node::Either(condition, ..) => {
-                let known = |lit: Option<Lit>| lit.expect("both sides were answered first");
-                circuit.ite(condition, known(first), known(second))
-            }
-            Node::Plus(..) => circuit.any([first, second].into_iter().flatten()),
-        }
-    }
-
-    /// The word's bits, the least first.
-    pub fn bits(&mut self, circuit: &mut Circuit, word: Word) -> [Lit; 16] {
-        let mut open = vec![word];
-        while let Some(&word) = open.last() {
-            if self.bits.contains_key(&word) {
-                open.pop();
-                continue;
-            }
-            let inputs = match self.node(word) {
-                Node::Either(_, a, b) => [Some(a), Some(b)],
-                Node::Plus(inner, _) => [Some(inner), None],
-                _ => [None, None],
-            };
-            let before = open.len();
-            open.extend(
-                inputs.into_iter().flatten().filter(|input| !self.bits.contains_key(input)),
-            );
-            if open.len() > before {
-                continue;
-            }
-            if !self.spend(16) {
-                return std::array::from_fn(|_| self.made_up(circuit));
-            }
-            let bits = match self.node(word) {
-                Node::Const(value) => std::array::from_fn(|i| Lit::constant(value >> i & 1 == 1)),
-                Node::Free(variable) => {
-                    std::array::from_fn(|i| circuit.atom(Atom::WordBit(variable, i as u8)))
-                }
-                Node::Bits(bits) => bits,
-                Node::Either(condition, a, b) => {
-                    let (a, b) = (self.bits[&a], self.bits[&b]);
-                    std::array::from_fn(|i| circuit.ite(condition, a[i], b[i]))
-                }
-                Node::Plus(inner, addend) => {
-                    let addend = std::array::from_fn(|i| Lit::constant(addend >> i & 1 == 1));
-                    let inner = self.bits[&inner];
-                    add_bits(circuit, &inner, &addend, Lit::FALSE).0
-                }
-            };
-            self.bits.insert(word, bits);
-            open.pop();
-        }
-        self.bits[&word]
-    }
-
     /// Takes off what is allowed; false if that is used up.
-    fn spend(&mut self, work: usize) -> bool {
+    pub(super) fn spend(&mut self, work: usize) -> bool {
         self.spent += work;
         let enough = self.allowance >= work;
         self.allowance = self.allowance.saturating_sub(work);
         enough
     }
 
-    /// An answer that nothing else depends on, in place of one that took too much.
-    fn made_up(&mut self, circuit: &mut Circuit) -> Lit {
-        self.given_up += 1;
-        circuit.atom(Atom::Bit(VarId(u32::MAX - self.given_up)))
+    pub(super) fn node(&self, word: Word) -> Node {
+        self.nodes.get(word.0)
     }
 
-    fn node(&self, word: Word) -> Node {
-        self.nodes[word.0 as usize]
+    pub(super) fn spelled(&self, number: u32) -> [Lit; 16] {
+        self.spelled.get(number)
     }
 
-    fn intern(&mut self, node: Node) -> Word {
-        if let Some(&word) = self.known.get(&node) {
-            return word;
-        }
-        let word = Word(u32::try_from(self.nodes.len()).expect("too many words"));
-        self.nodes.push(node);
-        self.known.insert(node, word);
-        word
+    pub(super) fn carry_of(&self, carry: Carry) -> CarryOf {
+        self.carries.get(carry.0)
     }
-}
 
-/// Whether sixteen bits, unsigned, are at least a constant.
-fn bits_at_least(circuit: &mut Circuit, bits: &[Lit; 16], threshold: u16) -> Lit {
-    (0..16).fold(Lit::TRUE, |at_least, i| {
-        if threshold >> i & 1 == 1 {
-            circuit.and(bits[i], at_least)
-        } else {
-            circuit.or(bits[i], at_least)
-        }
-    })
-}
+    fn carry(&mut self, of: CarryOf) -> Carry {
+        Carry(self.carries.number(of))
+    }
 
-/// Sum of two words and a carry; the sum's bits and the carry out.
-pub fn add_bits(
-    circuit: &mut Circuit,
-    a: &[Lit; 16],
-    b: &[Lit; 16],
-    carry: Lit,
-) -> ([Lit; 16], Lit) {
-    let mut carry = carry;
-    let sum = std::array::from_fn(|i| {
-        let half = circuit.xor(a[i], b[i]);
-        let sum = circuit.xor(half, carry);
-        let generate = circuit.and(a[i], b[i]);
-        let propagate = circuit.and(half, carry);
-        carry = circuit.or(generate, propagate);
-        sum
-    });
-    (sum, carry)
+    fn shared(&mut self, node: Node) -> Word {
+        Word(self.nodes.number(node))
+    }
 }
 
 #[cfg(test)]

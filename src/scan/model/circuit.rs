@@ -1,7 +1,6 @@
 //! A Boolean circuit of and-gates and negated edges over atoms, with equal gates shared.
 
-use super::Assignment;
-use rustc_hash::FxHashMap;
+use super::{Assignment, Shared};
 
 /// A free variable of the scan, an index into `ScanModel::variables`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -84,13 +83,14 @@ pub enum Node {
 /// The circuit.
 #[derive(Debug, Clone)]
 pub struct Circuit {
-    nodes: Vec<Node>,
-    known: FxHashMap<Node, u32>,
+    nodes: Shared<Node>,
 }
 
 impl Default for Circuit {
     fn default() -> Self {
-        Circuit { nodes: vec![Node::True], known: FxHashMap::default() }
+        let mut nodes = Shared::default();
+        nodes.number(Node::True);
+        Circuit { nodes }
     }
 }
 
@@ -109,13 +109,13 @@ impl Circuit {
     /// All nodes, inputs before gates.
     #[must_use]
     pub fn nodes(&self) -> &[Node] {
-        &self.nodes
+        self.nodes.all()
     }
 
     /// The literal's node.
     #[must_use]
     pub fn node(&self, lit: Lit) -> Node {
-        self.nodes[lit.node()]
+        self.nodes.all()[lit.node()]
     }
 
     /// The leaf of an atom.
@@ -209,8 +209,8 @@ impl Circuit {
     /// The value of every node under an assignment, which has a value for every variable asked.
     #[must_use]
     pub fn evaluate(&self, assignment: &Assignment) -> Values {
-        let mut values: Vec<bool> = Vec::with_capacity(self.nodes.len());
-        for node in &self.nodes {
+        let mut values: Vec<bool> = Vec::with_capacity(self.nodes().len());
+        for node in self.nodes() {
             let value = match *node {
                 Node::True => true,
                 Node::Atom(atom) => {
@@ -232,25 +232,15 @@ impl Circuit {
 
     /// Gives the atoms' variables other numbers, each its own.
     pub fn renumber(&mut self, number: impl Fn(VarId) -> VarId) {
-        let atoms = |node: &Node| matches!(node, Node::Atom(_));
-        self.known.retain(|node, _| !atoms(node));
-        for (index, node) in self.nodes.iter_mut().enumerate().filter(|(_, node)| atoms(node)) {
+        self.nodes.change(|node| {
             if let Node::Atom(Atom::Bit(v) | Atom::AtLeast(v, _) | Atom::WordBit(v, _)) = node {
                 *v = number(*v);
             }
-            let index = u32::try_from(index).expect("circuit indices fit 32 bits");
-            self.known.insert(*node, index);
-        }
+        });
     }
 
     fn intern(&mut self, node: Node) -> Lit {
-        if let Some(&index) = self.known.get(&node) {
-            return Lit(index << 1);
-        }
-        let index = u32::try_from(self.nodes.len()).expect("circuit too large");
-        self.nodes.push(node);
-        self.known.insert(node, index);
-        Lit(index << 1)
+        Lit(self.nodes.number(node) << 1)
     }
 }
 

@@ -2,8 +2,10 @@
 
 pub mod certain;
 mod circuit;
+mod shared;
 
 pub use circuit::{Atom, Circuit, Lit, Node, Values, VarId};
+pub use shared::Shared;
 
 use crate::base::time::Picos;
 use crate::program::{Cell, ChoiceId, ChoiceKey, Frame};

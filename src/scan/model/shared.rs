@@ -1,0 +1,80 @@
+//! Values by number, equal ones once. There are millions, so each is stored once: the table holds their numbers.
+
+use hashbrown::HashTable;
+use rustc_hash::FxBuildHasher;
+use std::hash::{BuildHasher, Hash};
+
+/// Values and their numbers, from 0 in the order in which they came.
+#[derive(Debug, Clone)]
+pub struct Shared<T> {
+    values: Vec<T>,
+    numbers: HashTable<u32>,
+}
+
+impl<T> Default for Shared<T> {
+    fn default() -> Shared<T> {
+        Shared { values: Vec::new(), numbers: HashTable::new() }
+    }
+}
+
+impl<T: Copy + Eq + Hash> Shared<T> {
+    /// The value's number, which is a new one if the value is.
+    pub fn number(&mut self, value: T) -> u32 {
+        let Shared { values, numbers } = self;
+        let hash = |value: &T| FxBuildHasher.hash_one(value);
+        let entry = numbers.entry(
+            hash(&value),
+            |&number| values[number as usize] == value,
+            |&number| hash(&values[number as usize]),
+        );
+        let new = || u32::try_from(values.len()).expect("fewer values than numbers");
+        let number = *entry.or_insert_with(new).get();
+        if number as usize == values.len() {
+            values.push(value);
+        }
+        number
+    }
+
+    /// The value of that number.
+    #[must_use]
+    pub fn get(&self, number: u32) -> T {
+        self.values[number as usize]
+    }
+
+    /// All values by number.
+    #[must_use]
+    pub fn all(&self) -> &[T] {
+        &self.values
+    }
+
+    /// Changes the values, each to one that no other is.
+    pub fn change(&mut self, change: impl FnMut(&mut T)) {
+        let mut values = std::mem::take(&mut self.values);
+        values.iter_mut().for_each(change);
+        self.numbers.clear();
+        values.into_iter().for_each(|value| {
+            self.number(value);
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_values_have_one_number() {
+        let mut shared = Shared::default();
+        let numbers = |shared: &mut Shared<u64>| -> Vec<u32> {
+            (0..1000).map(|n| shared.number(n * n % 1009)).collect()
+        };
+        let first = numbers(&mut shared);
+        assert_eq!(first[10], first[999]);
+        assert_eq!(numbers(&mut shared), first);
+        assert!((0..1000).all(|n| shared.get(first[n]) == (n * n % 1009) as u64));
+        assert!(shared.all().len() < 1000);
+        let before = shared.all().to_vec();
+        shared.change(|value| *value += 7);
+        assert!(before.iter().zip(0..).all(|(value, n)| shared.number(value + 7) == n));
+    }
+}
