@@ -8,11 +8,11 @@ use super::real::Found;
 use super::response::Delay;
 use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
-    GroupUse, NetworkUse, OverheadUse, PathStep, RungUse, Share, TableUse, Tie, Value, Where,
+    GroupUse, NetworkUse, OverheadUse, PathStep, RungUse, Share, TableUse, Tie, Value,
 };
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
-use crate::program::{Place, Program};
+use crate::program::Program;
 use crate::replay::{Event, Replay};
 use crate::scan::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
 use crate::solve::{Limits, Maximum, exclusions};
@@ -142,7 +142,7 @@ impl Findings<'_> {
         let step = |event: &Event| {
             let instruction = &self.program.instructions[event.instruction];
             PathStep {
-                at: place(instruction.place),
+                at: instruction.place,
                 instruction: instruction.text.clone(),
                 via: names.via(&event.frames),
                 held: event.fired,
@@ -167,7 +167,7 @@ impl Findings<'_> {
             Some(executed) => executed.at(charge.instruction, &charge.frames),
         };
         ChargeUse {
-            at: place(instruction.place),
+            at: instruction.place,
             block: instruction.block,
             instruction: instruction.text.clone(),
             via: names.via(&charge.frames),
@@ -447,7 +447,7 @@ impl Findings<'_> {
     }
 
     fn networks(&self) -> Vec<NetworkUse> {
-        let first = |at: usize| place(self.program.instructions[at].place);
+        let first = |at: usize| self.program.instructions[at].place;
         let uses = self.prices.networks.iter();
         uses.map(|one| NetworkUse { what: one.what.clone(), first: first(one.first) }).collect()
     }
@@ -457,7 +457,7 @@ impl Findings<'_> {
         let uses = self.networks();
         let what: Vec<&str> = uses.iter().map(|one| one.what.as_str()).collect();
         let first = uses.iter().map(|one| one.first).min()?;
-        let file = &self.program.files[first.file].name;
+        let file = &first.of(&self.program.files).name;
         Some(format!(
             "the program uses {} (first in {file}:{}): what networks take to refresh these is not stated and not in the bound: state it in a facts file (--facts): [network] refresh = \"1.5ms\", or refresh = \"none\" where nothing refreshes them",
             what.join(", "),
@@ -488,7 +488,7 @@ impl Findings<'_> {
             .map(|one| {
                 let instruction = &self.program.instructions[one.instruction];
                 ApproximationUse {
-                    at: place(instruction.place),
+                    at: instruction.place,
                     instruction: instruction.text.clone(),
                     what: one.what.clone(),
                 }
@@ -534,8 +534,4 @@ fn rungs(charges: &[ChargeUse], names: &Names<'_>) -> Vec<(RungUse, Option<usize
         .collect();
     rungs.sort_by_key(|(rung, _)| (Reverse(rung.naive), rung.block));
     rungs
-}
-
-fn place(place: Place) -> Where {
-    Where { file: place.file as usize, line: place.line, step: place.step }
 }

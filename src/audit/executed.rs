@@ -54,7 +54,7 @@ pub fn started(model: &ScanModel, found: &Found) -> Assignment {
 pub fn stands_between(program: &Program, real: &Real) -> String {
     let at = |instruction: usize| {
         let one = &program.instructions[instruction];
-        let file = &program.files[one.place.file as usize].name;
+        let file = &one.place.of(&program.files).name;
         let file = if program.files.len() > 1 { format!("{file}:") } else { String::new() };
         format!("`{}` ({file}{})", one.text, one.place.line)
     };

@@ -9,7 +9,7 @@ fn us(time: u64) -> Picos {
 
 fn charge(line: u32, block: u32, instruction: &str, on: u64, off: u64, runs: bool) -> ChargeUse {
     ChargeUse {
-        at: Where { file: usize::from(line > 99), line, step: Some(line * 2) },
+        at: Location { file: u32::from(line > 99), line, step: Some(line * 2) },
         block,
         instruction: instruction.into(),
         via: Vec::new(),
@@ -167,7 +167,7 @@ pub fn fixture() -> Audit {
             (11, "BCD D1 D2", "what BCD writes is taken as any value"),
         ]
         .map(|(line, instruction, what)| ApproximationUse {
-            at: Where { file: 0, line, step: None },
+            at: Location { file: 0, line, step: None },
             instruction: instruction.into(),
             what: what.into(),
         })

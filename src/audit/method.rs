@@ -4,8 +4,9 @@ use super::condition;
 use super::deciding::depends_on;
 use super::names::Names;
 use super::pipeline::{Failure, Request};
-use super::{Audit, GroupUse, Where};
+use super::{Audit, GroupUse};
 use crate::base::budget::Budget;
+use crate::base::location::Location;
 use crate::base::time::Picos;
 use crate::program::Program;
 use crate::scan::model::{Group, ScanModel};
@@ -61,7 +62,7 @@ pub struct ConditionUse {
     /// What it costs more.
     pub cost: Picos,
     /// Its dearest instruction's place.
-    pub at: Where,
+    pub at: Location,
     /// Its dearest instruction's text.
     pub instruction: Arc<str>,
     /// How many other charges hang on it.
@@ -99,11 +100,10 @@ pub fn trace(
             let dearest = dearest.max_by_key(|&charge| model.charges[charge].dearer());
             let charge = dearest.unwrap_or(item.charges[0]);
             let instruction = &program.instructions[model.charges[charge].instruction];
-            let place = instruction.place;
             ConditionUse {
                 label: format!("{first}{letter}"),
                 cost: Picos(item.weight),
-                at: Where { file: place.file as usize, line: place.line, step: place.step },
+                at: instruction.place,
                 instruction: instruction.text.clone(),
                 others: item.charges.len() - 1,
                 condition: (index < MOST)

@@ -26,6 +26,7 @@ pub use questions::{File, Form, certificates, question};
 
 use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;
+use crate::base::location::Location;
 use crate::base::time::Picos;
 pub use crate::solve::{Engine, Opinion};
 pub use crate::timing::price::{MorePoints, UnstatedBase, UnstatedPoints};
@@ -302,33 +303,22 @@ pub struct OverheadUse {
     pub why: String,
 }
 
-/// Where an instruction stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Where {
-    /// Index into `Audit::files`.
-    pub file: usize,
-    /// Line in the file, from 1.
-    pub line: u32,
-    /// The PLC's step number.
-    pub step: Option<u32>,
-}
-
 /// Something that the program uses and that a network refreshes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkUse {
     /// What, in words.
     pub what: String,
     /// The first instruction that uses it.
-    pub first: Where,
+    pub first: Location,
 }
 
 /// A loop that a scan can go round for ever.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LoopUse {
     /// Where it begins.
-    pub from: Where,
+    pub from: Location,
     /// Where control goes back.
-    pub to: Where,
+    pub to: Location,
     /// Its first instruction.
     pub begins: String,
     /// Its last one.
@@ -339,7 +329,7 @@ pub struct LoopUse {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PathStep {
     /// Where it stands.
-    pub at: Where,
+    pub at: Location,
     /// Its source text.
     pub instruction: Arc<str>,
     /// The calls on the way to it, outermost first.
@@ -354,7 +344,7 @@ pub struct PathStep {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChargeUse {
     /// Where the instruction stands.
-    pub at: Where,
+    pub at: Location,
     /// Its rung.
     pub block: u32,
     /// Its source text.
@@ -429,7 +419,7 @@ pub struct RungUse {
     /// Its number.
     pub block: u32,
     /// Its dearest instruction's place.
-    pub at: Where,
+    pub at: Location,
     /// Its dearest instruction's text.
     pub instruction: Arc<str>,
     /// The comments of the devices in that text, those that have one.
@@ -513,7 +503,7 @@ impl fmt::Display for Value {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ApproximationUse {
     /// Where.
-    pub at: Where,
+    pub at: Location,
     /// The instruction's text.
     pub instruction: Arc<str>,
     /// What was done.

@@ -50,10 +50,8 @@ pub fn keep_in_range(
     };
     // One instruction makes up most of it: that is the place.
     let at = &program.instructions[charge.instruction];
-    let file = &program.files[at.place.file as usize].name;
     let message = format!("{message}: this here to {}", charge.dearer().best_text());
-    let fault = Diagnostic::line("no-time", file, at.place.line, &*at.text, message, help);
-    Err(Failure::from(fault.at_step(at.place.step)))
+    Err(Failure::from(program.fault(at, "no-time", message, help)))
 }
 
 /// The model of a scan, and whether it is no more than the sum of all that can run: where the time is over, or
@@ -154,7 +152,6 @@ fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
     | ScanError::Ended { instruction }
     | ScanError::NoResult { instruction }) = error;
     let at = &program.instructions[*instruction];
-    let file = &program.files[at.place.file as usize].name;
     let help = match error {
         ScanError::TooLong { .. }
         | ScanError::TooOften { .. }
@@ -166,6 +163,5 @@ fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
             "a rung begins with LD; a jump must not go into the middle of one"
         }
     };
-    let fault = Diagnostic::line("scan", file, at.place.line, &*at.text, error.to_string(), help);
-    Failure::from(fault.at_step(at.place.step))
+    Failure::from(program.fault(at, "scan", error.to_string(), help))
 }

@@ -554,18 +554,9 @@ fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
     let mut faults: Vec<Diagnostic> = first
         .into_iter()
         .map(|(row, (index, count))| {
-            let instruction = &program.instructions[index];
-            let place = instruction.place;
             let more = if count > 1 { format!(" (and {} more)", count - 1) } else { String::new() };
-            Diagnostic::line(
-                "assumed-time",
-                &program.files[place.file as usize].name,
-                place.line,
-                &*instruction.text,
-                format!("the time of row {row} is assumed{more}"),
-                help,
-            )
-            .at_step(place.step)
+            let message = format!("the time of row {row} is assumed{more}");
+            program.fault(&program.instructions[index], "assumed-time", message, help)
         })
         .collect();
     for term in prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed) {
@@ -695,7 +686,9 @@ fn first_difference(
         let at = &program.instructions[*instruction];
         format!(
             "; first at {}:{} {}: {ran} and {said}",
-            program.files[at.place.file as usize].name, at.place.line, at.text
+            at.place.of(&program.files).name,
+            at.place.line,
+            at.text
         )
     })
 }

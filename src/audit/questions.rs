@@ -25,7 +25,7 @@ pub struct File {
 fn describe(followed: &Followed, charge: usize) -> String {
     let program = &followed.program;
     let instruction = &program.instructions[followed.model.charges[charge].instruction];
-    let file = &program.files[instruction.place.file as usize].name;
+    let file = &instruction.place.of(&program.files).name;
     format!("{file}:{} {}", instruction.place.line, instruction.text)
 }
 

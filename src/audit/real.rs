@@ -104,7 +104,7 @@ impl Search<'_> {
         let found = real(self.program, self.least, start, MOST_RUN);
         let at = |instruction: usize| {
             let at = &self.program.instructions[instruction];
-            let file = &self.program.files[at.place.file as usize].name;
+            let file = &at.place.of(&self.program.files).name;
             format!("{file}:{} {}", at.place.line, at.text)
         };
         if let Some(&(instruction, cell)) = found.beyond.first() {

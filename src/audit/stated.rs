@@ -185,7 +185,7 @@ mod tests {
         };
         program.ranges = vec![range(0, 1), range(0, 2), range(1, 2), range(7, 1)];
         let mut instruction = crate::program::Instruction {
-            place: crate::program::Place { file: 0, line: 1, step: None },
+            place: crate::base::location::Location { file: 0, line: 1, step: None },
             block: 1,
             text: "".into(),
             timing: None,

@@ -1,6 +1,6 @@
 //! Loops that a scan can go round for ever: which of them can be reached at all, each proved by a replayed scan.
 
-use super::{LoopUse, Where};
+use super::LoopUse;
 use crate::base::time::{Picos, Times};
 use crate::program::{Program, Step};
 use crate::replay::replay;
@@ -101,14 +101,9 @@ fn shown(program: &Program, at: usize) -> LoopUse {
         _ => at,
     };
     let start = &program.instructions[from];
-    let place = |place: crate::program::Place| Where {
-        file: place.file as usize,
-        line: place.line,
-        step: place.step,
-    };
     LoopUse {
-        from: place(start.place),
-        to: place(end.place),
+        from: start.place,
+        to: end.place,
         begins: start.text.to_string(),
         ends: end.text.to_string(),
     }

@@ -340,7 +340,7 @@ mod tests {
         assert_eq!(check(below, "27.15%"), Verdict::Refuted);
         assert!(told(check(below, "27.14%")).contains("of the scan that was found"));
         let mut endless = audit.clone();
-        let at = crate::audit::Where { file: 0, line: 1, step: None };
+        let at = crate::base::location::Location { file: 0, line: 1, step: None };
         let one = String::new;
         let found = crate::audit::LoopUse { from: at, to: at, begins: one(), ends: one() };
         endless.unbounded = vec![found];

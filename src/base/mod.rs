@@ -5,4 +5,5 @@ pub mod budget;
 pub mod column;
 pub mod diagnostic;
 pub mod facts;
+pub mod location;
 pub mod time;

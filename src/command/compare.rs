@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let audit = project.audit(&arguments.search)?;
     trace.write(&audit)?;
     if let Some(first) = audit.unbounded.first() {
-        let file = &audit.files[first.to.file];
+        let file = first.to.of(&audit.files);
         let line = first.to.line;
         return Err(anyhow!("nothing bounds the scan: it can go round the loop to line {line} of {file} without end (scanbound audit shows it)").into());
     }

@@ -103,7 +103,8 @@ fn reachable(program: &Program) -> BTreeSet<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::program::{AreaId, Instruction, Interrupt, Join, Logic, Place};
+    use crate::base::location::Location;
+    use crate::program::{AreaId, Instruction, Interrupt, Join, Logic};
 
     #[test]
     fn a_routine_that_writes_nothing_still_reads_any_value() {
@@ -115,7 +116,7 @@ mod tests {
             Step::Return,
         ];
         let instruction = |step| Instruction {
-            place: Place { file: 0, line: 1, step: None },
+            place: Location { file: 0, line: 1, step: None },
             block: 1,
             text: "".into(),
             timing: None,

@@ -40,6 +40,8 @@ pub mod spelled;
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
 
+use crate::base::diagnostic::Diagnostic;
+use crate::base::location::Location;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
@@ -557,22 +559,11 @@ pub struct Touched {
     pub word_bits: u64,
 }
 
-/// Where an instruction stands in the source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Place {
-    /// Index into `Program::files`.
-    pub file: u32,
-    /// Line in the file, from 1.
-    pub line: u32,
-    /// The PLC's step number, where the source gives it.
-    pub step: Option<u32>,
-}
-
 /// One instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Instruction {
     /// Where it stands.
-    pub place: Place,
+    pub place: Location,
     /// Its rung, from 1 through all files.
     pub block: u32,
     /// As the source has it, operands apart by one blank. The parts of an instruction share it.
@@ -702,6 +693,21 @@ impl Program {
         let alike = self.approximations.iter().rev().take(4).find(|one| *one.what == *what);
         let what = alike.map_or_else(|| what.into(), |one| one.what.clone());
         self.approximations.push(Approximation { instruction, what });
+    }
+
+    /// A fault at an instruction, with its place and its text.
+    #[must_use]
+    pub fn fault(
+        &self,
+        at: &Instruction,
+        code: &'static str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Diagnostic {
+        let Location { file, line, step } = at.place;
+        // Programs made by hand may have no files.
+        let file = self.files.get(file as usize).map_or("", |file| file.name.as_str());
+        Diagnostic::line(code, file, line, &*at.text, message, help).at_step(step)
     }
 
     /// The cell's name as users write it (`X1F`, `D100`).

@@ -1,9 +1,10 @@
 //! Tests of the interpreter's control: stack, slots, zones, jumps, calls, loops and the order of routines.
 
 use super::*;
+use crate::base::location::Location;
 use crate::program::{
     Area, AreaId, BitSource, BitTarget, Bulk, ChoiceId, Effect, Exit, Instruction, Interrupt, Join,
-    Logic, Place, Radix, Region, Step, When, WordSource, Write,
+    Logic, Radix, Region, Step, When, WordSource, Write,
 };
 
 const ON: u64 = 100;
@@ -19,7 +20,7 @@ pub(super) fn word(index: u32) -> Cell {
 
 pub(super) fn instruction(step: Step, effects: Vec<Effect>) -> Instruction {
     Instruction {
-        place: Place { file: 0, line: 1, step: None },
+        place: Location { file: 0, line: 1, step: None },
         block: 1,
         text: "".into(),
         timing: None,

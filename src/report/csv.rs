@@ -74,7 +74,7 @@ pub fn render(audit: &Audit) -> String {
 fn row(audit: &Audit, charge: &ChargeUse, group: &str, part: &str) -> [String; HEADS.len()] {
     [
         group.to_owned(),
-        audit.files[charge.at.file].clone(),
+        charge.at.of(&audit.files).clone(),
         charge.at.line.to_string(),
         charge.at.step.map_or(String::new(), |step| step.to_string()),
         charge.block.to_string(),

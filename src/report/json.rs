@@ -135,7 +135,7 @@ struct Group<'a> {
 
 #[derive(Serialize)]
 struct Charge<'a> {
-    file: usize,
+    file: u32,
     line: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     step: Option<u32>,
@@ -161,7 +161,7 @@ struct Excluded<'a> {
 
 #[derive(Serialize)]
 struct Approximation<'a> {
-    file: usize,
+    file: u32,
     line: u32,
     instruction: &'a str,
     what: &'a str,
@@ -202,13 +202,13 @@ struct Base<'a> {
 #[derive(Serialize)]
 struct Network<'a> {
     what: &'a str,
-    file: usize,
+    file: u32,
     line: u32,
 }
 
 #[derive(Serialize)]
 struct PathStep<'a> {
-    file: usize,
+    file: u32,
     line: u32,
     instruction: &'a str,
     #[serde(skip_serializing_if = "<[String]>::is_empty")]
@@ -219,7 +219,7 @@ struct PathStep<'a> {
 
 #[derive(Serialize)]
 struct Loop<'a> {
-    file: usize,
+    file: u32,
     from_line: u32,
     to_line: u32,
     begins: &'a str,

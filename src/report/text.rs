@@ -5,9 +5,9 @@ use super::{method, response};
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{
     ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, UnstatedPoints, Value,
-    Where,
 };
 use crate::base::budget::Cut;
+use crate::base::location::Location;
 use crate::base::time::Picos;
 use crate::timing::table::Evidence;
 use anstyle::{AnsiColor, Style};
@@ -557,15 +557,15 @@ fn named(device: &str, comment: &str) -> String {
     if comment.is_empty() { device.to_owned() } else { format!("{device} {comment}") }
 }
 
-fn place(audit: &Audit, at: Where) -> String {
+fn place(audit: &Audit, at: Location) -> String {
     let step = at.step.map_or(String::new(), |step| format!(" step {step}"));
-    format!("{}:{}{step}", short(audit, at.file), at.line)
+    format!("{}:{}{step}", short(audit, at), at.line)
 }
 
 /// The file's name without its directories, where that tells the files apart.
-fn short(audit: &Audit, file: usize) -> &str {
+fn short(audit: &Audit, at: Location) -> &str {
     let base = |name: &'_ str| name.rsplit(['/', '\\']).next().map_or(0, str::len);
-    let name = &audit.files[file];
+    let name = at.of(&audit.files);
     let last = &name[name.len() - base(name)..];
     let same = audit.files.iter().filter(|other| &other[other.len() - base(other)..] == last);
     if same.count() == 1 { last } else { name }

@@ -9,7 +9,11 @@ pub fn loops(audit: &Audit) -> String {
     let line = |one: &LoopUse| {
         format!(
             "  {}:{} `{}` to line {} `{}`\n",
-            audit.files[one.from.file], one.from.line, one.begins, one.to.line, one.ends
+            one.from.of(&audit.files),
+            one.from.line,
+            one.begins,
+            one.to.line,
+            one.ends
         )
     };
     match audit.unbounded.as_slice() {

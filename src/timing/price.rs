@@ -442,9 +442,7 @@ fn fault(program: &Program, table: &Table, at: &Instruction, why: NoPrice) -> Di
             ),
         ),
     };
-    let file = program.files.get(at.place.file as usize).map_or("", |file| file.name.as_str());
-    Diagnostic::line("no-time", file, at.place.line, &*at.text, message, help)
-        .at_step(at.place.step)
+    program.fault(at, "no-time", message, help)
 }
 
 fn overhead(

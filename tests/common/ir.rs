@@ -1,11 +1,12 @@
 //! Random programs as the analysis sees them, with no dialect in front: every step, source, write and region.
 
 use super::tape::Tape;
+use scanbound::base::location::Location;
 use scanbound::base::time::{Picos, Times};
 use scanbound::program::{
     Area, AreaId, AreaKind, BitSource, BitTarget, Bulk, Cell, ChoiceId, Compare, Counted, Effect,
-    Exit, Instruction, Interrupt, Join, Logic, Number, Place, Program, Radix, Reading, Region,
-    Relation, StartRange, Step, TimingKey, Touched, Units, When, WordSource, WordTarget, Write,
+    Exit, Instruction, Interrupt, Join, Logic, Number, Program, Radix, Reading, Region, Relation,
+    StartRange, Step, TimingKey, Touched, Units, When, WordSource, WordTarget, Write,
 };
 
 const BITS: u32 = 6;
@@ -147,7 +148,7 @@ pub fn times(tape: &mut Tape<'_>, count: usize) -> Vec<Times> {
 impl Generator<'_, '_> {
     fn put(&mut self, step: Step, effects: Vec<Effect>) -> usize {
         let text = format!("{} {step:?}", self.instructions.len()).into();
-        let place = Place { file: 0, line: self.instructions.len() as u32 + 1, step: None };
+        let place = Location { file: 0, line: self.instructions.len() as u32 + 1, step: None };
         let block = self.block;
         let counts = self.taste.words && matches!(step, Step::Act { .. }) && self.tape.percent(40);
         let timing = counts.then(|| Box::new(self.counted()));

@@ -13,10 +13,11 @@ use super::beginning::{Beginning, Stands, invariants};
 use super::reach::reach;
 use super::turn::jumps_back;
 use super::{Op, Routine, Source};
+use crate::base::location::Location;
 use crate::program::{
     Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
-    Effect, Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Touched,
-    Units, When, Write,
+    Effect, Instruction, Join, Logic, Program, Radix, SourceFile, Step, TimingKey, Touched, Units,
+    When, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -368,7 +369,7 @@ impl Layout<'_> {
     ) -> usize {
         let one = &self.source.instructions[at];
         self.program.instructions.push(Instruction {
-            place: Place { file: 0, line: one.line, step: one.step },
+            place: Location { file: 0, line: one.line, step: one.step },
             block: self.blocks[at],
             text: one.text.as_str().into(),
             timing: class.map(|(class, dearer)| {

@@ -4,10 +4,11 @@
 //! keeps its value from the scan before; a part without a price reads it in front of a first word that needs it.
 
 use super::{Kind, Opcode, Source, WORDS, Word};
+use crate::base::location::Location;
 use crate::program::{
     Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
-    Effect, Instruction, Join, Logic, Place, Program, Radix, SourceFile, Step, TimingKey, Touched,
-    Units, When, Write,
+    Effect, Instruction, Join, Logic, Program, Radix, SourceFile, Step, TimingKey, Touched, Units,
+    When, Write,
 };
 
 /// The areas, named so that a cell's name reads as the machine's: `X0` and 3 is X03.
@@ -60,9 +61,9 @@ pub fn decode(source: &Source) -> Program {
 }
 
 /// Where a word stands: its line, or that of the last word in front of it that has one.
-fn place(source: &Source, address: usize) -> Place {
+fn place(source: &Source, address: usize) -> Location {
     let line = source.lines.range(..=address as u8).next_back().map_or(1, |(_, &line)| line);
-    Place { file: 0, line, step: Some(address as u32) }
+    Location { file: 0, line, step: Some(address as u32) }
 }
 
 fn instruction(source: &Source, address: usize, word: Word, program: &mut Program) -> Instruction {

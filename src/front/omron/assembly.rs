@@ -1,5 +1,6 @@
 //! Puts a program together: instructions with their effects, choices, saved branches, notes on what is widened.
 
+use crate::base::location::Location;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -13,8 +14,8 @@ use crate::front::shown;
 use crate::program::meaning::Meaning;
 use crate::program::spelled::{NO_ROOM, Spelled};
 use crate::program::{
-    BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Place, Program,
-    Region, Step, TimingKey, Units, When, Write,
+    BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Program, Region, Step,
+    TimingKey, Units, When, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -44,7 +45,7 @@ pub(super) struct Assembly {
     moved: Vec<Cell>,
     /// What the program has spelled out.
     pub(super) spelled: Spelled,
-    place: Place,
+    place: Location,
     text: Arc<str>,
 }
 
@@ -65,14 +66,14 @@ impl Assembly {
             counted: Vec::new(),
             moved: Vec::new(),
             spelled: Spelled::default(),
-            place: Place { file: 0, line: 1, step: None },
+            place: Location { file: 0, line: 1, step: None },
             text: Arc::default(),
         }
     }
 
     /// The instruction that comes next is this.
     pub(super) fn at(&mut self, item: &Item<'_>) {
-        self.place = Place { file: self.file, line: item.raw.line, step: item.raw.step };
+        self.place = Location { file: self.file, line: item.raw.line, step: item.raw.step };
         self.text = item.raw.text.clone();
         let memory = self.memory;
         let operands = item.raw.operands.iter();

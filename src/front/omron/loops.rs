@@ -1,7 +1,6 @@
 //! Loops whose count stands in a word, and loops too large to be followed turn by turn.
 
 use super::assembly::Assembly;
-use crate::base::diagnostic::Diagnostic;
 use crate::program::{Approximation, Step, WordSource, bulk, flow};
 use std::collections::BTreeSet;
 
@@ -40,12 +39,10 @@ pub(super) fn settle(asm: &mut Assembly) {
         behind = end;
         let Some(step) = bulk::bulk(&mut asm.program, begin, end, u64::from(most)) else {
             let instruction = &asm.program.instructions[begin];
-            let file = &asm.program.files[instruction.place.file as usize].name;
             let message = "loops and calls multiply to more turns here than can be counted";
             let help = "state the range of its count in the facts file";
-            let (line, text) = (instruction.place.line, &*instruction.text);
-            let fault = Diagnostic::line("loop", file, line, text, message, help);
-            asm.faults.push(fault.at_step(asm.program.instructions[begin].place.step));
+            let fault = asm.program.fault(instruction, "loop", message, help);
+            asm.faults.push(fault);
             continue;
         };
         asm.program.instructions[begin].step = step;

@@ -1,9 +1,10 @@
 //! Tests of pricing: which row, which units, which operands, and what a scan costs besides.
 
 use super::*;
+use crate::base::location::Location;
 use crate::program::{
     Area, AreaId, AreaKind, BitSource, Cell, ChoiceId, Effect, Interrupt, Join, Logic, Number,
-    Place, Radix, Region, SourceFile, Step, Touched, When, WordSource, WordTarget, Write,
+    Radix, Region, SourceFile, Step, Touched, When, WordSource, WordTarget, Write,
 };
 
 const HEAD: &str = "instruction,on_us,off_us,per_unit_us,evidence\n";
@@ -154,7 +155,7 @@ fn cell(area: AreaId, index: u32) -> Cell {
 fn instruction(line: u32, block: u32, text: &str, class: &'static str) -> Instruction {
     let name = text.split(' ').next().unwrap();
     Instruction {
-        place: Place { file: 0, line, step: Some(line * 10) },
+        place: Location { file: 0, line, step: Some(line * 10) },
         block,
         text: text.into(),
         timing: Some(Box::new(key(&[name], class, Units::None))),

@@ -25,12 +25,13 @@ use super::operand::{self, Operand, parse, upper};
 use super::source::{RawInstruction, RawProject};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Facts;
+use crate::base::location::Location;
 use crate::front::Faults;
 use crate::program::flow;
 use crate::program::spelled::{NO_ROOM, Spelled};
 use crate::program::{
-    Cell, ChoiceId, Effect, Instruction, Interrupt, Logic, Place, Program, Region, SourceFile,
-    Step, TimingKey, Touched, Units, When, Write,
+    Cell, ChoiceId, Effect, Instruction, Interrupt, Logic, Program, Region, SourceFile, Step,
+    TimingKey, Touched, Units, When, Write,
 };
 use ranges::Counts;
 use std::collections::{BTreeMap, BTreeSet};
@@ -347,7 +348,7 @@ impl<'a> Decoder<'a> {
         let timing = timing.map(|key| self.with_operands(key));
         self.zone_of.push(self.zones.last().map(|&(_, opened)| opened));
         self.program.instructions.push(Instruction {
-            place: Place {
+            place: Location {
                 file: self.file as u32,
                 line: raw.map_or(1, |raw| raw.line),
                 step: raw.and_then(|raw| raw.step),
