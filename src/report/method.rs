@@ -221,12 +221,12 @@ impl Lines<'_> {
                 self.text +=
                     "  the budget for subsets is used up: the cores go on with these bounds\n";
             }
-            Step::Parts { count: 1, .. } => self.text += "  the whole at once\n",
-            Step::Parts { count, size } => {
-                self.text += &format!("  {count} parts of {size} variables\n");
+            Step::Partitions { count: 1, .. } => self.text += "  the whole at once\n",
+            Step::Partitions { count, size } => {
+                self.text += &format!("  {count} partitions of {size} variables\n");
             }
-            Step::Mined => self.text += "  what propagation shows of the whole\n",
-            Step::Core { items, counts, paid } => {
+            Step::Propagation => self.text += "  what propagation shows of the whole\n",
+            Step::Core { items, counts, weight } => {
                 let names = items.iter().map(|&item| self.labels[item].label.as_str());
                 let counts = match counts {
                     0 => None,
@@ -234,7 +234,7 @@ impl Lines<'_> {
                     n => Some(format!("{n} counts of earlier cores")),
                 };
                 let what: Vec<String> = names.map(str::to_owned).chain(counts).collect();
-                let what = format!("{}; less {}", what.join(", "), us(*paid));
+                let what = format!("{}; less {}", what.join(", "), us(*weight));
                 self.text += &folded("    not together: ", &what.split(' ').collect::<Vec<_>>());
             }
             Step::Bounds { upper, lower } if upper == lower => {

@@ -13,9 +13,9 @@ pub struct Bounds<'a> {
     upper: u64,
     best: Option<(u64, Assignment)>,
     calls: u64,
-    /// What is left of all items together when all that was lost is taken off. The upper bound may be lower: what
-    /// another search proved is not taken off anything.
-    left: u64,
+    /// All items together less the weight of the cores found. The upper bound may be lower, since another search may
+    /// have proved more.
+    remaining: u64,
     engine: Engine,
     /// Kept if the limits ask for it.
     trace: Option<Trace>,
@@ -31,7 +31,7 @@ impl<'a> Bounds<'a> {
             upper: naive,
             best: None,
             calls: 0,
-            left: naive,
+            remaining: naive,
             engine: Engine::Cores,
             trace: limits.trace.then(Trace::default),
         };
@@ -69,15 +69,16 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// Takes note that so many picoseconds of what is left are lost.
-    pub fn lost(&mut self, weight: u64) {
-        self.left -= weight;
-        self.proved(self.left);
+    /// Takes note that every scan falsifies so much more weight. In a MaxSAT solver's words, the lower bound of the cost
+    /// rises; here the upper bound of the time falls.
+    pub fn falsified(&mut self, weight: u64) {
+        self.remaining -= weight;
+        self.proved(self.remaining);
     }
 
-    /// How far the best scan is below what is left.
+    /// How far the best scan is below what remains: a soft literal that weighs more is true in every better scan.
     pub fn gap(&self) -> u64 {
-        self.left - self.lower()
+        self.remaining - self.lower()
     }
 
     /// Takes note of who is searching.

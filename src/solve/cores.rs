@@ -1,19 +1,20 @@
-//! Core-guided search: pay for what cannot hold together until the rest can, part by part of the program.
+//! Core-guided search: the OLL algorithm of MaxSAT solvers, partition by partition of the program.
 //!
-//! Every guard is a wish with a weight. Wishes that cannot all hold are a *core*: one of them fails, so the
-//! bound falls by the least of their weights, and is taken off each; that no further one of them fails becomes a
-//! new wish of that weight (a counter's output). When all wishes that are left can hold together, the bound is
-//! met. This is the OLL scheme of MaxSAT solvers, heavier wishes first.
+//! Every guard is a *soft literal* with a weight: the time that is lost if it is false. Soft literals that cannot all
+//! be true are a *core*. At least one of them is false in every scan, so the bound falls by the core's weight, the
+//! least of its literals' weights. That weight is subtracted from each of them, and the core is *relaxed*: that no
+//! second one of them is false becomes a new soft literal of that weight, an output of a totalizer. When all soft
+//! literals that are left can be true together, the bound is met. Heavier ones come first (stratification).
 //!
-//! What is special to ladder programs: nearly all conflicts are local. So the search first looks at small parts
-//! of the program by themselves, as they follow each other in the order of execution, each with a small solver
-//! of its own, and leaves to larger and larger parts only what is left. A part's clauses are some of the whole's,
-//! so its cores are the whole's cores; no two parts share a wish, so all threads work on them side by side. In
-//! between, `mine` takes what ties the whole together: modes and run flags.
+//! What is special to ladder programs: nearly all conflicts are local. So the search begins with small partitions of
+//! the program, as they follow each other in the order of execution, each with a small solver of its own, and goes on
+//! with larger ones. A partition's clauses are a subset of the whole's, so its cores are cores of the whole. No two
+//! partitions share a soft literal, so all threads work on them side by side. In between, `propagation` looks for cores
+//! over the whole program: modes and run flags tie it together.
 
-mod ledger;
-mod mine;
-mod part;
+mod objective;
+mod partition;
+mod propagation;
 
 use super::Limits;
 use super::bounds::Bounds;
@@ -23,39 +24,39 @@ use super::problem::Problem;
 use super::trace::Step;
 use crate::base::time::Picos;
 use crate::scan::model::VarId;
-use ledger::Ledger;
-use part::Part;
+use objective::Objective;
+use partition::Partition;
 use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The smallest parts have so many variables.
+/// How many variables the smallest partitions have.
 const SMALLEST: usize = 100;
 
-/// Each round's parts are so many times larger than the last round's.
+/// By how much the partitions grow from round to round.
 const GROWTH: usize = 3;
 
-/// So many bits are tried either way when the parts' values are taken together.
+/// How many mode bits are tried with both values when the partitions' scans are combined.
 const MODES: usize = 16;
 
-/// So many rounds go by before the search looks at the whole for what propagation shows.
-const MINE_AFTER: usize = 2;
+/// How many rounds go by before the search looks for cores by propagation over the whole program.
+const PROPAGATE_AFTER: usize = 2;
 
 /// Searches until the bounds meet or the limits end it.
 pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
     search_from(SMALLEST, problem, bounds);
 }
 
-/// The same with smallest parts of so many variables.
+/// The same with smallest partitions of so many variables.
 fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
     if bounds.limits().reached() {
         return;
     }
     let clauses = Clauses::new(problem);
-    let mut ledger = Ledger::new(Formula::new(&clauses), clauses.variables);
+    let mut objective = Objective::new(Formula::new(&clauses), clauses.variables);
     for (item, &guard) in problem.items.iter().zip(&clauses.items) {
-        ledger.wish(guard, item.weight);
+        objective.add_soft(guard, item.weight);
     }
-    bounds.lost(ledger.take_lost());
+    bounds.falsified(objective.take_falsified());
     let mut search = Search {
         problem,
         clauses: &clauses,
@@ -70,14 +71,14 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
         if search.done() {
             return;
         }
-        if round == MINE_AFTER {
-            search.bounds().step(|| Step::Mined);
-            search.mine(&mut ledger);
+        if round == PROPAGATE_AFTER {
+            search.bounds().step(|| Step::Propagation);
+            search.propagation_cores(&mut objective);
             search.bounds().round();
         }
         // A round just below the whole would cost as much.
         size = if size < whole / 2 { size } else { whole };
-        let possible = search.round(&mut ledger, size, whole);
+        let possible = search.round(&mut objective, size, whole);
         if possible && size < whole {
             search.combine();
         }
@@ -89,13 +90,13 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
     }
 }
 
-/// What all parts share.
+/// What all partitions have in common.
 struct Search<'a, 'b> {
     problem: &'a Problem,
     clauses: &'a Clauses,
     limits: &'b Limits<'b>,
     bounds: Mutex<&'a mut Bounds<'b>>,
-    /// By variable of the circuit, from 1: its value in the last scan found for its part.
+    /// By variable of the circuit, from 1: its value in the last scan found for its partition.
     values: Vec<bool>,
     /// The bits that most clauses ask for.
     modes: Vec<VarId>,
@@ -110,40 +111,42 @@ impl<'a, 'b> Search<'a, 'b> {
         self.bounds().exact() || self.limits.reached()
     }
 
-    /// Goes through all parts of `size` variables of the `whole`, side by side. Parts neither see each other nor when the bounds meet, so
-    /// what comes out does not depend on who is first. Whether the constraints can hold.
-    fn round(&mut self, ledger: &mut Ledger, size: usize, whole: usize) -> bool {
+    /// Searches all partitions of `size` variables of the `whole`, side by side. No partition sees another, nor that
+    /// the bounds have met, so the result does not depend on which is first. Returns whether the constraints can hold.
+    fn round(&mut self, objective: &mut Objective, size: usize, whole: usize) -> bool {
         let count = whole.div_ceil(size);
-        let ledgers = ledger.split(size, count).into_iter().enumerate();
-        let mut parts: Vec<Part> = ledgers
-            .map(|(part, ledger)| Part::new(part * size..((part + 1) * size).min(whole), ledger))
+        let objectives = objective.split(size, count).into_iter().enumerate();
+        let mut partitions: Vec<Partition> = objectives
+            .map(|(index, objective)| {
+                Partition::new(index * size..((index + 1) * size).min(whole), objective)
+            })
             .collect();
-        self.bounds().step(|| Step::Parts { count, size });
-        parts.par_iter_mut().for_each(|part| part.solve(self, count == 1));
-        for part in &mut parts {
-            self.bounds().steps(std::mem::take(&mut part.trace));
+        self.bounds().step(|| Step::Partitions { count, size });
+        partitions.par_iter_mut().for_each(|partition| partition.solve(self, count == 1));
+        for partition in &mut partitions {
+            self.bounds().steps(std::mem::take(&mut partition.trace));
         }
-        let possible = parts.iter().all(|part| !part.contradiction);
-        for part in &mut parts {
-            if !part.values.is_empty() {
-                self.values[part.homes.clone()].copy_from_slice(&part.values);
+        let possible = partitions.iter().all(|partition| !partition.contradiction);
+        for partition in &mut partitions {
+            if !partition.values.is_empty() {
+                self.values[partition.positions.clone()].copy_from_slice(&partition.values);
             }
         }
-        ledger.join(parts.into_iter().map(|part| part.ledger));
+        objective.join(partitions.into_iter().map(|partition| partition.objective));
         possible
     }
 
-    /// The step at which a core was paid.
-    fn core(&self, core: &[i32], paid: u64) -> Step {
-        let wished = |guard: &i32| core.contains(guard);
+    /// What the trace says of a core of this weight.
+    fn core(&self, core: &[i32], weight: u64) -> Step {
+        let soft = |guard: &i32| core.contains(guard);
         let items = self.clauses.items.iter().enumerate();
         let items: Vec<usize> =
-            items.filter(|(_, guard)| wished(guard)).map(|(item, _)| item).collect();
-        Step::Core { counts: core.len().saturating_sub(items.len()), items, paid: Picos(paid) }
+            items.filter(|(_, guard)| soft(guard)).map(|(item, _)| item).collect();
+        Step::Core { counts: core.len().saturating_sub(items.len()), items, weight: Picos(weight) }
     }
 
-    /// Takes the parts' best values together: seldom the best of the whole, but a scan. Modes that the parts
-    /// disagree on are tried either way.
+    /// Combines the partitions' best values to one scan, seldom the best of the whole. The mode bits, on which the
+    /// partitions disagree, are tried with both values.
     fn combine(&self) {
         let values = &self.values;
         let holds = |literal: i32| values[literal.unsigned_abs() as usize] == (literal > 0);
@@ -162,14 +165,14 @@ impl<'a, 'b> Search<'a, 'b> {
         self.bounds().found(best);
     }
 
-    /// Takes note of a model of the whole. A wish that is worth more than the bounds are apart holds in every
-    /// better one, so it is granted.
-    fn found(&self, ledger: &mut Ledger, holds: impl Fn(i32) -> bool) {
+    /// Takes note of a model of the whole. A soft literal that weighs more than the gap between the bounds is true in
+    /// every better one, so it is hardened: it becomes a clause.
+    fn found(&self, objective: &mut Objective, holds: impl Fn(i32) -> bool) {
         let mut bounds = self.bounds();
-        bounds.lost(ledger.take_lost());
+        bounds.falsified(objective.take_falsified());
         bounds.found(self.clauses.assignment(self.problem, holds));
-        let granted: Vec<i32> = ledger.wishes(bounds.gap() + 1).map(|(wish, _)| wish).collect();
-        granted.into_iter().for_each(|wish| ledger.grant(wish));
+        let heavy = objective.soft_literals(bounds.gap() + 1).map(|(literal, _)| literal);
+        heavy.collect::<Vec<i32>>().into_iter().for_each(|literal| objective.harden(literal));
     }
 }
 

@@ -8,7 +8,7 @@ use super::problem::Problem;
 use crate::scan::model::{Assignment, Group, ScanModel};
 use std::cmp::Reverse;
 
-/// Steps of the solver for one question beyond one an assumption; what takes more is left unexplained.
+/// Decisions of the solver for one question, beyond one for each assumption; what takes more is left unexplained.
 const EFFORT: u64 = 10_000;
 
 /// For each wanted charge (an index into `ScanModel::charges`) that does not cost its most under the
@@ -83,8 +83,8 @@ impl<'a> Judge<'a> {
     fn conflict(&mut self, missing: usize, others: &[usize]) -> Option<bool> {
         let assumptions: Vec<i32> =
             [missing].iter().chain(others).map(|&item| self.guards[item]).collect();
-        let steps = EFFORT + assumptions.len() as u64;
-        self.oracle.ask(&assumptions, steps).map(|together| !together)
+        let decisions = EFFORT + assumptions.len() as u64;
+        self.oracle.ask(&assumptions, decisions).map(|together| !together)
     }
 }
 

@@ -3,10 +3,10 @@
 use super::clauses::Clauses;
 use super::oracle::Oracle;
 
-/// Clauses, and where in the circuit they belong.
+/// Clauses, and their positions in the order of execution.
 ///
-/// Every clause has a home, a place in the order of execution: the variable that it helps to define, and for what
-/// a search adds the home of what it was added for. So the clauses at home in a part of the program can be
+/// Every clause has a position, a place in the order of execution: the variable that it helps to define, and for what
+/// a search adds the position of what it was added for. So the clauses at position in a partition of the program can be
 /// looked at by themselves: what they exclude is excluded, since the whole only adds to them.
 pub struct Formula {
     /// How many variables there are.
@@ -18,7 +18,7 @@ pub struct Formula {
 
 #[derive(Clone, Copy)]
 struct Place {
-    home: usize,
+    position: usize,
     /// The variable whose value the clause helps to derive from others; 0 if it defines none.
     defines: i32,
     /// Where in the list of literals it ends.
@@ -34,8 +34,8 @@ impl Formula {
         }
         let mut formula = Formula::empty(clauses.variables);
         for (clause, owner) in clauses.clauses.iter().zip(&clauses.owners) {
-            let home = owner.unsigned_abs() as usize;
-            formula.push(home, if defined[home] { owner.abs() } else { 0 }, clause);
+            let position = owner.unsigned_abs() as usize;
+            formula.push(position, if defined[position] { owner.abs() } else { 0 }, clause);
         }
         formula
     }
@@ -44,9 +44,9 @@ impl Formula {
         Formula { variables, clauses: Vec::new(), literals: Vec::new() }
     }
 
-    fn push(&mut self, home: usize, defines: i32, clause: &[i32]) {
+    fn push(&mut self, position: usize, defines: i32, clause: &[i32]) {
         self.literals.extend_from_slice(clause);
-        self.clauses.push(Place { home, defines, end: self.literals.len() });
+        self.clauses.push(Place { position, defines, end: self.literals.len() });
     }
 
     /// How many variables there are.
@@ -66,13 +66,13 @@ impl Formula {
     }
 
     /// A further clause that helps to define a further variable.
-    pub fn define(&mut self, home: usize, variable: i32, clause: &[i32]) {
-        self.push(home, variable, clause);
+    pub fn define(&mut self, position: usize, variable: i32, clause: &[i32]) {
+        self.push(position, variable, clause);
     }
 
     /// A further clause that holds.
-    pub fn add(&mut self, home: usize, clause: &[i32]) {
-        self.push(home, 0, clause);
+    pub fn add(&mut self, position: usize, clause: &[i32]) {
+        self.push(position, 0, clause);
     }
 
     /// How many clauses there are.
@@ -102,38 +102,44 @@ impl Formula {
         }
     }
 
-    /// The clauses of each part, which has `size` homes; no clause stays here.
-    pub fn split(&mut self, size: usize, parts: usize) -> Vec<Formula> {
-        let mut split: Vec<Formula> = (0..parts).map(|_| Formula::empty(self.variables)).collect();
+    /// The clauses of each partition, which has `size` positions; no clause stays here.
+    pub fn split(&mut self, size: usize, partitions: usize) -> Vec<Formula> {
+        let mut split: Vec<Formula> =
+            (0..partitions).map(|_| Formula::empty(self.variables)).collect();
         for (index, place) in self.clauses.iter().enumerate() {
-            split[place.home / size].push(place.home, place.defines, self.clause(index));
+            split[place.position / size].push(place.position, place.defines, self.clause(index));
         }
         *self = Formula::empty(self.variables);
         split
     }
 
-    /// Takes back a part. What it added is numbered anew, behind what the parts before it added.
-    pub fn join(&mut self, part: &Formula, renumber: &Renumber) {
-        for (index, place) in part.clauses.iter().enumerate() {
-            self.literals.extend(part.clause(index).iter().map(|&literal| renumber.of(literal)));
+    /// Takes back a partition. What it added is numbered anew, behind what the partitions before it added.
+    pub fn join(&mut self, partition: &Formula, renumber: &Renumber) {
+        for (index, place) in partition.clauses.iter().enumerate() {
+            self.literals
+                .extend(partition.clause(index).iter().map(|&literal| renumber.of(literal)));
             let defines = renumber.of(place.defines);
-            self.clauses.push(Place { home: place.home, defines, end: self.literals.len() });
+            self.clauses.push(Place {
+                position: place.position,
+                defines,
+                end: self.literals.len(),
+            });
         }
-        self.variables += part.variables - renumber.shared;
+        self.variables += partition.variables - renumber.shared;
     }
 
-    /// New numbers for what the next part to be joined has added: `shared` variables were there when the parts were
+    /// New numbers for what the next partition to be joined has added: `shared` variables were there when the partitions were
     /// split.
     pub fn renumber(&self, shared: usize) -> Renumber {
         Renumber { shared, by: self.variables - shared }
     }
 }
 
-/// New numbers for the variables that a part of a formula added by itself.
+/// New numbers for the variables that a partition of a formula added by itself.
 pub struct Renumber {
-    /// So many variables all parts have in common: these keep their numbers.
+    /// So many variables all partitions have in common: these keep their numbers.
     shared: usize,
-    /// How many variables the parts before it added.
+    /// How many variables the partitions before it added.
     by: usize,
 }
 

@@ -49,10 +49,10 @@ impl Search<'_> {
             set.extend(rest);
             return Some((weight + more, set));
         }
-        let mut floors: Vec<u64> = parts.iter().map(|part| self.floor(part)).collect();
+        let mut bounds: Vec<u64> = parts.iter().map(|part| self.lower_bound(part)).collect();
         for (index, part) in parts.into_iter().enumerate() {
-            floors[index] = 0;
-            let others: u64 = floors[index..].iter().sum();
+            bounds[index] = 0;
+            let others: u64 = bounds[index..].iter().sum();
             let (more, rest) = self.branch(part, limit.checked_sub(weight + others)?)?;
             weight += more;
             set.extend(rest);
@@ -62,7 +62,7 @@ impl Search<'_> {
 
     /// Takes or leaves the element that hits most.
     fn branch(&mut self, cores: Vec<Vec<usize>>, limit: u64) -> Option<(u64, Vec<usize>)> {
-        if self.floor(&cores) >= limit {
+        if self.lower_bound(&cores) >= limit {
             return None;
         }
         let mut hits = std::collections::BTreeMap::new();
@@ -89,10 +89,10 @@ impl Search<'_> {
         self.least(rest, limit).or(best)
     }
 
-    /// No hitting set weighs less: each core in turn is paid from what is left of its elements' weights.
-    fn floor(&self, cores: &[Vec<usize>]) -> u64 {
+    /// No hitting set weighs less: each core in turn takes the least of what is left of its elements' weights.
+    fn lower_bound(&self, cores: &[Vec<usize>]) -> u64 {
         let mut left = std::collections::BTreeMap::new();
-        let mut floor = 0;
+        let mut bound = 0;
         for core in cores {
             let rest = |left: &std::collections::BTreeMap<usize, u64>, e: usize| {
                 left.get(&e).copied().unwrap_or(self.weights[e])
@@ -102,9 +102,9 @@ impl Search<'_> {
                 let value = rest(&left, element) - least;
                 left.insert(element, value);
             }
-            floor += least;
+            bound += least;
         }
-        floor
+        bound
     }
 }
 

@@ -5,24 +5,24 @@ use batsat::callbacks::Callbacks;
 use batsat::{Lit, Solver, SolverInterface, SolverOpts, Var, lbool};
 use std::cell::Cell;
 
-/// Between two looks at the clock there are so many steps.
+/// How many decisions there are between two looks at the clock.
 const LOOK: u64 = 1 << 12;
 
-/// Ends a question that takes too many steps, or too long.
+/// Ends a question that takes too many decisions, or too long.
 struct Effort<'a> {
     limits: &'a Limits<'a>,
-    steps: Cell<u64>,
+    decisions: Cell<u64>,
     most: u64,
     /// The question has been ended. The solver asks more than once before it stops, and goes on at any no.
     ended: Cell<bool>,
 }
 
 impl Callbacks for Effort<'_> {
-    /// The solver asks before each of its decisions; that is a step.
+    /// The solver asks before each of its decisions.
     fn stop(&self) -> bool {
-        let steps = self.steps.get() + 1;
-        self.steps.set(steps);
-        if steps > self.most || (steps.is_multiple_of(LOOK) && self.limits.reached()) {
+        let decisions = self.decisions.get() + 1;
+        self.decisions.set(decisions);
+        if decisions > self.most || (decisions.is_multiple_of(LOOK) && self.limits.reached()) {
             self.ended.set(true);
         }
         self.ended.get()
@@ -39,7 +39,7 @@ pub struct Oracle<'a> {
 
 impl<'a> Oracle<'a> {
     pub fn new(limits: &'a Limits<'a>) -> Oracle<'a> {
-        let effort = Effort { limits, steps: Cell::new(0), most: 0, ended: Cell::new(false) };
+        let effort = Effort { limits, decisions: Cell::new(0), most: 0, ended: Cell::new(false) };
         let solver = Solver::new(SolverOpts::default(), effort);
         Oracle { solver, inner: Vec::new(), outer: Vec::new() }
     }
@@ -56,14 +56,14 @@ impl<'a> Oracle<'a> {
         self.variable(variable, false);
     }
 
-    /// Whether all assumptions can hold together; `None` if that takes more than so many steps (each
+    /// Whether all assumptions can hold together; `None` if that takes more than so many decisions (each
     /// assumption may be one) or the limits are reached.
-    pub fn ask(&mut self, assumptions: &[i32], steps: u64) -> Option<bool> {
+    pub fn ask(&mut self, assumptions: &[i32], decisions: u64) -> Option<bool> {
         let assumptions = self.translate(assumptions);
         let effort = self.solver.cb_mut();
-        effort.steps.set(0);
+        effort.decisions.set(0);
         effort.ended.set(false);
-        effort.most = steps;
+        effort.most = decisions;
         match self.solver.solve_limited(&assumptions) {
             answer if answer == lbool::TRUE => Some(true),
             answer if answer == lbool::FALSE => Some(false),
@@ -117,7 +117,7 @@ mod tests {
     fn limits_end_a_hard_question() {
         let limits = Limits { cancelled: &|| true, ..Limits::default() };
         let mut oracle = Oracle::new(&limits);
-        // Eleven pigeons in ten holes: the solver needs far more steps than it makes between two looks.
+        // Eleven pigeons in ten holes: the solver needs far more decisions than it makes between two looks.
         let (pigeons, holes) = (11, 10);
         let sits = |pigeon: i32, hole: i32| 1 + pigeon * holes + hole;
         for pigeon in 0..pigeons {

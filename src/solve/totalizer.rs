@@ -6,7 +6,7 @@ use super::formula::{Formula, Renumber};
 /// otherwise, too.
 pub struct Totalizer {
     nodes: Vec<Sum>,
-    home: usize,
+    position: usize,
 }
 
 struct Sum {
@@ -18,7 +18,7 @@ struct Sum {
 
 impl Totalizer {
     /// Counts the inputs, of which there is at least one. No output yet.
-    pub fn new(inputs: &[i32], home: usize) -> Totalizer {
+    pub fn new(inputs: &[i32], position: usize) -> Totalizer {
         let leaf = |&input: &i32| Sum { outputs: vec![input], size: 1, children: None };
         let mut nodes: Vec<Sum> = inputs.iter().map(leaf).collect();
         let mut level: Vec<usize> = (0..nodes.len()).collect();
@@ -33,7 +33,7 @@ impl Totalizer {
             });
             level = pairs.collect();
         }
-        Totalizer { nodes, home }
+        Totalizer { nodes, position }
     }
 
     /// How many inputs there are.
@@ -42,8 +42,8 @@ impl Totalizer {
     }
 
     /// Where in the circuit the counter belongs.
-    pub fn home(&self) -> usize {
-        self.home
+    pub fn position(&self) -> usize {
+        self.position
     }
 
     /// The output for at least `count` inputs, 1 to `size`.
@@ -65,7 +65,7 @@ impl Totalizer {
         for sum in have + 1..=count {
             let output = formula.new_variable();
             if let Some(&smaller) = self.nodes[node].outputs.last() {
-                formula.define(self.home, output, &[-output, smaller]);
+                formula.define(self.position, output, &[-output, smaller]);
             }
             self.nodes[node].outputs.push(output);
             let (a, b) = (&self.nodes[left].outputs, &self.nodes[right].outputs);
@@ -74,7 +74,7 @@ impl Totalizer {
                 let mut clause = vec![output];
                 clause.extend((from_left > 0).then(|| -a[from_left - 1]));
                 clause.extend((from_right > 0).then(|| -b[from_right - 1]));
-                formula.define(self.home, output, &clause);
+                formula.define(self.position, output, &clause);
             }
         }
     }

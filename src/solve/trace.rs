@@ -33,23 +33,23 @@ pub enum Step {
     },
     /// The search by subsets has used up its budget: the cores take over with the bounds that it leaves.
     TakenOver,
-    /// The cores begin a round of so many parts.
-    Parts {
+    /// The core-guided search begins a round of so many partitions.
+    Partitions {
         /// How many.
         count: usize,
         /// How many variables each has.
         size: usize,
     },
-    /// The cores look at what propagation shows over the whole program.
-    Mined,
+    /// The core-guided search looks for cores that propagation shows over the whole program.
+    Propagation,
     /// Items that cannot hold together.
     Core {
         /// The items, ascending.
         items: Vec<usize>,
         /// How many counts of earlier cores exclude each other with them.
         counts: usize,
-        /// What that takes off the upper bound.
-        paid: Picos,
+        /// The core's weight: what it takes off the upper bound.
+        weight: Picos,
     },
     /// What is known at the end of a round.
     Bounds {

@@ -1,0 +1,131 @@
+//! One partition of the program, with a SAT solver of its own.
+
+use super::Search;
+use super::objective::Objective;
+use crate::solve::formula::Formula;
+use crate::solve::oracle::Oracle;
+use crate::solve::trace::Trace;
+use std::cmp::Reverse;
+use std::ops::Range;
+
+/// Decisions beyond the assumptions that may be spent on finding out whether a core stays one without a literal.
+const CORE_EFFORT: u64 = 30;
+
+/// Decisions that may be spent on finding out whether a second literal of a core must be false.
+const COUNT_EFFORT: u64 = 10;
+
+/// A partition while it is worked on apart from the others.
+pub struct Partition {
+    /// Its positions in the order of execution.
+    pub positions: Range<usize>,
+    /// Its soft literals and its clauses.
+    pub objective: Objective,
+    /// Of its variables: the values in the last scan found for it; empty as long as there is none.
+    pub values: Vec<bool>,
+    /// Its clauses exclude each other.
+    pub contradiction: bool,
+    /// The cores that were found, if anyone wants to know.
+    pub trace: Trace,
+}
+
+impl Partition {
+    /// A partition in which nothing is found yet.
+    pub fn new(positions: Range<usize>, objective: Objective) -> Partition {
+        let (values, trace) = (Vec::new(), Trace::default());
+        Partition { positions, objective, values, contradiction: false, trace }
+    }
+
+    /// Extracts cores until all soft literals can be true together. If it is the `whole` program, every model is a
+    /// scan.
+    ///
+    /// It goes stratum by stratum in every round: asked for all soft literals of a project of 64 stations at once, the
+    /// solver took minutes.
+    pub fn solve(&mut self, search: &Search<'_, '_>, whole: bool) {
+        let mut asker = Asker { oracle: Oracle::new(search.limits), told: 0 };
+        let mut least = self.objective.soft_literals(1).next().map_or(1, |(_, weight)| weight);
+        // The cores found in this stratum, with their weights. They are relaxed only when all soft literals that are
+        // left in it can be true together.
+        let mut cores: Vec<(Vec<i32>, u64)> = Vec::new();
+        loop {
+            search.bounds().count();
+            let stratum = self.objective.soft_literals(least);
+            let wanted: Vec<i32> = stratum.map(|(literal, _)| literal).collect();
+            match asker.ask(&self.objective.formula, &wanted, u64::MAX) {
+                None => return,
+                Some(false) => {
+                    let core = asker.oracle.core();
+                    self.contradiction = core.is_empty();
+                    if self.contradiction {
+                        return;
+                    }
+                    let core = self.minimised(core, &mut asker);
+                    let weight = self.objective.subtract_core(&core);
+                    if search.limits.trace {
+                        self.trace.push(search.core(&core, weight));
+                    }
+                    cores.push((core, weight));
+                }
+                Some(true) => {
+                    if whole {
+                        search.found(&mut self.objective, |literal| asker.oracle.holds(literal));
+                    }
+                    if cores.is_empty() {
+                        let Some(next) = self.objective.next_stratum(least) else { break };
+                        least = next;
+                    }
+                    for (core, weight) in cores.drain(..) {
+                        self.objective.relax(&core, weight, |formula, literal| {
+                            asker.ask(formula, &[literal], COUNT_EFFORT) == Some(false)
+                        });
+                    }
+                }
+            }
+            search.bounds().falsified(self.objective.take_falsified());
+            if search.limits.reached() || (whole && search.bounds().exact()) {
+                return;
+            }
+        }
+        // Each variable of the circuit is its own position.
+        let variables = self.positions.clone().filter_map(|position| i32::try_from(position).ok());
+        self.values = variables.map(|variable| asker.oracle.holds(variable)).collect();
+    }
+
+    /// Minimises a core as far as a small effort goes. Cores of two are left as they are: soft literals that cannot
+    /// even be true alone are rare.
+    fn minimised(&self, mut core: Vec<i32>, asker: &mut Asker<'_>) -> Vec<i32> {
+        if core.len() <= 2 {
+            return core;
+        }
+        // The lightest are tried first: without them the core costs more.
+        core.sort_by_key(|&l| (Reverse(self.objective.weight(l)), l.unsigned_abs(), l));
+        let mut at = core.len();
+        while at > 0 && core.len() > 1 {
+            at -= 1;
+            let mut rest = core.clone();
+            rest.remove(at);
+            let decisions = rest.len() as u64 + CORE_EFFORT;
+            if asker.ask(&self.objective.formula, &rest, decisions) == Some(false) {
+                let smaller = asker.oracle.core();
+                core.retain(|literal| smaller.contains(literal));
+                at = at.min(core.len());
+            }
+        }
+        core
+    }
+}
+
+/// A solver that is told of a growing formula before each question.
+struct Asker<'a> {
+    oracle: Oracle<'a>,
+    /// How many of the formula's clauses it knows.
+    told: usize,
+}
+
+impl Asker<'_> {
+    /// Whether the clauses and assumptions can hold together; `None` if that takes more than so many decisions.
+    fn ask(&mut self, formula: &Formula, assumptions: &[i32], decisions: u64) -> Option<bool> {
+        formula.teach(self.told, &mut self.oracle);
+        self.told = formula.len();
+        self.oracle.ask(assumptions, decisions)
+    }
+}
