@@ -12,7 +12,8 @@ use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::melsec::decode::{DecodeOptions, decode};
 use scanbound::front::melsec::device::Family;
-use scanbound::front::{Input, Project, read};
+use scanbound::front::melsec::source::RawProject;
+use scanbound::front::{Input, read};
 use scanbound::program::meaning::Knowledge;
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
 use scanbound::replay::{Free, real, replay_knowing};
@@ -38,9 +39,8 @@ fn program(files: &[Vec<String>], facts: &Facts) -> Result<Program, String> {
         };
         faults.iter().map(line).collect::<Vec<_>>().join("\n")
     };
-    let Project::Melsec(project) = read(&inputs, Some("melsec-list")).map_err(told)? else {
-        return Err("not read as MELSEC".to_owned());
-    };
+    let project = read(&inputs, Some("melsec-list")).map_err(told)?;
+    let project: RawProject = project.into_of().ok_or("not read as MELSEC")?;
     let options = DecodeOptions {
         family: Family::Q,
         is_user_instruction: &|name| name.starts_with("SwOp"),

@@ -7,8 +7,7 @@ use common::bound::bound;
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
-use scanbound::front::omron::{DecodeOptions, decode};
-use scanbound::front::{Input, Project, read};
+use scanbound::front::{Input, Options, read};
 use scanbound::program::Program;
 use scanbound::replay::replay;
 use scanbound::solve::Method;
@@ -463,12 +462,13 @@ fn times(ops: &[Op]) -> Vec<Times> {
 
 fn program(source: &str) -> Result<Program, String> {
     let input = Input { name: "a.txt".to_owned(), bytes: source.as_bytes().to_vec() };
-    let project = match read(&[input], None).map_err(|faults| format!("{faults:#?}"))? {
-        Project::Omron(project) => project,
-        other => return Err(format!("not taken for OMRON: {other:?}")),
-    };
-    let options = DecodeOptions { is_user_instruction: &|_| false, facts: &Facts::default() };
-    decode(&project, &options).map_err(|faults| format!("{faults:#?}"))
+    let project = read(&[input], None).map_err(|faults| format!("{faults:#?}"))?;
+    let facts = Facts::default();
+    let program = project.decode(&Options::new(&facts)).map_err(|faults| format!("{faults:#?}"))?;
+    match program.dialect.as_str() {
+        "omron-c200h" | "omron-cx" => Ok(program),
+        other => Err(format!("taken for {other}")),
+    }
 }
 
 fn check(tape: &[u16], spelling: Spelling) -> Result<(), String> {

@@ -14,10 +14,7 @@ use crate::base::budget::{Budget, Cut};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedFactor};
 use crate::base::time::Picos;
-use crate::front::melsec::decode::DecodeOptions;
-use crate::front::melsec::device::Family;
-use crate::front::melsec::source::RawProject;
-use crate::front::{self, Input, Project};
+use crate::front::{FRONTS, Fronts, Input, Options, Project};
 use crate::program::Program;
 use crate::replay::Replay;
 use crate::scan::groups;
@@ -32,6 +29,8 @@ use std::time::{Duration, Instant};
 pub struct Request<'a> {
     /// The project's files.
     pub inputs: &'a [Input],
+    /// What reads them.
+    pub fronts: Fronts,
     /// The dialect, if not to be found from the content.
     pub dialect: Option<&'a str>,
     /// The CPU, if the source does not name it or names it wrongly.
@@ -70,6 +69,7 @@ impl<'a> Request<'a> {
     pub fn new(inputs: &'a [Input], facts: &'a Facts) -> Request<'a> {
         Request {
             inputs,
+            fronts: FRONTS,
             dialect: None,
             cpu: None,
             table: None,
@@ -93,8 +93,6 @@ impl<'a> Request<'a> {
 const MOST_TOLD: usize = 100;
 /// So long a scan that keeps what is stated is looked for where the time is over.
 const GRACE: Duration = Duration::from_secs(2);
-/// A tenth of a second.
-const TENTH: u64 = 100_000_000_000;
 
 /// How far an audit is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -156,8 +154,6 @@ pub struct Followed {
     cuts: Vec<Cut>,
     /// The model is the sum of all that can run, and says nothing of what can run together.
     whole: bool,
-    /// The shortest timer, where a timer that a scan starts is taken not to run out in it.
-    shortest_timer: Option<Picos>,
 }
 
 /// Audits a project.
@@ -179,13 +175,9 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let stage = |name| (request.progress)(Progress::Stage(name));
 
     stage("reading");
-    let project = front::read(request.inputs, request.dialect)?;
-    let (mut program, table, found) = understand(&project, request)?;
-    let shortest_timer = match &project {
-        Project::Flowchart(source) => source.shortest_timer(),
-        _ => None,
-    };
-    let shortest_timer = shortest_timer.map(|tenths| Picos(TENTH).times(u64::from(tenths)));
+    let project = request.fronts.read(request.inputs, request.dialect)?;
+    let (mut program, table) = understand(&*project, request)?;
+    let found = project.warnings();
     // The source takes as much memory as the program, which is all that the stages behind look at.
     drop(project);
     know_interrupts(&program, request)?;
@@ -210,18 +202,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     keep_in_range(&program, &table, &prices, &model)?;
     let groups = groups::groups(&model);
     let cuts = budget.cuts();
-    Ok(Followed {
-        start,
-        program,
-        table,
-        prices,
-        model,
-        groups,
-        warnings,
-        cuts,
-        whole,
-        shortest_timer,
-    })
+    Ok(Followed { start, program, table, prices, model, groups, warnings, cuts, whole })
 }
 
 /// An audit and what it was found in.
@@ -239,23 +220,13 @@ pub struct Concluded {
 /// # Errors
 /// That the analysis and the interpreter disagree.
 pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, Failure> {
-    let Followed {
-        start,
-        mut program,
-        table,
-        mut prices,
-        model,
-        groups,
-        warnings,
-        cuts,
-        whole,
-        shortest_timer,
-    } = followed;
+    let Followed { start, mut program, table, mut prices, model, groups, warnings, cuts, whole } =
+        followed;
     let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
     let deadline = budget.deadline();
     let stage = |name| (request.progress)(Progress::Stage(name));
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
-    let doubtful_from = shortest_timer;
+    let doubtful_from = program.shortest_timer;
     let closing = Closing { request, budget: &budget, limits, doubtful_from, whole };
     let (searched, found) = closing.search(&mut program, &mut prices, model, groups)?;
     let times = prices.times();
@@ -311,17 +282,16 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     if let Some(more) = loops.open.len().checked_sub(10).filter(|&more| more > 0) {
         audit.doubts.push(format!("nor was it of {more} more loops"));
     }
-    if program.dialect == front::flowchart::NAME {
+    if program.shows_way {
         audit.path = findings.path(&found.best.replay);
     }
-    audit.doubts.extend(shortest_timer.and_then(|shortest| outlasts(shortest, audit.bound.upper)));
+    let outlasts = |shortest| outlasts(shortest, audit.bound.upper);
+    audit.doubts.extend(program.shortest_timer.and_then(outlasts));
     audit.facts.extend(request.times.iter().map(|Override { name, on, off }| {
         let idle = if on == off { String::new() } else { format!(", {off} where it does not run") };
         format!("{name} takes {on}{idle}")
     }));
-    if front::minasec::is_dialect(&program.dialect) {
-        audit.clocked = Some(front::minasec::WORDS as u64);
-    }
+    audit.clocked = program.clocked;
     if audit.unbounded.is_empty() && !whole {
         audit.witness_run = power_up::run(&program, &prices, &found, &limits);
         let possible = audit.possible();
@@ -342,31 +312,18 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     audit.cuts = budget.cuts();
     audit.elapsed = start.elapsed();
     let cuts = audit.cuts.clone();
-    let followed = Followed {
-        start,
-        program,
-        table,
-        prices,
-        model,
-        groups,
-        warnings,
-        cuts,
-        whole,
-        shortest_timer,
-    };
+    let followed = Followed { start, program, table, prices, model, groups, warnings, cuts, whole };
     Ok(Concluded { audit, followed, maxima })
 }
 
-/// The program that the source means, the table that prices it, and what was noticed on the way.
-fn understand(
-    project: &Project,
-    request: &Request<'_>,
-) -> Result<(Program, Table, Vec<Diagnostic>), Failure> {
-    if request.clock.is_some() && !matches!(project, Project::Minasec(_)) {
+/// The program that the source means, and the table that prices it.
+fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, Table), Failure> {
+    let open = project.open();
+    if request.clock.is_some() && !open.clock {
         return Err(Failure::from(no_clock()));
     }
-    if request.facts.latched.is_some() && !matches!(project, Project::Flowchart(_)) {
-        let message = "[io] latched is stated, which is about flowchart PCs: of others it is known";
+    if request.facts.latched.is_some() && !open.latched {
+        let message = "[io] latched is stated, but of this PLC it is known";
         let fault =
             request.facts.fault(["io", "latched"], Part::Key, "facts", message, "leave it out");
         return Err(Failure::from(fault));
@@ -376,36 +333,15 @@ fn understand(
         let found = Diagnostic::file("no-clock", "", message, "leave one of the two out");
         return Err(Failure::from(found));
     }
-    match project {
-        Project::Melsec(project) => {
-            let cpu = project.files.iter().find_map(|file| file.cpu.as_deref());
-            let table = choose_table(request, cpu)?;
-            let program = decode(project, &table, request)?;
-            Ok((program, table, project.warnings.clone()))
-        }
-        Project::Minasec(source) => {
-            let program = front::minasec::decode::decode(source);
-            let mut table = choose_table(request, program.cpu.as_deref())?;
-            request.clock.into_iter().for_each(|clock| table.set_clock(clock));
-            Ok((program, table, Vec::new()))
-        }
-        Project::Omron(project) => {
-            let cpu = project.files.iter().find_map(|file| file.cpu.as_deref());
-            let table = choose_table(request, cpu)?;
-            let options = front::omron::DecodeOptions {
-                is_user_instruction: &|name| table.knows(name),
-                facts: request.facts,
-            };
-            let program = front::omron::decode(project, &options)?;
-            Ok((program, table, project.warnings.clone()))
-        }
-        Project::Flowchart(source) => {
-            let program =
-                front::flowchart::decode::decode(source, request.facts.latched == Some(true));
-            let table = choose_table(request, Some(front::flowchart::CPU))?;
-            Ok((program, table, source.warnings()))
-        }
-    }
+    let mut table = choose_table(request, project.cpu())?;
+    request.clock.into_iter().for_each(|clock| table.set_clock(clock));
+    let program = project.decode(&Options {
+        cpu: request.cpu,
+        family: table.family.as_deref(),
+        is_user_instruction: &|name| table.knows(name),
+        facts: request.facts,
+    })?;
+    Ok((program, table))
 }
 
 /// Why the bound may be too low where a scan could last as long as a timer: in one scan, a timer that was just
@@ -414,20 +350,6 @@ fn outlasts(shortest: Picos, upper: Picos) -> Option<String> {
     (upper >= shortest).then(|| {
         format!("a scan may last longer than the shortest timer ({shortest}), which is taken not to run out within the scan that starts it")
     })
-}
-
-fn decode(project: &RawProject, table: &Table, request: &Request<'_>) -> Result<Program, Failure> {
-    let cpu = request.cpu.or(project.files.iter().find_map(|file| file.cpu.as_deref()));
-    let family = cpu
-        .and_then(Family::of_cpu)
-        .or_else(|| table.family.as_deref().and_then(Family::named))
-        .unwrap_or(Family::Q);
-    let options = DecodeOptions {
-        family,
-        is_user_instruction: &|mnemonic| table.knows(mnemonic),
-        facts: request.facts,
-    };
-    Ok(front::melsec::decode::decode(project, &options)?)
 }
 
 /// A count for a routine that is not there is a slip of the pen, and another is left without.

@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::front::minasec::{Source, assembly, machine_code};
-use scanbound::front::{Input, Project, read};
+use scanbound::front::{Input, read};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -62,15 +62,15 @@ impl Form {
 pub fn source(file: &Path, dialect: Option<&str>) -> Result<Source, Failure> {
     let name = file.display().to_string();
     let bytes = std::fs::read(file).with_context(|| format!("{name} cannot be read"))?;
-    match read(&[Input { name: name.clone(), bytes }], dialect)? {
-        Project::Minasec(source) => Ok(*source),
-        _ => Err(Failure::Input(vec![Diagnostic::file(
+    let project = read(&[Input { name: name.clone(), bytes }], dialect)?;
+    project.into_of().ok_or_else(|| {
+        Failure::Input(vec![Diagnostic::file(
             "other-dialect",
             &name,
             "this is a program, but none of a MINASEC-U",
             "give MINASEC-U assembly (LD X00, ST Y00), Intel HEX or the memory's 256 bytes",
-        )])),
-    }
+        )])
+    })
 }
 
 /// Converts.

@@ -9,6 +9,7 @@ use scanbound::audit::{Audit, Request, audit};
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
+use scanbound::front::FRONTS;
 use scanbound::front::input::{Ignore, gather};
 use scanbound::report::{csv, json, method, text};
 use scanbound::solve::Method;
@@ -215,6 +216,7 @@ impl ProjectOptions {
         let line = progress::Line::new();
         let request = Request {
             inputs: &gathered.inputs,
+            fronts: FRONTS,
             dialect: self.dialect.as_deref(),
             cpu: self.cpu.as_deref(),
             table: table.as_ref(),

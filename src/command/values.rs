@@ -2,7 +2,8 @@
 
 use clap::builder::PossibleValuesParser;
 use scanbound::base::time::Picos;
-use scanbound::front::{Dialect, dialects};
+use scanbound::front::minasec::Minasec;
+use scanbound::front::{Dialect, FRONTS, Front};
 use std::str::FromStr;
 
 /// No delay of a terminal is longer, in picoseconds: a thousand seconds. So sums with it stay within what is counted.
@@ -41,13 +42,12 @@ pub fn delay(text: &str) -> Result<Picos, String> {
 
 /// The name of a dialect.
 pub fn dialect() -> PossibleValuesParser {
-    named(dialects().iter())
+    named(FRONTS.dialects())
 }
 
 /// The name of one of a MINASEC-U's dialects.
 pub fn minasec() -> PossibleValuesParser {
-    let own = |dialect: &&Dialect| scanbound::front::minasec::is_dialect(dialect.name);
-    named(dialects().iter().filter(own))
+    named(Minasec.dialects().iter())
 }
 
 fn named(dialects: impl Iterator<Item = &'static Dialect>) -> PossibleValuesParser {

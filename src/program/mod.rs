@@ -42,6 +42,7 @@ pub use reads::{Source, SourceMut};
 
 use crate::base::diagnostic::Diagnostic;
 use crate::base::location::Location;
+use crate::base::time::Picos;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
@@ -673,6 +674,12 @@ pub struct Program {
     pub names: BTreeMap<Cell, String>,
     /// Device comments by the device's written name.
     pub comments: BTreeMap<String, String>,
+    /// How many words each scan runs, one a clock, on a machine that works so.
+    pub clocked: Option<u64>,
+    /// The shortest timer, where a timer that a scan starts is taken not to run out in it.
+    pub shortest_timer: Option<Picos>,
+    /// Whether a scan is best told by its way from place to place.
+    pub shows_way: bool,
     /// Input points and output points that the program uses, where its dialect counted them.
     pub points: Option<[u32; 2]>,
     /// Cells that a network or a special unit refreshes where one is fitted, and what they are, in words.

@@ -5,7 +5,8 @@ use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::melsec::decode::{DecodeOptions, decode};
 use scanbound::front::melsec::device::Family;
-use scanbound::front::{Input, Project, read};
+use scanbound::front::melsec::source::RawProject;
+use scanbound::front::{Input, read};
 use scanbound::program::Program;
 use scanbound::solve::Method;
 
@@ -23,9 +24,8 @@ pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<
             faults.iter().map(|fault| format!("{}: {}", fault.text, fault.message)).collect();
         all.join("\n")
     };
-    let Project::Melsec(project) = read(&inputs, Some("melsec-list")).map_err(told)? else {
-        return Err("not read as MELSEC".to_owned());
-    };
+    let project = read(&inputs, Some("melsec-list")).map_err(told)?;
+    let project: RawProject = project.into_of().ok_or("not read as MELSEC")?;
     let is_user_instruction = |name: &str| name.starts_with("Op");
     let options = DecodeOptions { family, is_user_instruction: &is_user_instruction, facts };
     decode(&project, &options).map_err(told)

@@ -2,9 +2,7 @@
 
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
-use scanbound::front::melsec::decode as melsec;
-use scanbound::front::melsec::device::Family;
-use scanbound::front::{Input, Project, omron, read};
+use scanbound::front::{Input, Options, read};
 use scanbound::program::{Cell, Program, Witness};
 use scanbound::replay;
 
@@ -20,21 +18,9 @@ pub fn program(dialect: &str, text: &str) -> Program {
     let input = Input { name: "a.txt".to_owned(), bytes };
     let facts = Facts::default();
     let user = |name: &str| name.starts_with("SwOp");
-    match read(&[input], Some(dialect)).expect("readable") {
-        Project::Melsec(project) => {
-            let options = melsec::DecodeOptions {
-                family: Family::Q,
-                is_user_instruction: &user,
-                facts: &facts,
-            };
-            melsec::decode(&project, &options).unwrap_or_else(|why| panic!("{text}\n{why:?}"))
-        }
-        Project::Omron(project) => {
-            let options = omron::DecodeOptions { is_user_instruction: &user, facts: &facts };
-            omron::decode(&project, &options).unwrap_or_else(|why| panic!("{text}\n{why:?}"))
-        }
-        _ => panic!("no ladder"),
-    }
+    let options = Options { is_user_instruction: &user, ..Options::new(&facts) };
+    let project = read(&[input], Some(dialect)).expect("readable");
+    project.decode(&options).unwrap_or_else(|why| panic!("{text}\n{why:?}"))
 }
 
 /// Runs one scan from the given values, all others 0.

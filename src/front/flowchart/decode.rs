@@ -14,6 +14,7 @@ use super::reach::reach;
 use super::turn::jumps_back;
 use super::{Op, Routine, Source};
 use crate::base::location::Location;
+use crate::base::time::Picos;
 use crate::program::{
     Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
     Effect, Instruction, Join, Logic, Program, Radix, SourceFile, Step, TimingKey, Touched, Units,
@@ -32,6 +33,9 @@ const WAITS: u16 = 6;
 /// No group is laid out with more instructions than this, unless once takes more.
 const MOST_LAID: usize = 100_000;
 
+/// A tenth of a second.
+const TENTH: u64 = 100_000_000_000;
+
 /// The program of a source: one scan is one pass. `latched`: inputs are read once a pass, not at each test.
 #[must_use]
 pub fn decode(source: &Source, latched: bool) -> Program {
@@ -47,6 +51,8 @@ pub fn decode(source: &Source, latched: bool) -> Program {
     let blocks = blocks(source);
     let program = Program {
         dialect: super::NAME.to_owned(),
+        shows_way: true,
+        shortest_timer: source.shortest_timer().map(|tenths| Picos(TENTH).times(u64::from(tenths))),
         areas: fixed.into_iter().chain(waits).collect(),
         blocks: blocks.last().copied().unwrap_or(0),
         comments: comments.collect(),

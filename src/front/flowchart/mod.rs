@@ -12,8 +12,9 @@ mod reach;
 mod structure;
 mod turn;
 
-use super::{Dialect, Input, decoded};
+use super::{Dialect, Front, Input, Open, Options, Project, Sniff, decoded};
 use crate::base::diagnostic::Diagnostic;
+use crate::program::Program;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -21,11 +22,47 @@ use std::ops::Range;
 pub const NAME: &str = "flowchart";
 
 /// The dialect, as it is told from others.
-pub(super) const DIALECTS: [Dialect; 1] = [Dialect {
+static DIALECTS: [Dialect; 1] = [Dialect {
     name: NAME,
     what: "flowchart PC instructions (LBL0: AND 1, CJP LBL1, WAIT, GJ)",
-    sniff: parse::sniff,
+    sniff: Sniff::Text(parse::sniff),
 }];
+
+/// Flowchart PCs.
+pub struct Flowchart;
+
+impl Front for Flowchart {
+    fn dialects(&self) -> &'static [Dialect] {
+        &DIALECTS
+    }
+
+    fn read(
+        &self,
+        _dialect: &Dialect,
+        programs: &[&Input],
+        _beside: &[&Input],
+    ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
+        Ok(Box::new(read(programs)?))
+    }
+}
+
+impl Project for Source {
+    fn cpu(&self) -> Option<&str> {
+        Some(CPU)
+    }
+
+    fn warnings(&self) -> Vec<Diagnostic> {
+        self.warnings()
+    }
+
+    fn open(&self) -> Open {
+        Open { latched: true, ..Open::default() }
+    }
+
+    fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
+        Ok(decode::decode(self, options.facts.latched == Some(true)))
+    }
+}
 
 /// Most groups that a program may have.
 pub const MOST_GROUPS: usize = 32;
@@ -231,7 +268,7 @@ impl Source {
 ///
 /// # Errors
 /// The faults of the file, or of the files if there are more than one.
-pub(super) fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
+fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
     let Some((input, rest)) = files.split_first() else { return Err(Vec::new()) };
     if let Some(second) = rest.first() {
         return Err(vec![Diagnostic::file(
@@ -241,7 +278,7 @@ pub(super) fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
             "give one file",
         )]);
     }
-    let text = decoded(input).map_err(|fault| vec![fault])?;
+    let text = decoded(input, &[]).map_err(|fault| vec![fault])?;
     read_text(&input.name, &text)
 }
 

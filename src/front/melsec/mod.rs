@@ -11,36 +11,86 @@ pub mod project;
 pub mod source;
 mod words;
 
-use super::Dialect;
+use super::{Dialect, Front, Input, Options, Project, Sniff};
+use crate::base::diagnostic::Diagnostic;
+use crate::program::Program;
+use decode::DecodeOptions;
+use device::Family;
+use source::RawProject;
 
 /// The name of list text.
 const LIST: &str = "melsec-list";
 
 /// The dialects, as they are told from each other.
-pub(super) const DIALECTS: [Dialect; 3] = [
+static DIALECTS: [Dialect; 3] = [
     Dialect {
         name: "melsec-csv",
         what: "a program's CSV from GX Works2 or GX Developer",
-        sniff: |text| csv::layout(text).is_some_and(|layout| layout.tool == csv::Tool::Works2),
+        sniff: Sniff::Text(|text| {
+            csv::layout(text).is_some_and(|layout| layout.tool == csv::Tool::Works2)
+        }),
     },
     Dialect {
         name: "melsec-gx3-csv",
         what: "a program's CSV from GX Works3",
-        sniff: |text| csv::layout(text).is_some_and(|layout| layout.tool == csv::Tool::Works3),
+        sniff: Sniff::Text(|text| {
+            csv::layout(text).is_some_and(|layout| layout.tool == csv::Tool::Works3)
+        }),
     },
     Dialect {
         name: LIST,
         what: "MELSEC list text (LD X0, one instruction a line)",
-        sniff: list::sniff,
+        sniff: Sniff::Text(list::sniff),
     },
 ];
 
-/// Whether the beginning of a file is that of device comments.
-pub(super) fn is_comments(beginning: &str) -> bool {
-    comments::sniff(beginning)
+/// MELSEC.
+pub struct Melsec;
+
+impl Front for Melsec {
+    fn dialects(&self) -> &'static [Dialect] {
+        &DIALECTS
+    }
+
+    /// The tools call device comments COMMENT, also where there are none.
+    fn is_beside(&self, name: &str, beginning: &str) -> bool {
+        let is_named = || super::stem(name).eq_ignore_ascii_case("COMMENT");
+        comments::sniff(beginning) || (beginning.trim().is_empty() && is_named())
+    }
+
+    fn marks(&self) -> Vec<&'static str> {
+        marks()
+    }
+
+    fn read(
+        &self,
+        dialect: &Dialect,
+        programs: &[&Input],
+        beside: &[&Input],
+    ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
+        Ok(Box::new(project::read(dialect, programs, beside)?))
+    }
 }
 
-/// Words that files in these dialects hold, to tell code pages by.
-pub(super) fn marks() -> impl Iterator<Item = &'static str> {
-    csv::MARKS.into_iter().chain(comments::MARKS)
+impl Project for RawProject {
+    fn cpu(&self) -> Option<&str> {
+        self.files.iter().find_map(|file| file.cpu.as_deref())
+    }
+
+    fn warnings(&self) -> Vec<Diagnostic> {
+        self.warnings.clone()
+    }
+
+    fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
+        let Options { facts, is_user_instruction, .. } = *options;
+        let cpu = options.cpu.or(self.cpu());
+        let named = || options.family.and_then(Family::named);
+        let family = cpu.and_then(Family::of_cpu).or_else(named).unwrap_or(Family::Q);
+        decode::decode(self, &DecodeOptions { family, is_user_instruction, facts })
+    }
+}
+
+/// Words that files in these dialects hold, to tell code pages apart.
+fn marks() -> Vec<&'static str> {
+    csv::MARKS.into_iter().chain(comments::MARKS).collect()
 }

@@ -11,6 +11,8 @@ use crate::program::{
     When, Write,
 };
 
+/// The one CPU.
+pub(super) const CPU: &str = "MINASEC-U";
 /// The areas, named so that a cell's name reads as the machine's: `X0` and 3 is X03.
 const AREAS: [&str; 7] = ["X0", "Y0", "M0", "M1", "T", "C", "ACC"];
 const TIMERS: u16 = 4;
@@ -22,7 +24,8 @@ const ACCUMULATOR: u16 = 6;
 pub fn decode(source: &Source) -> Program {
     let mut program = Program {
         dialect: source.dialect.to_owned(),
-        cpu: Some("MINASEC-U".to_owned()),
+        cpu: Some(CPU.to_owned()),
+        clocked: Some(WORDS as u64),
         areas: AREAS
             .map(|name| Area { name: name.to_owned(), kind: AreaKind::Bit, radix: Radix::Decimal })
             .into(),

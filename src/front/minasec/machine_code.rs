@@ -2,25 +2,11 @@
 
 use super::{Source, WORDS, Word};
 use crate::base::diagnostic::Diagnostic;
-use crate::front::Dialect;
 use crate::front::Faults;
 use ihex::Record;
 
 /// How many bytes a written record holds.
 const RECORD: usize = 16;
-
-/// The dialect of the bytes.
-pub(in crate::front) fn image_dialect() -> &'static Dialect {
-    super::super::dialects()
-        .iter()
-        .find(|dialect| dialect.name == super::BINARY)
-        .expect("the dialect is among all dialects")
-}
-
-/// No text is machine code in bytes.
-pub(super) fn no_text(_beginning: &str) -> bool {
-    false
-}
 
 /// What the memory ICs hold that the board takes (HM6116, HM6264, HM62256). The board grounds their addresses from
 /// A8 on, so the first 256 bytes are the program.

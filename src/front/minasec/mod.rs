@@ -9,8 +9,9 @@ pub mod assembly;
 pub mod decode;
 pub mod machine_code;
 
-use super::{Dialect, Input, decoded};
+use super::{Dialect, Front, Input, Open, Options, Project, Sniff, decoded};
 use crate::base::diagnostic::Diagnostic;
+use crate::program::Program;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -24,21 +25,56 @@ pub const HEX: &str = "minasec-hex";
 /// Machine code as bytes.
 pub const BINARY: &str = "minasec-bin";
 
-/// The dialects, as they are told from each other. Bytes that are no text are told by
-/// [`machine_code::is_image`].
-pub(super) const DIALECTS: [Dialect; 3] = [
-    Dialect { name: ASSEMBLY, what: "MINASEC-U assembly (LD X00, ST Y00)", sniff: assembly::sniff },
+/// The dialects, as they are told from each other.
+static DIALECTS: [Dialect; 3] = [
+    Dialect {
+        name: ASSEMBLY,
+        what: "MINASEC-U assembly (LD X00, ST Y00)",
+        sniff: Sniff::Text(assembly::sniff),
+    },
     Dialect {
         name: HEX,
         what: "MINASEC-U machine code as Intel HEX",
-        sniff: machine_code::sniff_hex,
+        sniff: Sniff::Text(machine_code::sniff_hex),
     },
     Dialect {
         name: BINARY,
         what: "MINASEC-U machine code, 256 bytes",
-        sniff: machine_code::no_text,
+        sniff: Sniff::Bytes(machine_code::is_image),
     },
 ];
+
+/// The MINASEC-U.
+pub struct Minasec;
+
+impl Front for Minasec {
+    fn dialects(&self) -> &'static [Dialect] {
+        &DIALECTS
+    }
+
+    fn read(
+        &self,
+        dialect: &Dialect,
+        programs: &[&Input],
+        _beside: &[&Input],
+    ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
+        Ok(Box::new(read(dialect, programs)?))
+    }
+}
+
+impl Project for Source {
+    fn cpu(&self) -> Option<&str> {
+        Some(decode::CPU)
+    }
+
+    fn open(&self) -> Open {
+        Open { clock: true, ..Open::default() }
+    }
+
+    fn decode(&self, _options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
+        Ok(decode::decode(self))
+    }
+}
 
 /// What a word does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -266,17 +302,11 @@ impl Source {
     }
 }
 
-/// Whether a dialect's name is one of the machine's.
-#[must_use]
-pub fn is_dialect(name: &str) -> bool {
-    DIALECTS.iter().any(|dialect| dialect.name == name)
-}
-
 /// Reads the program of the one file in it.
 ///
 /// # Errors
 /// The faults of the file, or of the files if there are more than one.
-pub(super) fn read(dialect: &Dialect, files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
+fn read(dialect: &Dialect, files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
     let Some((input, rest)) = files.split_first() else { return Err(Vec::new()) };
     if let Some(second) = rest.first() {
         return Err(vec![Diagnostic::file(
@@ -288,8 +318,10 @@ pub(super) fn read(dialect: &Dialect, files: &[&Input]) -> Result<Source, Vec<Di
     }
     match dialect.name {
         BINARY => machine_code::read_binary(&input.name, &input.bytes),
-        HEX => machine_code::read_hex(&input.name, &decoded(input).map_err(|fault| vec![fault])?),
-        _ => assembly::read(&input.name, &decoded(input).map_err(|fault| vec![fault])?),
+        HEX => {
+            machine_code::read_hex(&input.name, &decoded(input, &[]).map_err(|fault| vec![fault])?)
+        }
+        _ => assembly::read(&input.name, &decoded(input, &[]).map_err(|fault| vec![fault])?),
     }
 }
 
@@ -365,9 +397,7 @@ mod tests {
     fn a_named_dialect_takes_a_shorter_image() {
         let input = |bytes: &[u8]| [Input { name: "a".to_owned(), bytes: bytes.to_vec() }];
         let read = |bytes: &[u8]| crate::front::read(&input(bytes), Some(BINARY));
-        let Ok(crate::front::Project::Minasec(source)) = read(&[0x01, 0xC8]) else {
-            panic!("an image")
-        };
+        let source: Source = read(&[0x01, 0xC8]).expect("an image").into_of().expect("its own");
         assert_eq!(source.words[1].to_string(), "ST Y00");
         assert!(read(&[]).is_err());
     }

@@ -12,8 +12,8 @@ use super::operand::{Operand, Reader, Want};
 use super::resolve::{Item, resolve};
 use super::source::{Family, RawFile, RawProgram, RawProject, Symbols, Task};
 use crate::base::diagnostic::Diagnostic;
-use crate::base::facts::{Facts, Part};
-use crate::front::Faults;
+use crate::base::facts::Part;
+use crate::front::{Faults, Options};
 use crate::program::{
     BitSource, Cell, Effect, Interrupt, Logic, Program, Region, SourceFile, StartRange, Step, When,
     Write, flow, interrupts,
@@ -21,14 +21,6 @@ use crate::program::{
 
 /// Stated ranges with faults are told up to so many faults.
 const MOST_FAULTS: usize = 100;
-
-/// What decoding needs to know besides the source.
-pub struct DecodeOptions<'a> {
-    /// Whether a name that OMRON does not know is a user's instruction, as far as the table prices it.
-    pub is_user_instruction: &'a dyn Fn(&str) -> bool,
-    /// What the user states.
-    pub facts: &'a Facts,
-}
 
 /// More instructions than this are no program: the largest CPUs hold 400 K steps.
 const MOST: usize = 400 * 1024;
@@ -54,10 +46,7 @@ fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
 ///
 /// # Errors
 /// All faults of all files.
-pub fn decode(
-    project: &RawProject,
-    options: &DecodeOptions<'_>,
-) -> Result<Program, Vec<Diagnostic>> {
+pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
     too_many(project)?;
     let memory = Memory { family: project.family };
     let mut decoder = Decoder {
@@ -197,7 +186,7 @@ struct Decoder {
 }
 
 impl Decoder {
-    fn file(&mut self, file: &RawFile, options: &DecodeOptions<'_>) {
+    fn file(&mut self, file: &RawFile, options: &Options<'_>) {
         let start = self.asm.next();
         let mut count = 0;
         self.asm.file = self.asm.program.files.len() as u32;
@@ -244,7 +233,7 @@ impl Decoder {
         }
     }
 
-    fn program(&mut self, file: &RawFile, program: &RawProgram, options: &DecodeOptions<'_>) {
+    fn program(&mut self, file: &RawFile, program: &RawProgram, options: &Options<'_>) {
         let memory = self.asm.memory;
         let fast = self.asm.fast.clone();
         let reader = Reader { memory, symbols: [&program.symbols, &file.symbols], fast: &fast };
@@ -438,7 +427,7 @@ impl Decoder {
     }
 
     /// The order in which the programs run.
-    fn arrange(&mut self, project: &RawProject, options: &DecodeOptions<'_>) {
+    fn arrange(&mut self, project: &RawProject, options: &Options<'_>) {
         let mut tasks = std::mem::take(&mut self.tasks);
         tasks.sort_by_key(|(task, ..)| match task {
             Task::Each => (0, 0),
@@ -492,7 +481,7 @@ impl Decoder {
     }
 
     /// Interrupts that are let in run tasks, of which a list of mnemonics shows nothing.
-    fn unlisted(&mut self, options: &DecodeOptions<'_>) {
+    fn unlisted(&mut self, options: &Options<'_>) {
         if !self.unmasked || !self.asm.program.interrupts.is_empty() {
             return;
         }
@@ -515,7 +504,7 @@ impl Decoder {
     }
 
     /// Where interrupts are let in, subroutines that nothing calls are their routines.
-    fn uncalled(&mut self, options: &DecodeOptions<'_>) {
+    fn uncalled(&mut self, options: &Options<'_>) {
         if self.interrupted == Interrupted::default() {
             return;
         }
@@ -555,7 +544,7 @@ impl Decoder {
     }
 
     /// The user's ranges of words at the scan's start.
-    fn ranges(&mut self, project: &RawProject, options: &DecodeOptions<'_>) {
+    fn ranges(&mut self, project: &RawProject, options: &Options<'_>) {
         let nothing = Symbols::new();
         let symbols = project.files.first().map_or(&nothing, |file| &file.symbols);
         let fast = BTreeSet::new();

@@ -22,14 +22,10 @@ mod tests;
 mod timers;
 mod words;
 
-use super::Dialect;
-
-pub use decode::{DecodeOptions, decode};
-
-/// Whether the beginning of a file is that of a table of symbols.
-pub(super) fn is_symbols(beginning: &str) -> bool {
-    symbols::sniff(beginning)
-}
+use super::{Dialect, Front, Input, Options, Project, Sniff};
+use crate::base::diagnostic::Diagnostic;
+use crate::program::Program;
+use source::RawProject;
 
 /// The name of the C200H's spelling.
 const C: &str = "omron-c200h";
@@ -39,16 +35,56 @@ const CX: &str = "omron-cx";
 const CXT: &str = "omron-cxt";
 
 /// The dialects, as they are told from each other.
-pub(super) const DIALECTS: [Dialect; 3] = [
+static DIALECTS: [Dialect; 3] = [
     Dialect {
         name: C,
         what: "OMRON mnemonics as for C200H (LD NOT 00300, MOV(21))",
-        sniff: list::sniff_c,
+        sniff: Sniff::Text(list::sniff_c),
     },
     Dialect {
         name: CX,
         what: "OMRON mnemonics as in CX-Programmer (LDNOT 0.00, MOV(021))",
-        sniff: list::sniff_cx,
+        sniff: Sniff::Text(list::sniff_cx),
     },
-    Dialect { name: CXT, what: "a CX-Programmer project saved as text (.cxt)", sniff: cxt::sniff },
+    Dialect {
+        name: CXT,
+        what: "a CX-Programmer project saved as text (.cxt)",
+        sniff: Sniff::Text(cxt::sniff),
+    },
 ];
+
+/// OMRON.
+pub struct Omron;
+
+impl Front for Omron {
+    fn dialects(&self) -> &'static [Dialect] {
+        &DIALECTS
+    }
+
+    fn is_beside(&self, _name: &str, beginning: &str) -> bool {
+        symbols::sniff(beginning)
+    }
+
+    fn read(
+        &self,
+        dialect: &Dialect,
+        programs: &[&Input],
+        beside: &[&Input],
+    ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
+        Ok(Box::new(project::read(dialect, programs, beside)?))
+    }
+}
+
+impl Project for RawProject {
+    fn cpu(&self) -> Option<&str> {
+        self.files.iter().find_map(|file| file.cpu.as_deref())
+    }
+
+    fn warnings(&self) -> Vec<Diagnostic> {
+        self.warnings.clone()
+    }
+
+    fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
+        decode::decode(self, options)
+    }
+}

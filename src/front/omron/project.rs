@@ -3,7 +3,7 @@
 use super::source::{Family, RawFile, RawInstruction, RawProject, Symbols};
 use super::{C, CXT, cxt, list, symbols};
 use crate::base::diagnostic::{Diagnostic, Severity};
-use crate::front::{Dialect, Faults, Input, decoded, shown, stem};
+use crate::front::{Dialect, Faults, Input, decoded, empty_beside, shown, stem};
 
 /// Reads the programs, all written in `dialect`, and the tables of symbols among what lies beside them.
 ///
@@ -18,7 +18,7 @@ pub fn read(
     let mut files = Vec::new();
     for input in programs {
         let mut faults = Faults::new(&input.name);
-        match decoded(input) {
+        match decoded(input, &[]) {
             Ok(text) if dialect.name == CXT => {
                 let mut file = cxt::read(&text, &input.name, &mut faults);
                 file.source = text.into_owned();
@@ -40,7 +40,7 @@ pub fn read(
     let mut known = Symbols::new();
     for input in beside {
         let mut faults = Faults::new(&input.name);
-        match decoded(input) {
+        match decoded(input, &[]) {
             Ok(text) if symbols::sniff(&text) => symbols::read(&text, &mut known, &mut faults),
             Ok(_) => {}
             Err(fault) => faults.push(fault),
@@ -66,6 +66,7 @@ pub fn read(
         })?,
         (false, None) => Family::Cs,
     };
+    found.extend(empty_beside(beside));
     Ok(RawProject { dialect: dialect.name, family, files, warnings: found })
 }
 

@@ -1,11 +1,12 @@
 //! Tests of decoding: instruction by instruction, operands, control, faults.
 
-use super::decode::{DecodeOptions, decode};
+use super::decode::decode;
 use super::project;
 use super::source::RawProject;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Facts;
 use crate::base::time::{Picos, Times};
+use crate::front::Options;
 use crate::front::{Dialect, Input, detect};
 use crate::program::Witness;
 use crate::program::{Program, Region, Step, Units, Write};
@@ -16,7 +17,7 @@ fn input(name: &str, text: &str) -> Input {
 }
 
 fn dialect(name: &str) -> &'static Dialect {
-    crate::front::dialects().iter().find(|dialect| dialect.name == name).unwrap()
+    super::DIALECTS.iter().find(|dialect| dialect.name == name).unwrap()
 }
 
 fn raw(name: &str, text: &str) -> RawProject {
@@ -24,8 +25,8 @@ fn raw(name: &str, text: &str) -> RawProject {
 }
 
 fn decoded(name: &str, text: &str) -> Result<Program, Vec<Diagnostic>> {
-    let options =
-        DecodeOptions { is_user_instruction: &|name| name == "SwOp0", facts: &Facts::default() };
+    let facts = Facts::default();
+    let options = Options { is_user_instruction: &|name| name == "SwOp0", ..Options::new(&facts) };
     decode(&raw(name, text), &options)
 }
 
@@ -435,7 +436,8 @@ fn a_project_file_gives_programs_symbols_and_the_cpu() {
     }
     let raw = project::read(dialect("omron-cxt"), &[&file], &[]).unwrap();
     assert_eq!(raw.files[0].cpu.as_deref(), Some("CJ2M CPU33"));
-    let options = DecodeOptions { is_user_instruction: &|_| false, facts: &Facts::default() };
+    let facts = Facts::default();
+    let options = Options::new(&facts);
     let program = decode(&raw, &options).unwrap();
     assert_eq!(program.comments.get("W10.00").map(String::as_str), Some("Go: start, go"));
     assert_eq!(fired(&program, "MOV(021) Table[3] D0", &[("W10", 1), ("CIO0", 32)], 0), Some(true));
@@ -486,7 +488,7 @@ fn interrupt_tasks_make_what_they_share_free() {
     raw.files[0].programs[1].task = super::source::Task::Interrupt(5);
     let mut facts = Facts::default();
     facts.state_interrupt("Task 5", 2);
-    let options = DecodeOptions { is_user_instruction: &|_| false, facts: &facts };
+    let options = Options::new(&facts);
     let program = decode(&raw, &options).unwrap();
     assert_eq!((program.interrupts[0].times, program.interrupts[0].stated), (2, true));
     assert_eq!(fired(&program, "OUT 100.00", &[("W0", 1)], 0), Some(false));

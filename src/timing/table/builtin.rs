@@ -1,5 +1,6 @@
 //! The timing tables that come with the program, and which of them a CPU's name means.
 
+use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use super::{Evidence, Table};
@@ -36,12 +37,19 @@ fn table(index: usize) -> Option<&'static Table> {
     TABLES[index].get_or_init(read).as_ref()
 }
 
-/// The CPUs that a built-in table's text names: most of its rows need not be read for that.
+/// The first cells of a built-in table's rows of a kind: most of its rows need not be read for that.
+fn cells<'a>(text: &'a str, row: &'a str) -> impl Iterator<Item = &'a str> {
+    text.split(row).skip(1).map(|rest| rest.split([',', '\n']).next().unwrap_or_default().trim())
+}
+
+/// The CPUs that a built-in table's text names.
 fn cpus(text: &str) -> impl Iterator<Item = &str> {
-    text.split("\n@cpu,").skip(1).flat_map(|rest| {
-        let cell = rest.split([',', '\n']).next().unwrap_or_default();
-        cell.split_whitespace()
-    })
+    cells(text, "\n@cpu,").flat_map(str::split_whitespace)
+}
+
+/// The families that the built-in tables name.
+pub(super) fn families() -> BTreeSet<&'static str> {
+    FILES.iter().flat_map(|(_, text)| cells(text, "\n@family,")).collect()
 }
 
 fn tables() -> impl Iterator<Item = (&'static str, &'static Table)> {

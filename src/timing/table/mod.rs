@@ -169,7 +169,7 @@ pub struct Table {
     pub name: String,
     /// What it is for, one line; empty if it does not say.
     pub title: String,
-    /// The family whose instruction set it prices: `q`, `l`, `fx`, `iqr`, `fx5`, `c`, `cs`.
+    /// The family whose instruction set it prices, as a built-in table names it (`q`, `fx5`).
     pub family: Option<String>,
     /// The CPUs it is for, upper case, without the word CPU.
     pub cpus: Vec<String>,

@@ -74,7 +74,6 @@ impl Column {
     }
 }
 
-const FAMILIES: [&str; 7] = ["q", "l", "fx", "iqr", "fx5", "c", "cs"];
 /// Rows with one number.
 const SINGLE: [&str; 14] = [
     "@end",
@@ -502,12 +501,13 @@ impl<'a> Reader<'a> {
             "@title" => self.table.title = text,
             "@note" => self.table.notes.push(text),
             "@cpu" => self.table.cpus.extend(text.split_whitespace().map(str::to_ascii_uppercase)),
-            "@family" if FAMILIES.contains(&text.to_ascii_lowercase().as_str()) => {
+            "@family" if super::builtin::families().contains(&*text.to_ascii_lowercase()) => {
                 self.table.family = Some(text.to_ascii_lowercase());
             }
             "@family" => {
                 let message = format!("'{}' is no family of CPUs", shown(&text));
-                let help = format!("families are {}", FAMILIES.join(", "));
+                let known: Vec<&str> = super::builtin::families().into_iter().collect();
+                let help = format!("families are {}", known.join(", "));
                 self.fault_at(fields, "table-row", &text, message, help);
             }
             _ if super::builtin::text(&text).is_some() => {
