@@ -23,7 +23,8 @@ struct Kind {
     command: &'static str,
     file: &'static str,
     head: &'static str,
-    /// What repeats. `{n}` is the repetition's number, `{n:100}` what it leaves divided by 100, `{n:o64}` that in octal.
+    /// What repeats. `{n}` is the repetition's number, `{n:100}` what it leaves divided by 100, `{n:o64}` that in octal,
+    /// `{n:x64}` in hexadecimal, `{n:b64}` as a bit of an OMRON's in C200H style (00315), `{n:c64}` in CX style (3.15).
     body: &'static str,
     tail: &'static str,
     /// So many instructions a repetition has, of so many that are not refused; else 0.
@@ -42,7 +43,7 @@ const KIND: Kind = Kind {
     body: "",
     tail: "END\n",
     instructions: 2,
-    most: 599_000,
+    most: 399_000,
     utf16: false,
     code: 0,
 };
@@ -93,12 +94,42 @@ const KINDS: &[Kind] = &[
         instructions: 5,
         ..KIND
     },
+    // Devices counted up: each rung has its own.
+    Kind { name: "own-edges", body: "LDP X{n:x8192}\nINCP D{n:10000}\n", ..KIND },
+    Kind { name: "own-pulses", body: "LD X{n:x8192}\nPLS M{n:8191}\n", ..KIND },
+    Kind { name: "own-timers", body: "LD X{n:x8192}\nOUT T{n:2000} K10\n", ..KIND },
+    Kind { name: "own-counters", body: "LD X{n:x8192}\nOUT C{n:1000} K10\n", ..KIND },
+    Kind { name: "own-sums", body: "LD X{n:x8192}\nDINC D{n:10000}\n", ..KIND },
+    Kind { name: "own-moves", body: "LD X{n:x8192}\nMOVP D{n:9973} D{n:10007}\n", ..KIND },
+    Kind { name: "own-digits", body: "LD X{n:x8192}\nMOV K4M{n:8000} D{n:10007}\n", ..KIND },
+    Kind { name: "own-bits", body: "LD X{n:x8192}\nMOV D{n:10007} K4M{n:8000}\n", ..KIND },
+    Kind { name: "own-comparisons", body: "LD> D{n:9973} D{n:997}\nOUT Y{n:x8192}\n", ..KIND },
+    Kind {
+        name: "counts-compared",
+        body: "LD X{n:x8192}\nINC D{n:100}\nLD> D{n:100} K{n:3000}\nOUT M{n:8000}\n",
+        instructions: 4,
+        ..KIND
+    },
+    Kind {
+        name: "word-bits",
+        body: "LD X{n:x8192}\nOUT D{n:100}.3\nLD D{n:101}.4\nSET M{n:8000}\n",
+        instructions: 4,
+        ..KIND
+    },
     Kind { name: "unknown-instructions", body: "LD X0\nFOO D{n:100}\n", code: 2, ..KIND },
     Kind { name: "wrong-operands", body: "LD X0\nMOV K99999 D{n:100}\n", code: 2, ..KIND },
     Kind { name: "no-rungs", body: "AND X0\nMPP\n", code: 2, ..KIND },
     Kind { name: "fx-timers", body: "LD X0\nOUT T{n:200} K50\n", ..FX },
     Kind { name: "fx-block-moves", body: "LD X0\nBMOV D0 D1000 K512\n", ..FX },
     Kind { name: "fx-zones", body: "LD X0\nZCP D0 D2 D4 M0\n", ..FX },
+    Kind { name: "fx-own-edges", body: "LDP X{n:o1024}\nINCP D{n:7000}\n", ..FX },
+    Kind { name: "fx-own-timers", body: "LD M{n:7000}\nOUT T{n:500} K10\n", ..FX },
+    Kind { name: "fx-own-pulses", body: "LD M{n:7000}\nPLS M{n:6999}\n", ..FX },
+    Kind {
+        name: "fx-own-comparisons",
+        body: "LD> D{n:7000} K{n:30000}\nMOVP K4M{n:7000} D{n:6999}\n",
+        ..FX
+    },
     Kind { name: "fx-beyond", body: "LD X0\nOUT Y0\n", most: usize::MAX, ..FX },
     Kind {
         name: "csv",
@@ -156,7 +187,26 @@ const KINDS: &[Kind] = &[
         instructions: 5,
         ..C
     },
+    Kind { name: "c-own-edges", body: "LD {n:b480}\nDIFU(13) {n:b3040}\n", ..C },
+    Kind { name: "c-own-timers", body: "LD {n:b480}\nTIM {n:500} #0050\n", ..C },
+    Kind { name: "c-own-moves", body: "LD {n:b480}\n@MOV(21) DM {n:1000} DM {n:999}\n", ..C },
+    Kind {
+        name: "c-own-comparisons",
+        body: "LD {n:b480}\nCMP(20) DM {n:1000} #{n:9000}\nAND 25505\nOUT {n:b3040}\n",
+        instructions: 4,
+        ..C
+    },
     Kind { name: "c-unknown", body: "LD 00000\nFOO 00001\n", code: 2, ..C },
+    Kind { name: "cx-own-edges", body: "LD {n:c2240}\nDIFU(013) W{n:c8000}\n", ..CX },
+    Kind { name: "cx-own-timers", body: "LD {n:c2240}\nTIM {n:4000} #0050\n", ..CX },
+    Kind { name: "cx-own-sums", body: "LD {n:c2240}\n@++(590) D{n:30000}\n", ..CX },
+    Kind { name: "cx-own-moves", body: "LD {n:c2240}\nMOV(021) D{n:30000} D{n:29999}\n", ..CX },
+    Kind {
+        name: "cx-own-comparisons",
+        body: "LD {n:c2240}\nAND>(320) D{n:30000} &{n:60000}\nOUT W{n:c8000}\n",
+        instructions: 3,
+        ..CX
+    },
     Kind { name: "cx-sums", body: "LD 0.00\n+(400) D1 D2 D3\n", ..CX },
     Kind { name: "cx-bits", body: "LD 0.00\nSETA(530) D0 #0 &4000\n", ..CX },
     Kind {
@@ -273,9 +323,18 @@ fn numbered(text: &mut String, body: &str, number: usize) {
         let by = |digits: &str| digits.parse::<usize>().expect("a number");
         match how.strip_prefix(':') {
             None => write!(text, "{number}"),
-            Some(how) => match how.strip_prefix('o') {
-                Some(digits) => write!(text, "{:o}", number % by(digits)),
-                None => write!(text, "{}", number % by(how)),
+            Some(how) => match how.split_at(1) {
+                ("o", digits) => write!(text, "{:o}", number % by(digits)),
+                ("x", digits) => write!(text, "{:X}", number % by(digits)),
+                ("b", digits) => {
+                    let bit = number % by(digits);
+                    write!(text, "{:03}{:02}", bit / 16, bit % 16)
+                }
+                ("c", digits) => {
+                    let bit = number % by(digits);
+                    write!(text, "{}.{:02}", bit / 16, bit % 16)
+                }
+                _ => write!(text, "{}", number % by(how)),
             },
         }
         .expect("a string takes all");

@@ -5,8 +5,9 @@ use crate::base::diagnostic::Diagnostic;
 use crate::front::Places;
 use crate::front::{Faults, shown};
 
-/// More instructions than this take too much memory to audit. The largest CPUs hold 1,200 K steps.
-const MOST: usize = 600_000;
+/// More instructions than this take too much memory to audit. The largest CPUs hold 1,200 K steps; plants' projects have
+/// some ten thousand instructions.
+const MOST: usize = 400_000;
 /// No line is longer, in bytes.
 const LONGEST: usize = 64 * 1024;
 

@@ -1,7 +1,7 @@
 //! One partition of the program, with a SAT solver of its own.
 
-use super::Search;
 use super::objective::Objective;
+use super::{Limits, Search};
 use crate::solve::formula::Formula;
 use crate::solve::oracle::Oracle;
 use crate::solve::trace::Trace;
@@ -58,7 +58,7 @@ impl Partition {
                     if self.contradiction {
                         return;
                     }
-                    let core = self.minimised(core, &mut asker);
+                    let core = self.minimised(core, &mut asker, search.limits);
                     let weight = self.objective.subtract_core(&core);
                     if search.limits.trace {
                         self.trace.push(search.core(&core, weight));
@@ -75,7 +75,8 @@ impl Partition {
                     }
                     for (core, weight) in cores.drain(..) {
                         self.objective.relax(&core, weight, |formula, literal| {
-                            asker.ask(formula, &[literal], COUNT_EFFORT) == Some(false)
+                            !search.limits.reached()
+                                && asker.ask(formula, &[literal], COUNT_EFFORT) == Some(false)
                         });
                     }
                 }
@@ -91,15 +92,20 @@ impl Partition {
     }
 
     /// Minimises a core as far as a small effort goes. Cores of two are left as they are: soft literals that cannot
-    /// even be true alone are rare.
-    fn minimised(&self, mut core: Vec<i32>, asker: &mut Asker<'_>) -> Vec<i32> {
+    /// even be true alone are rare. With a core of thousands each question takes so long that the limits may end it.
+    fn minimised(
+        &self,
+        mut core: Vec<i32>,
+        asker: &mut Asker<'_>,
+        limits: &Limits<'_>,
+    ) -> Vec<i32> {
         if core.len() <= 2 {
             return core;
         }
         // The lightest are tried first: without them the core costs more.
         core.sort_by_key(|&l| (Reverse(self.objective.weight(l)), l.unsigned_abs(), l));
         let mut at = core.len();
-        while at > 0 && core.len() > 1 {
+        while at > 0 && core.len() > 1 && !limits.reached() {
             at -= 1;
             let mut rest = core.clone();
             rest.remove(at);

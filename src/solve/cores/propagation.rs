@@ -9,8 +9,8 @@
 //! excludes it. So such a *pivot* is assumed first, by itself, with the value that more weight needs, and is replaced
 //! in a core by a soft literal that needs it.
 
-use super::Search;
 use super::objective::Objective;
+use super::{Limits, Search};
 use crate::solve::propagator::Propagator;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -98,7 +98,7 @@ impl Search<'_, '_> {
                 blocked = true;
                 continue;
             }
-            let core = shrunk(core, objective, &mut extraction.probe);
+            let core = shrunk(core, objective, &mut extraction.probe, self.limits);
             let weight = objective.subtract_core(&core);
             self.bounds().step(|| self.core(&core, weight));
             let new = objective.relax(&core, weight, |_, _| false);
@@ -180,13 +180,18 @@ fn without_pivots(mut core: Vec<i32>, pivots: &mut [Pivot], objective: &Objectiv
 
 /// A core without the literals that propagation does not need. Cores of two are left as they are: soft literals that
 /// cannot even be true alone are rare.
-fn shrunk(mut core: Vec<i32>, objective: &Objective, probe: &mut Propagator) -> Vec<i32> {
+fn shrunk(
+    mut core: Vec<i32>,
+    objective: &Objective,
+    probe: &mut Propagator,
+    limits: &Limits<'_>,
+) -> Vec<i32> {
     if core.len() <= 2 {
         return core;
     }
     core.sort_unstable_by_key(|&literal| (Reverse(objective.weight(literal)), literal));
     let mut at = core.len();
-    while at > 0 && core.len() > 1 {
+    while at > 0 && core.len() > 1 && !limits.reached() {
         at -= 1;
         probe.back(0);
         let others = core.iter().enumerate().filter(|&(other, _)| other != at);
