@@ -1,8 +1,11 @@
-//! Times whole audits, from reading to report, of programs of growing size: `cargo bench --bench audit -- DIRECTORY [LARGEST]`.
+//! Times whole audits, from reading to report, of programs of growing size.
 //!
-//! Writes the programs to the directory, where `tests/peers.py` can set RC2 on the same questions, and prints a
-//! row of the tables in docs/performance.md for each: processor seconds and wall seconds of the audit, and
-//! whether its bound is exact. Linux only: processor seconds are read from /proc.
+//! `cargo bench --bench audit` writes the tables of docs/performance.md anew that are between marks of this program's.
+//!
+//! `cargo bench --bench audit -- DIRECTORY [LARGEST]` prints rows only, and leaves the programs in the directory, where
+//! `tests/peers.py` can set RC2 on the same questions; `LARGEST` is the largest size of a pool (6000).
+//!
+//! Linux only: processor seconds are read from /proc.
 #![allow(clippy::print_stdout)]
 
 #[path = "common/plant.rs"]
@@ -14,23 +17,49 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
+/// Where the tables stand.
+const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/performance.md");
+
+/// The size of the largest pools.
+const ALL: u32 = 20_000;
+
+/// The size of the pools that are audited in too short a time.
+const SHORT: u32 = 6000;
+
 fn main() {
-    let arguments: Vec<String> =
-        std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let Some(directory) = arguments.first().map(PathBuf::from) else {
-        println!("usage: cargo bench --bench audit -- DIRECTORY [LARGEST]");
-        return;
-    };
-    let largest = arguments.get(1).and_then(|text| text.parse().ok()).unwrap_or(6000);
-    std::fs::create_dir_all(&directory).expect("the directory can be made");
-    for (size, seeds) in [(600, 5), (2000, 5), (6000, 3), (20_000, 1)] {
+    let (flags, arguments): (Vec<String>, Vec<String>) =
+        std::env::args().skip(1).partition(|argument| argument == "--bench");
+    if let Some(directory) = arguments.first() {
+        let largest = arguments.get(1).and_then(|text| text.parse().ok()).unwrap_or(6000);
+        all(Path::new(directory), largest);
+    } else if !flags.is_empty() {
+        // Not as a test: tests change nothing.
+        let directory = tempfile::tempdir().expect("a directory can be made");
+        let (whole, short) = all(directory.path(), ALL);
+        let page = std::fs::read_to_string(PAGE).expect("the page can be read");
+        let page = with_rows(&page, "whole audits", &whole);
+        let page = with_rows(&page, "short of time", &short);
+        std::fs::write(PAGE, page).expect("the page can be written");
+    }
+}
+
+/// Audits everything, in the directory: the rows of whole audits, and those of audits that are short of time.
+fn all(directory: &Path, largest: u32) -> (Vec<String>, Vec<String>) {
+    let (mut whole, mut short) = (Vec::new(), Vec::new());
+    std::fs::create_dir_all(directory).expect("the directory can be made");
+    for (size, seeds) in [(600, 5), (2000, 5), (SHORT, 3), (ALL, 1)] {
         for seed in (1..=seeds).filter(|_| size <= largest) {
             let (text, table) = pools::pools(size, seed);
             let name = format!("pools-{size}-{seed}");
-            let program = write(&directory, &format!("{name}.il"), &text);
-            let table = write(&directory, &format!("{name}.csv"), &table);
+            let program = write(directory, &format!("{name}.il"), &text);
+            let table = write(directory, &format!("{name}.csv"), &table);
             let table = table.to_string_lossy();
-            audit(&name, &program, &["--cpu", "Q26UDV", "--table", &table]);
+            let options = ["--cpu", "Q26UDV", "--table", &table];
+            whole.push(told(&Audited::run(&program, "300s", &options).row(&name)));
+            if size == SHORT {
+                let audited = Audited::run(&program, "500ms", &options);
+                short.push(told(&audited.short_row(&name)));
+            }
         }
     }
     for stations in [1, 2, 4, 8, 16, 25, 32, 64] {
@@ -40,8 +69,25 @@ fn main() {
         for (station, text) in plant::plant(stations, 1).iter().enumerate() {
             write(&project, &format!("station{station:03}.il"), text);
         }
-        audit(&name, &project, &["--cpu", "Q26UDV"]);
+        let audited = Audited::run(&project, "300s", &["--cpu", "Q26UDV"]);
+        whole.push(told(&audited.row(&name)));
     }
+    (whole, short)
+}
+
+/// Prints a row while the others are still measured.
+fn told(row: &str) -> String {
+    println!("{row}");
+    row.to_owned()
+}
+
+/// The page with other rows in the table between two marks; its two heading lines stay.
+fn with_rows(page: &str, mark: &str, rows: &[String]) -> String {
+    let (begin, end) = (format!("<!-- {mark} -->\n"), format!("<!-- end of {mark} -->\n"));
+    let (before, rest) = page.split_once(&begin).expect("the page has the table's mark");
+    let (table, after) = rest.split_once(&end).expect("the page has the mark of the table's end");
+    let heading: Vec<&str> = table.lines().take(2).collect();
+    format!("{before}{begin}{}\n{}\n{end}{after}", heading.join("\n"), rows.join("\n"))
 }
 
 fn write(directory: &Path, name: &str, text: &str) -> PathBuf {
@@ -50,26 +96,55 @@ fn write(directory: &Path, name: &str, text: &str) -> PathBuf {
     path
 }
 
-fn audit(name: &str, program: &Path, options: &[&str]) {
-    let (processor, begin) = (children_seconds(), Instant::now());
-    let audit = Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(["audit", "--format", "json", "--time-limit", "300s"])
-        .args(options)
-        .arg(program)
-        .output()
-        .expect("scanbound runs");
-    let (wall, processor) = (begin.elapsed().as_secs_f64(), children_seconds() - processor);
-    let report = String::from_utf8_lossy(&audit.stdout);
-    let number = |key: &str| {
-        let after = report.split_once(&format!("\"{key}\":")).map_or("", |(_, after)| after);
-        let digits: String = after.trim_start().chars().take_while(char::is_ascii_digit).collect();
-        digits.parse::<u64>().unwrap_or(0)
-    };
-    let (upper, lower) = (number("upper_ps"), number("lower_ps"));
-    let gap = (upper - lower) as f64 * 100.0 / upper.max(1) as f64;
-    let exact = if upper == lower { "exact".to_owned() } else { format!("gap {gap:.2} %") };
-    let instructions = number("instructions");
-    println!("| {name} | {instructions} | {processor:.2} | {wall:.2} | {exact} |");
+/// What an audit took and found.
+struct Audited {
+    processor: f64,
+    wall: f64,
+    instructions: u64,
+    upper: u64,
+    lower: u64,
+}
+
+impl Audited {
+    fn run(program: &Path, limit: &str, options: &[&str]) -> Audited {
+        let (processor, begin) = (children_seconds(), Instant::now());
+        let audit = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+            .args(["audit", "--format", "json", "--time-limit", limit])
+            .args(options)
+            .arg(program)
+            .output()
+            .expect("scanbound runs");
+        let (wall, processor) = (begin.elapsed().as_secs_f64(), children_seconds() - processor);
+        let report = String::from_utf8_lossy(&audit.stdout);
+        let number = |key: &str| {
+            let after = report.split_once(&format!("\"{key}\":")).map_or("", |(_, after)| after);
+            let digits = after.trim_start().chars().take_while(char::is_ascii_digit);
+            digits.collect::<String>().parse::<u64>().unwrap_or(0)
+        };
+        let (instructions, upper, lower) =
+            (number("instructions"), number("upper_ps"), number("lower_ps"));
+        Audited { processor, wall, instructions, upper, lower }
+    }
+
+    /// How far the bounds are apart, in percent.
+    fn gap(&self) -> f64 {
+        (self.upper - self.lower) as f64 * 100.0 / self.upper.max(1) as f64
+    }
+
+    fn row(&self, name: &str) -> String {
+        let exact = match self.upper == self.lower {
+            true => "exact".to_owned(),
+            false => format!("gap {:.2} %", self.gap()),
+        };
+        let Audited { processor, wall, instructions, .. } = self;
+        format!("| {name} | {instructions} | {processor:.2} | {wall:.2} | {exact} |")
+    }
+
+    fn short_row(&self, name: &str) -> String {
+        let ms = |ps: u64| ps as f64 / 1e9;
+        let (upper, lower, gap) = (ms(self.upper), ms(self.lower), self.gap());
+        format!("| {name} | {upper:.3} ms | {lower:.3} ms | {gap:.1} % |")
+    }
 }
 
 /// The processor time that finished children took, in user mode.

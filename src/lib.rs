@@ -5,6 +5,28 @@
 //! [`scan::model::ScanModel`], and slices it into groups; [`solve`] finds each group's maximum; [`replay`] checks
 //! each witness. [`audit`](mod@audit) is all that as one call, and holds its result against a limit; [`measured`] holds
 //! it against measurements; [`report`] shows it. [`minasec`] emulates one machine; [`base`] is what all stand on.
+//! `docs/glossary.md` explains the terms.
+//!
+//! # Examples
+//!
+//! The longest scan of a program, in picoseconds:
+//!
+//! ```
+//! use scanbound::audit::{Request, audit};
+//! use scanbound::base::facts::Facts;
+//! use scanbound::front::Input;
+//! use scanbound::timing::table::parse_override;
+//!
+//! let text = "LD X0\nMOV K1 D0\nLDI X0\nMOV K2 D1\nEND\n";
+//! let inputs = [Input { name: "main.il".into(), bytes: text.into() }];
+//! let facts = Facts::default();
+//! let times = [parse_override("MOV=1.5us/0.3us").expect("a right price")];
+//! let request = Request { cpu: Some("Q26UDV"), times: &times, ..Request::new(&inputs, &facts) };
+//! let found = audit(&request)?;
+//! // The two moves exclude each other, and the bound knows.
+//! assert!(found.bound.exact() && found.bound.upper < found.bound.naive);
+//! # Ok::<(), scanbound::audit::Failure>(())
+//! ```
 
 pub mod audit;
 pub mod base;

@@ -98,8 +98,8 @@ pub struct Audit {
 }
 
 impl Audit {
-    /// So long a scan takes as is known to happen, by the table. That is the lower bound, but for what a clock's
-    /// tolerance allows for: no scan is known to take that.
+    /// The longest scan that is known to be possible, by the table: the lower bound, without what is added for a clock's
+    /// tolerance, since no scan is known to need that.
     #[must_use]
     pub fn possible(&self) -> Picos {
         match &self.table.factor {

@@ -147,6 +147,22 @@ pub struct Check {
 impl Check {
     /// Holds an audit against a limit. What may make the bound too low keeps it from being proved, and what may
     /// not be there from being refuted.
+    ///
+    /// # Examples
+    /// ```
+    /// use scanbound::audit::verdict::{Check, Margin, Verdict};
+    /// use scanbound::audit::{Request, audit};
+    /// use scanbound::base::{facts::Facts, time::Picos};
+    /// use scanbound::front::Input;
+    ///
+    /// let inputs = [Input { name: "main.il".into(), bytes: "LD X0\nMOV K1 D0\nEND\n".into() }];
+    /// let facts = Facts::parse("facts.toml", "[io]\ninputs = 16\noutputs = 0\n").expect("right facts");
+    /// let found = audit(&Request { cpu: Some("Q26UDV"), ..Request::new(&inputs, &facts) })?;
+    /// let check = |limit| Check::new(&found, limit, Margin::default()).verdict;
+    /// assert_eq!(check(Picos(10_000_000_000)), Verdict::Proved);
+    /// assert_eq!(check(Picos(1)), Verdict::Refuted);
+    /// # Ok::<(), scanbound::audit::Failure>(())
+    /// ```
     #[must_use]
     pub fn new(audit: &Audit, limit: Picos, margin: Margin) -> Check {
         let (upper, lower) =

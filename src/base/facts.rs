@@ -100,8 +100,20 @@ impl Facts {
         base.chain(network).chain(self.factor.iter().map(factor)).collect()
     }
 
-    /// Reads a facts file in TOML. `name` is the file's name for the diagnostics, which are all faults at once, up to a
-    /// limit.
+    /// Reads a facts file in TOML. `name` is the file's name for the diagnostics.
+    ///
+    /// # Errors
+    /// All faults at once, up to a limit.
+    ///
+    /// # Examples
+    /// ```
+    /// use scanbound::base::facts::Facts;
+    ///
+    /// let facts = Facts::parse("facts.toml", "[interrupts]\nI0 = 2\n").expect("right facts");
+    /// assert_eq!(facts.interrupt("I0"), Some(2));
+    /// let faults = Facts::parse("facts.toml", "[interrupts]\nI0 = -1\n").expect_err("a negative number");
+    /// assert_eq!(faults.len(), 1);
+    /// ```
     pub fn parse(name: &str, text: &str) -> Result<Facts, Vec<Diagnostic>> {
         let facts = Facts { places: Places::new(name, text), ..Facts::default() };
         let mut reader = Reader { name, facts, faults: Vec::new(), dropped: 0 };

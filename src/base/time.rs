@@ -62,11 +62,25 @@ impl Picos {
     pub const ZERO: Picos = Picos(0);
 
     /// Reads decimal microseconds (`1.52`), exactly.
+    ///
+    /// # Errors
+    /// If the text is no decimal number, is finer than a picosecond, or is too long a time.
     pub fn from_us_text(text: &str) -> Result<Picos, TimeError> {
         decimal(text.trim(), 6)
     }
 
     /// Reads a duration with its unit (`10ms`, `1.5 us`, `200µs`), exactly.
+    ///
+    /// # Errors
+    /// If there is no unit, or the number is no decimal one, is finer than a picosecond, or is too long a time.
+    ///
+    /// # Examples
+    /// ```
+    /// use scanbound::base::time::Picos;
+    ///
+    /// assert_eq!(Picos::from_duration_text("1.5 us"), Ok(Picos(1_500_000)));
+    /// assert!(Picos::from_duration_text("1.5").is_err());
+    /// ```
     pub fn from_duration_text(text: &str) -> Result<Picos, TimeError> {
         let text = text.trim();
         let units = [("ps", 0), ("ns", 3), ("us", 6), ("µs", 6), ("μs", 6), ("ms", 9), ("s", 12)];

@@ -142,6 +142,16 @@ impl Table {
     ///
     /// # Errors
     /// All faults at once, and with them the warnings; past a thousand they are only counted.
+    ///
+    /// # Examples
+    /// ```
+    /// use scanbound::base::time::Picos;
+    /// use scanbound::timing::table::Table;
+    ///
+    /// let parsed = Table::parse("my.csv", b"instruction,on_us,off_us\nMOV,1.5,0.3\n").expect("a right table");
+    /// let row = parsed.table.row("MOV").expect("the row");
+    /// assert_eq!((row.on, row.off), (Picos(1_500_000), Picos(300_000)));
+    /// ```
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, Vec<Diagnostic>> {
         let text =
             std::str::from_utf8(bytes).map_err(|error| vec![encoding(file, bytes, &error)])?;
