@@ -1,6 +1,6 @@
 //! The rules that hold between the modules, read off the source text: who may know whom, and how files look.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -58,6 +58,9 @@ const FLOATS: &[(&str, &[&str])] = &[
     ("f64", &["src/report", "src/command", "src/solve/maxima.rs", "src/replay/lists.rs"]),
     ("f32", &["src/front", "src/scan", "src/replay", "src/report", "src/command"]),
 ];
+
+/// Directories whose files still import each other in circles.
+const WITH_CIRCLES: &[&str] = &["src/audit", "src/measured", "src/replay", "src/scan"];
 
 struct Source {
     path: String,
@@ -147,6 +150,39 @@ fn named(line: &str) -> impl Iterator<Item = &str> {
             item[..end].trim_end_matches(':')
         })
     })
+}
+
+/// The modules that code names as lying beside its own.
+fn siblings(code: &str) -> BTreeSet<String> {
+    let word = |text: &str| -> String {
+        text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+    };
+    let named = code.split("super::").skip(1).flat_map(|rest| match rest.strip_prefix('{') {
+        Some(group) => group
+            .split('}')
+            .next()
+            .unwrap_or_default()
+            .split(',')
+            .map(|item| word(item.trim_start()))
+            .collect(),
+        None => vec![word(rest)],
+    });
+    named.collect()
+}
+
+/// The files that are left when those are taken away, again and again, that import none of the others.
+fn circles(mut imports: BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
+    loop {
+        let free: Vec<String> = imports
+            .iter()
+            .filter(|(_, others)| others.iter().all(|other| !imports.contains_key(other)))
+            .map(|(file, _)| file.clone())
+            .collect();
+        if free.is_empty() {
+            return imports.into_keys().collect();
+        }
+        free.iter().for_each(|file| drop(imports.remove(file)));
+    }
 }
 
 /// Whether a path is this one or one below it.
@@ -263,6 +299,33 @@ fn fronts_do_not_know_each_other() {
 }
 
 #[test]
+fn files_of_a_directory_import_each_other_without_circles() {
+    let mut directories: BTreeMap<String, Vec<Source>> = BTreeMap::new();
+    for s in library().into_iter().filter(|s| !s.is_test() && !s.path.ends_with("/mod.rs")) {
+        let directory = s.path.rsplit_once('/').expect("below src").0.to_owned();
+        if !WITH_CIRCLES.contains(&directory.as_str()) {
+            directories.entry(directory).or_default().push(s);
+        }
+    }
+    let mut faults = Vec::new();
+    for (directory, files) in directories {
+        let name = |s: &Source| {
+            let file = s.path.rsplit('/').next().expect("a file");
+            file.trim_end_matches(".rs").to_owned()
+        };
+        let imports = files.iter().map(|s| {
+            let lines: String = s.code().map(|(_, line)| format!("{line} ")).collect();
+            (name(s), siblings(&lines).into_iter().filter(|other| *other != name(s)).collect())
+        });
+        let left = circles(imports.collect());
+        if !left.is_empty() {
+            faults.push(format!("{directory}: {}", left.join(", ")));
+        }
+    }
+    none(faults);
+}
+
+#[test]
 fn times_never_pass_through_floating_point() {
     let mut faults = Vec::new();
     for (float, allowed) in FLOATS {
@@ -303,6 +366,14 @@ fn the_rules_see_what_they_forbid() {
     assert_eq!(named("use crate::{solve::x, time};").collect::<Vec<_>>(), ["solve::x", "time"]);
     assert!(is_within("scan::model", "scan") && !is_within("scanner::x", "scan"));
     assert_eq!(named("a(crate::base::time::Picos, crate::scan::model::Lit)").count(), 2);
+    let others = siblings("use super::{a::X, b}; fn f() { super::c::g(super::d) }");
+    assert_eq!(others, ["a", "b", "c", "d"].map(str::to_owned).into());
+    let imports = |of: &[(&str, &str)]| -> Vec<String> {
+        let one = |&(file, other): &(&str, &str)| (file.to_owned(), [other.to_owned()].into());
+        circles(of.iter().map(one).collect())
+    };
+    assert_eq!(imports(&[("a", "b"), ("b", "c"), ("c", "x")]), [""; 0]);
+    assert_eq!(imports(&[("a", "b"), ("b", "a"), ("c", "x")]), ["a", "b"]);
     assert!(has_word("x as f64;", "f64") && !has_word("my_f64", "f64"));
     let source = Source {
         path: "src/x.rs".to_owned(),

@@ -1,6 +1,6 @@
 //! The names that people know things by: devices with their comments, and the ways to an instruction.
 
-use crate::program::{Area, BitTarget, Cell, Frame, Program, Radix, Step, Write};
+use crate::program::{Area, BitTarget, Cell, Frame, Program, Radix, Role, Step, Write};
 use crate::scan::model::{Origin, Variable};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -30,7 +30,7 @@ impl<'a> Names<'a> {
         for (index, instruction) in program.instructions.iter().enumerate() {
             for effect in &instruction.effects {
                 if let Write::Bit(BitTarget::Cell(cell), _) = effect.write
-                    && is_hidden(program, cell)
+                    && program.area(cell.area).role == Role::Hidden
                 {
                     memories.entry(cell).or_insert(index);
                 }
@@ -120,11 +120,6 @@ impl<'a> Names<'a> {
     }
 }
 
-/// Whether the cell is of the analysis and no device: such areas' names begin with a small letter.
-fn is_hidden(program: &Program, cell: Cell) -> bool {
-    program.areas[usize::from(cell.area.0)].name.starts_with(|c: char| c.is_ascii_lowercase())
-}
-
 /// A device's name as `Program::cell_name` writes it, where it is one; else as it stands.
 fn plain(areas: &[&Area], name: &str) -> String {
     let name = name.trim().to_uppercase();
@@ -169,7 +164,7 @@ mod tests {
     use crate::program::AreaKind;
 
     fn program(comments: &[(&str, &str)]) -> Program {
-        let area = |name: &str, radix| Area { name: name.to_owned(), kind: AreaKind::Bit, radix };
+        let area = |name: &str, radix| Area::new(name, AreaKind::Bit, radix);
         Program {
             areas: vec![
                 area("X", Radix::Hexadecimal),

@@ -341,6 +341,9 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         is_user_instruction: &|name| table.knows(name),
         facts: request.facts,
     })?;
+    for area in program.areas.iter().filter(|area| !area.aliases.is_empty()) {
+        table.join_cells(&[&[area.name.as_str()], area.aliases].concat());
+    }
     Ok((program, table))
 }
 

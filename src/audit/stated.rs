@@ -3,7 +3,7 @@
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part};
 use crate::program::{
-    AreaId, BitSource, Cell, Program, Region, Source, StartRange, WordSource, flow,
+    AreaId, BitSource, Cell, Program, Region, Role, Source, StartRange, WordSource, flow,
 };
 use crate::timing::price::own_points;
 use crate::timing::table::Table;
@@ -61,12 +61,12 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
         }
     }
     let sides = [
-        ("input", "X", facts.inputs, &table.most_inputs),
-        ("output", "Y", facts.outputs, &table.most_outputs),
+        ("input", Role::Input, facts.inputs, &table.most_inputs),
+        ("output", Role::Output, facts.outputs, &table.most_outputs),
     ];
-    for (side, area, stated, most) in sides {
+    for (side, role, stated, most) in sides {
         let Some(stated) = stated else { continue };
-        let (seen, why) = own_points(program, side, area, most.as_ref());
+        let (seen, why) = own_points(program, side, role, most.as_ref());
         if stated < seen {
             let message = format!("{stated} {side} points are stated, but the program shows {why}");
             let help = "state all the points that the CPU refreshes";

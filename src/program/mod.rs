@@ -71,15 +71,39 @@ pub enum Radix {
     Octal,
 }
 
+/// What an area is for, as far as the stages behind ask.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Role {
+    /// What a program keeps, or what the machine keeps for it.
+    Memory,
+    /// Points that come in from terminals, one a cell.
+    Input,
+    /// Points that go out to terminals, one a cell.
+    Output,
+    /// What a front makes for itself, such as what an instruction remembers: no device that anybody knows.
+    Hidden,
+}
+
 /// A named area of memory, such as all `D` registers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Area {
     /// The letters in front of the index, as users write them.
     pub name: String,
+    /// Other letters by which timing tables may name the same cells.
+    pub aliases: &'static [&'static str],
+    /// What it is for.
+    pub role: Role,
     /// Bits or words.
     pub kind: AreaKind,
     /// How indices are written.
     pub radix: Radix,
+}
+
+impl Area {
+    /// An area of memory.
+    pub fn new(name: impl Into<String>, kind: AreaKind, radix: Radix) -> Area {
+        Area { name: name.into(), aliases: &[], role: Role::Memory, kind, radix }
+    }
 }
 
 /// One cell of memory: a bit or a 16-bit word.
@@ -717,13 +741,19 @@ impl Program {
         Diagnostic::line(code, file, line, &*at.text, message, help).at_step(step)
     }
 
+    /// The area in which a cell lies.
+    #[must_use]
+    pub fn area(&self, id: AreaId) -> &Area {
+        &self.areas[usize::from(id.0)]
+    }
+
     /// The cell's name as users write it (`X1F`, `D100`).
     #[must_use]
     pub fn cell_name(&self, cell: Cell) -> String {
         if let Some(name) = self.names.get(&cell) {
             return name.clone();
         }
-        let area = &self.areas[usize::from(cell.area.0)];
+        let area = self.area(cell.area);
         match area.radix {
             Radix::Decimal => format!("{}{}", area.name, cell.index),
             Radix::Hexadecimal => format!("{}{:X}", area.name, cell.index),

@@ -31,7 +31,7 @@ pub(super) fn instruction(step: Step, effects: Vec<Effect>) -> Instruction {
 
 /// A program of one main routine over the bit area M and the word area D.
 pub(super) fn program(instructions: Vec<Instruction>) -> Program {
-    let area = |name: &str, kind| Area { name: name.to_owned(), kind, radix: Radix::Decimal };
+    let area = |name: &str, kind| Area::new(name, kind, Radix::Decimal);
     Program {
         areas: vec![area("M", AreaKind::Bit), area("D", AreaKind::Word)],
         mains: vec![0..instructions.len(); 1],

@@ -115,7 +115,7 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> (Program, Vec<Times>) {
         ranges.push(StartRange { cells, low, high });
     }
     let times = times(g.tape, g.instructions.len());
-    let area = |name: &str, kind| Area { name: name.to_owned(), kind, radix: Radix::Decimal };
+    let area = |name: &str, kind| Area::new(name, kind, Radix::Decimal);
     let program = Program {
         areas: vec![area("M", AreaKind::Bit), area("D", AreaKind::Word)],
         instructions: g.instructions,

@@ -17,8 +17,8 @@ use crate::base::location::Location;
 use crate::base::time::Picos;
 use crate::program::{
     Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
-    Effect, Instruction, Join, Logic, Program, Radix, SourceFile, Step, TimingKey, Touched, Units,
-    When, Write,
+    Effect, Instruction, Join, Logic, Program, Radix, Role, SourceFile, Step, TimingKey, Touched,
+    Units, When, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -39,9 +39,11 @@ const TENTH: u64 = 100_000_000_000;
 /// The program of a source: one scan is one pass. `latched`: inputs are read once a pass, not at each test.
 #[must_use]
 pub fn decode(source: &Source, latched: bool) -> Program {
-    let area = |name: String| Area { name, kind: AreaKind::Bit, radix: Radix::Decimal };
+    let area = |name: String| Area::new(name, AreaKind::Bit, Radix::Decimal);
     let fixed = ["IN", "OUT", "TIM", "Head of GN", "Main at LBL", "Run of GN"];
-    let fixed = fixed.map(|name| area(name.to_owned()));
+    let mut fixed = fixed.map(|name| area(name.to_owned()));
+    fixed[usize::from(INPUTS.0)].role = Role::Input;
+    fixed[usize::from(OUTPUTS.0)].role = Role::Output;
     let waits = source.routines.iter().map(|routine| area(format!("{} in line ", name(routine))));
     let outputs = source.outputs();
     let comments = source.comments.iter().map(|(&bit, comment)| {

@@ -1,6 +1,6 @@
 //! The memory of MELSEC CPUs: areas, their names and how their indices are written, by CPU family.
 
-use crate::program::{Area, AreaId, AreaKind, Cell, PowerUp, Radix, Region};
+use crate::program::{Area, AreaId, AreaKind, Cell, PowerUp, Radix, Region, Role};
 
 /// CPU families that differ in how they write devices or what instructions mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -232,8 +232,22 @@ const fn is_same(a: &[u8], b: &[u8]) -> bool {
 pub fn areas(family: Family) -> Vec<Area> {
     AREAS
         .iter()
-        .map(|&(name, kind)| Area { name: name.to_owned(), kind, radix: radix(name, family) })
+        .map(|&(name, kind)| Area {
+            role: role(name),
+            // File registers have a number in all blocks and one in the block that is set.
+            aliases: if name == "ZR" { &["R"] } else { &[] },
+            ..Area::new(name, kind, radix(name, family))
+        })
         .collect()
+}
+
+fn role(name: &str) -> Role {
+    match name {
+        "X" => Role::Input,
+        "Y" => Role::Output,
+        "edge " | "stood at " => Role::Hidden,
+        _ => Role::Memory,
+    }
 }
 
 /// How indices behind a device name are written.

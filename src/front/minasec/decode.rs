@@ -7,14 +7,22 @@ use super::{Kind, Opcode, Source, WORDS, Word};
 use crate::base::location::Location;
 use crate::program::{
     Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
-    Effect, Instruction, Join, Logic, Program, Radix, SourceFile, Step, TimingKey, Touched, Units,
-    When, Write,
+    Effect, Instruction, Join, Logic, Program, Radix, Role, SourceFile, Step, TimingKey, Touched,
+    Units, When, Write,
 };
 
 /// The one CPU.
 pub(super) const CPU: &str = "MINASEC-U";
 /// The areas, named so that a cell's name reads as the machine's: `X0` and 3 is X03.
-const AREAS: [&str; 7] = ["X0", "Y0", "M0", "M1", "T", "C", "ACC"];
+const AREAS: [(&str, Role); 7] = [
+    ("X0", Role::Input),
+    ("Y0", Role::Output),
+    ("M0", Role::Memory),
+    ("M1", Role::Memory),
+    ("T", Role::Memory),
+    ("C", Role::Memory),
+    ("ACC", Role::Memory),
+];
 const TIMERS: u16 = 4;
 const COUNTER: u16 = 5;
 const ACCUMULATOR: u16 = 6;
@@ -27,7 +35,7 @@ pub fn decode(source: &Source) -> Program {
         cpu: Some(CPU.to_owned()),
         clocked: Some(WORDS as u64),
         areas: AREAS
-            .map(|name| Area { name: name.to_owned(), kind: AreaKind::Bit, radix: Radix::Decimal })
+            .map(|(name, role)| Area { role, ..Area::new(name, AreaKind::Bit, Radix::Decimal) })
             .into(),
         ..Program::default()
     };

@@ -1,83 +1,15 @@
 //! Instructions on words: what they write, exactly where that is simple, else any value.
 
-use super::assembly::{Assembly, fired};
+use super::assembly::Assembly;
 use super::catalog::{Extent, Role};
+use super::extent::{MOST_WORDS, fits, length};
 use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
 use crate::program::{
-    AreaId, BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation, Units,
+    AreaId, BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation,
     WordSource, WordTarget, Write,
 };
-
-/// Blocks of more words are forgotten rather than followed.
-pub(super) const MOST_WORDS: u32 = 256;
-
-/// An application instruction with one condition.
-pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
-    let mut key = asm.key(item, false);
-    key.units = units(asm, item);
-    let exact =
-        if item.operands.iter().any(Operand::is_indirect) { None } else { exact(asm, item) };
-    let followed = exact.is_some();
-    let carry = super::exact::carry_before(asm, item).filter(|_| followed);
-    let (writes, outcome) = match exact {
-        Some(writes) => (writes, super::exact::Outcome::Written),
-        None => super::exact::writes(asm, item),
-    };
-    let widened = !followed && !writes.is_empty();
-    let mut effects: Vec<_> = Vec::new();
-    if item.raw.immediate {
-        effects.extend(refresh(asm, item).into_iter().map(fired));
-    }
-    effects.extend(carry);
-    effects.extend(writes.into_iter().map(fired));
-    effects.extend(super::exact::flags(asm, item, outcome));
-    if item.meaning() == "out-bit" {
-        // The one instruction here that also writes while its condition is off.
-        for effect in &mut effects {
-            effect.when = crate::program::When::Always;
-        }
-    }
-    let fires = asm.fires(item.raw.edge);
-    asm.act(fires, effects, Some(key));
-    if widened {
-        let written = written(asm, item);
-        asm.note(match written.is_empty() {
-            true => "what this changes takes any value".to_owned(),
-            false => format!("{written} takes any value"),
-        });
-    }
-    note_indirect(asm, item);
-}
-
-/// The operands that are written, as the source has them.
-fn written(asm: &Assembly, item: &Item<'_>) -> String {
-    let Some(row) = item.row else { return item.raw.operands.join(", ") };
-    let roles = row.operands.iter().zip(&item.raw.operands).zip(&item.operands);
-    let parts = roles.filter(|((role, _), _)| is_written(role)).map(|((role, text), operand)| {
-        let length = match *role {
-            Role::Target(extent) => length(asm.memory, item, extent),
-            Role::Either(count) => Some(count),
-            _ => None,
-        };
-        match (length, operand) {
-            (_, Operand::Within(_)) => format!("all that {text} may lead to"),
-            (_, Operand::Anywhere) => "all memory".to_owned(),
-            (Some(1), _) => text.clone(),
-            (Some(2), _) => format!("{text} and the word behind it"),
-            (Some(count), _) => {
-                format!("{text} and the {} words behind it", count.saturating_sub(1))
-            }
-            (None, _) => format!("the whole area of {text}"),
-        }
-    });
-    parts.collect::<Vec<_>>().join(", ")
-}
-
-fn is_written(role: &Role) -> bool {
-    matches!(role, Role::Target(_) | Role::Either(_))
-}
 
 /// Notes that operands are read whose values are not followed.
 pub(super) fn note_indirect(asm: &mut Assembly, item: &Item<'_>) {
@@ -102,63 +34,6 @@ pub(super) fn note_unknown(asm: &mut Assembly, item: &Item<'_>) {
         asm.note("this comparison may come out either way");
     }
     note_indirect(asm, item);
-}
-
-/// How many words an operand reaches over; `None` if that is not known.
-pub(super) fn length(memory: Memory, item: &Item<'_>, extent: Extent) -> Option<u32> {
-    match extent {
-        Extent::Words(count) => Some(count),
-        Extent::Counted(at) => item.operands.get(at)?.count(memory.family),
-        Extent::UpTo(at) => {
-            let last = item.operands.get(at)?.word()?;
-            let role = item
-                .row?
-                .operands
-                .iter()
-                .position(|role| matches!(role, Role::Target(Extent::UpTo(_))))?;
-            let first = item.operands.get(role)?.word()?;
-            (first.area == last.area && first.index <= last.index)
-                .then(|| last.index - first.index + 1)
-        }
-        Extent::Unknown => None,
-    }
-}
-
-/// How many words the instruction handles, for times by the word.
-fn units(asm: &Assembly, item: &Item<'_>) -> Units {
-    let Some(row) = item.row else { return Units::None };
-    let most = u64::from(asm.memory.size(crate::program::AreaId(4)));
-    let of = |length: Option<u32>| {
-        length.map_or(Units::AtMost(most), |count| Units::Exactly(u64::from(count)))
-    };
-    let extents = row.operands.iter().filter_map(|role| match role {
-        Role::Target(extent) => Some(*extent),
-        _ => None,
-    });
-    let ranged =
-        extents.clone().find(|extent| matches!(extent, Extent::Counted(_) | Extent::UpTo(_)));
-    match (ranged, row.class, row.mnemonic) {
-        // Bits, as many as the last operand says.
-        (_, _, "SETA" | "RSTA" | "NSFL" | "NSFR") => {
-            let count = item.operands.last().and_then(|bits| bits.count(asm.memory.family));
-            count.map_or(Units::AtMost(65_535), |count| Units::Exactly(u64::from(count)))
-        }
-        (Some(extent), ..) => of(length(asm.memory, item, extent)),
-        (None, "search", "TCMP" | "MCMP") => Units::Exactly(16),
-        (None, "search", "BCMP") => Units::Exactly(32),
-        (None, "search", "BCMP2") => Units::Exactly(512),
-        (None, "search", _) => {
-            of(item.operands.first().and_then(|operand| operand.count(asm.memory.family)))
-        }
-        // Strings hold 4095 characters at most.
-        (None, "string" | "compare-string", _) => Units::AtMost(4095),
-        (None, "block" | "table" | "module", _) => Units::AtMost(most),
-        (None, "conversion" | "shift" | "bit" | "special", _) => {
-            let words: u32 = extents.filter_map(|extent| length(asm.memory, item, extent)).sum();
-            Units::Exactly(u64::from(words.max(1)))
-        }
-        _ => Units::None,
-    }
 }
 
 /// Writes of any value to all that the instruction may write.
@@ -217,22 +92,6 @@ fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
     named.then_some(Region::Range { first: Cell { area: first.area, index: 100 }, count: 100 })
 }
 
-/// Input words that `!` reads anew before the instruction runs.
-fn refresh(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
-    let Some(row) = item.row else { return Vec::new() };
-    let mut writes = Vec::new();
-    for (role, operand) in row.operands.iter().zip(&item.operands) {
-        if let (Role::Source(Some(count)) | Role::Either(count), Operand::Word(first)) =
-            (role, operand)
-            && super::memory::Memory::is_refreshed(*first)
-        {
-            writes
-                .push(Write::Forget(Region::Range { first: *first, count: *count }, asm.choice()));
-        }
-    }
-    writes
-}
-
 /// The writes to condition flags that the catalog lists: each takes any value.
 pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
     let named = item.row.map_or("*", |row| row.flags);
@@ -250,11 +109,6 @@ pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
         named.split(' ').flat_map(|flag| if flag == "~" { left.to_vec() } else { vec![flag] });
     let targets: Vec<BitTarget> = named.filter_map(|flag| asm.memory.flag(flag)).collect();
     targets.into_iter().map(|target| Write::Bit(target, asm.free())).collect()
-}
-
-/// Whether so many words lie within their area: an instruction that reaches beyond ends in an error.
-pub(super) fn fits(memory: Memory, first: Cell, count: u32) -> bool {
-    first.index.checked_add(count).is_some_and(|end| end <= memory.size(first.area))
 }
 
 /// So many words from an operand on as they are read; `None` where that is no read of words.
@@ -304,7 +158,7 @@ fn width(item: &Item<'_>, at: usize) -> u32 {
 }
 
 /// What the instruction writes, where that is followed exactly.
-fn exact(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+pub(super) fn exact(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
     let wide = width(item, 0);
     let ones = || Number::Words(vec![WordSource::Const(u16::MAX); wide as usize]);
     let one = || {

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::assembly::Assembly;
 use super::catalog::{Extent, Role};
-use super::data;
 use super::emit::{CallSite, Emitter};
+use super::extent;
 use super::layout::{Layout, layout};
 use super::memory::Memory;
 use super::operand::{Operand, Reader, Want};
@@ -304,7 +304,7 @@ impl Decoder {
     fn count_points(&mut self, item: &Item<'_>) {
         let Some(row) = item.row else { return };
         let memory = self.asm.memory;
-        let length = |extent| data::length(memory, item, extent).unwrap_or(MOST_POINTS);
+        let length = |extent| extent::length(memory, item, extent).unwrap_or(MOST_POINTS);
         let block = row.operands.iter().find_map(|role| match role {
             Role::Target(extent @ Extent::Counted(_)) => Some(*extent),
             _ => None,

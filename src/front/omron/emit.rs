@@ -2,13 +2,13 @@
 
 use super::assembly::{Assembly, always, fired};
 use super::catalog::Lead;
-use super::data;
 use super::layout::Layout;
 use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::{Item, branch};
 use super::source::{Edge, Family};
 use super::timers;
+use super::{act, data};
 use crate::program::{
     BitSource, BitTarget, Effect, Join, Logic, Region, Step, Units, WordSource, Write,
 };
@@ -414,7 +414,7 @@ impl<'a> Emitter<'a> {
             "timer" | "timer-unknown" | "always-forget" | "reset-timers" => {
                 timers::timer(self.asm, item)
             }
-            _ => data::act(self.asm, item),
+            _ => act::act(self.asm, item),
         }
     }
 

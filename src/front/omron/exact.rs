@@ -2,6 +2,7 @@
 
 use super::assembly::{Assembly, fired};
 use super::data;
+use super::extent;
 use super::operand::Operand;
 use super::resolve::Item;
 use super::source::Family;
@@ -275,8 +276,8 @@ fn meaning(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
             with(asm, operation, limits.chain([value]).collect(), target(asm, item, 2, 1)?)
         }
         "SLD" | "SRD" => {
-            let count = data::length(asm.memory, item, super::catalog::Extent::UpTo(1))?;
-            let count = Some(count).filter(|&count| count <= data::MOST_WORDS)?;
+            let count = extent::length(asm.memory, item, super::catalog::Extent::UpTo(1))?;
+            let count = Some(count).filter(|&count| count <= extent::MOST_WORDS)?;
             own(
                 asm,
                 Operation::Shift { left: name == "SLD", signed: false },
@@ -361,7 +362,7 @@ fn moved(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
         }
         "BCNT" if family == Family::Cs => {
             let count = item.operands.first()?.count(family);
-            let count = count.filter(|count| (1..=data::MOST_WORDS).contains(count))?;
+            let count = count.filter(|count| (1..=extent::MOST_WORDS).contains(count))?;
             simple(Operation::CountBits(1), words(asm, item, 1, count)?, target(asm, item, 2, 1)?)
         }
         "COLL" if family == Family::Cs => {
@@ -425,7 +426,7 @@ fn carry_target(asm: &Assembly) -> Option<Target> {
 /// Where so many words from an operand on are written.
 fn target(asm: &Assembly, item: &Item<'_>, at: usize, count: u32) -> Option<Target> {
     let &Operand::Word(first) = item.operands.get(at)? else { return None };
-    if !data::fits(asm.memory, first, count) {
+    if !extent::fits(asm.memory, first, count) {
         return None;
     }
     Some(Target::Words((0..count).map(|n| WordTarget::Cell(first.plus(n))).collect()))

@@ -153,21 +153,17 @@ impl Memory {
         let mut areas: Vec<Area> = self
             .known()
             .iter()
-            .map(|known| Area {
-                name: known.name.to_owned(),
-                kind: match known.role {
+            .map(|known| {
+                let kind = match known.role {
                     Use::Words | Use::Values => AreaKind::Word,
                     Use::Flags(_) | Use::Conditions => AreaKind::Bit,
-                },
-                radix: Radix::Decimal,
+                };
+                Area::new(known.name, kind, Radix::Decimal)
             })
             .collect();
         if self.family == Family::Cs {
-            areas.extend((0..BANKS).map(|bank| Area {
-                name: format!("E{bank:X}_"),
-                kind: AreaKind::Word,
-                radix: Radix::Decimal,
-            }));
+            let bank = |bank| Area::new(format!("E{bank:X}_"), AreaKind::Word, Radix::Decimal);
+            areas.extend((0..BANKS).map(bank));
         }
         areas
     }

@@ -1,5 +1,6 @@
 //! The OMRON dialects: mnemonics in the C200H's and in CX-Programmer's spelling, and CX-Programmer's text files.
 
+mod act;
 mod assembly;
 mod catalog;
 mod cxt;
@@ -7,6 +8,7 @@ mod data;
 mod decode;
 mod emit;
 mod exact;
+mod extent;
 mod layout;
 mod list;
 mod loops;

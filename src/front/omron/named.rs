@@ -2,7 +2,7 @@
 //! shows none because it is taken as any value.
 
 use super::catalog::{Extent, Role};
-use super::data;
+use super::extent::length;
 use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
@@ -21,13 +21,11 @@ pub(super) fn touched(item: &Item<'_>, memory: Memory) -> Touched {
             // A block is read as long as it is written.
             Some(Role::Source(None)) => item.row.and_then(|row| {
                 row.operands.iter().find_map(|role| match role {
-                    Role::Target(extent @ Extent::Counted(_)) => {
-                        data::length(memory, item, *extent)
-                    }
+                    Role::Target(extent @ Extent::Counted(_)) => length(memory, item, *extent),
                     _ => None,
                 })
             }),
-            Some(Role::Target(extent)) => data::length(memory, item, *extent),
+            Some(Role::Target(extent)) => length(memory, item, *extent),
             Some(Role::Either(count)) => Some(*count),
             // Of an address that is not read itself nothing is touched.
             Some(Role::Address | Role::Number) => continue,

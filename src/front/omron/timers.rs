@@ -2,6 +2,7 @@
 
 use super::assembly::{Assembly, always, fired};
 use super::data;
+use super::extent;
 use super::operand::{Notation, Operand};
 use super::resolve::Item;
 use super::source::RawInstruction;
@@ -235,7 +236,7 @@ fn shift_register(asm: &mut Assembly, item: &Item<'_>, reset: u32) {
         (Some(Operand::Word(first)), Some(Operand::Word(last)))
             if first.area == last.area
                 && first.index <= last.index
-                && last.index - first.index < data::MOST_WORDS =>
+                && last.index - first.index < extent::MOST_WORDS =>
         {
             Some((*first, last.index - first.index + 1))
         }

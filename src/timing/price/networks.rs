@@ -5,7 +5,8 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Facts;
 use crate::base::time::Picos;
 use crate::program::{
-    BitSource, BitTarget, Cell, Instruction, Program, Region, Source, WordSource, WordTarget, Write,
+    AreaId, BitSource, BitTarget, Cell, Instruction, Program, Region, Role, Source, WordSource,
+    WordTarget, Write,
 };
 use crate::timing::table::{Evidence, Row, Table};
 
@@ -54,11 +55,12 @@ pub fn terms(table: &Table, facts: &Facts) -> Result<Vec<OverheadTerm>, Vec<Diag
 /// What the program uses that networks refresh: cells that the dialect names, points beyond those that the CPU can
 /// have, and stations that it reaches into by itself.
 pub fn used(program: &Program, table: &Table) -> Vec<NetworkUse> {
-    let beyond = [("X", "input", &table.most_inputs), ("Y", "output", &table.most_outputs)];
-    let beyond = beyond.into_iter().filter_map(|(name, side, most)| {
+    let beyond =
+        [(Role::Input, "input", &table.most_inputs), (Role::Output, "output", &table.most_outputs)];
+    let beyond = beyond.into_iter().filter_map(|(role, side, most)| {
         let most = most.as_ref()?.points;
-        let area = program.areas.iter().position(|area| area.name.eq_ignore_ascii_case(name))?;
-        let first = Cell { area: crate::program::AreaId(u16::try_from(area).ok()?), index: most };
+        let area = program.areas.iter().position(|area| area.role == role)?;
+        let first = Cell { area: AreaId(u16::try_from(area).ok()?), index: most };
         let cells = Region::Range { first, count: u32::MAX - most };
         let what = format!(
             "{} and beyond (more than the {most} {side} points that the CPU can have)",

@@ -5,7 +5,7 @@ use super::{Evidence, OverheadTerm, charged};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part};
 use crate::base::time::Picos;
-use crate::program::{AreaId, Cell, Program, Region};
+use crate::program::{Cell, Program, Region, Role};
 use crate::timing::table::{MostPoints, Row, Table};
 use std::collections::BTreeSet;
 
@@ -156,19 +156,19 @@ pub fn refresh(
     facts: &Facts,
 ) -> Result<Refresh, Vec<Diagnostic>> {
     let sides = [
-        ("input", "X", facts.inputs, &table.most_inputs),
-        ("output", "Y", facts.outputs, &table.most_outputs),
+        ("input", Role::Input, facts.inputs, &table.most_inputs),
+        ("output", Role::Output, facts.outputs, &table.most_outputs),
     ];
     know_bases(table, facts)?;
     let mut found = Refresh::default();
-    for (at, (name, area, stated, most)) in sides.into_iter().enumerate() {
+    for (at, (name, role, stated, most)) in sides.into_iter().enumerate() {
         let side = Side { name, table };
         if side.rows(None).is_empty() {
             continue;
         }
         let (points, origin) = match stated {
             Some(stated) => (stated, format!("{stated} {name} points as stated")),
-            None => own_points(program, name, area, most.as_ref()),
+            None => own_points(program, name, role, most.as_ref()),
         };
         let base = facts.base.as_deref();
         let by_base = &facts.by_base[at];
@@ -275,7 +275,7 @@ const MOST_TOLD: usize = 100;
 pub fn own_points(
     program: &Program,
     side: &str,
-    area: &str,
+    role: Role,
     most: Option<&MostPoints>,
 ) -> (u32, String) {
     let most = most.map(|most| most.points);
@@ -288,7 +288,7 @@ pub fn own_points(
         let why = format!("{own} {side} points in the words that the program uses as {side}s");
         return (own, why);
     }
-    let Some(highest) = highest(program, area, most) else {
+    let Some(highest) = highest(program, role, most) else {
         return (0, format!("the program uses no {side}"));
     };
     let points = highest.cell.index.saturating_add(1).div_ceil(16).saturating_mul(16);
@@ -301,29 +301,28 @@ pub fn own_points(
     (own, format!("{own} {side} points, since {name} is the highest {side} {which}"))
 }
 
-/// The highest cell of an area that instructions name below a limit, and whether they name cells beyond.
+/// The highest cell of a role that instructions name below a limit, and whether they name cells beyond.
 struct Highest {
     cell: Cell,
     beyond: bool,
 }
 
-fn highest(program: &Program, area_name: &str, below: Option<u32>) -> Option<Highest> {
-    let at = program.areas.iter().position(|area| area.name.eq_ignore_ascii_case(area_name))?;
-    let area = AreaId(u16::try_from(at).ok()?);
-    let (mut last, mut beyond) = (None, false);
+fn highest(program: &Program, role: Role, below: Option<u32>) -> Option<Highest> {
+    let (mut last, mut beyond): (Option<Cell>, bool) = (None, false);
     for instruction in &program.instructions {
         each_region(instruction, &mut |region| {
             let Region::Range { first, count } = region else { return };
-            if first.area != area || count == 0 {
+            if count == 0 || program.area(first.area).role != role {
                 return;
             }
             let end = first.index.saturating_add(known_length(count));
             beyond |= below.is_some_and(|below| end > below);
             let end = below.map_or(end, |below| end.min(below));
             if first.index < end {
-                last = last.max(Some(end - 1));
+                let cell = Cell { index: end - 1, ..first };
+                last = Some(last.filter(|known| known.index >= cell.index).unwrap_or(cell));
             }
         });
     }
-    Some(Highest { cell: Cell { area, index: last? }, beyond })
+    Some(Highest { cell: last?, beyond })
 }

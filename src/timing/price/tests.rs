@@ -4,7 +4,7 @@ use super::*;
 use crate::base::location::Location;
 use crate::program::{
     Area, AreaId, AreaKind, BitSource, Cell, ChoiceId, Effect, Interrupt, Join, Logic, Number,
-    Radix, Region, SourceFile, Step, Touched, When, WordSource, WordTarget, Write,
+    Radix, Region, Role, SourceFile, Step, Touched, When, WordSource, WordTarget, Write,
 };
 
 const HEAD: &str = "instruction,on_us,off_us,per_unit_us,evidence\n";
@@ -132,7 +132,8 @@ fn what_is_stated_of_a_name_holds_for_its_variants_unless_they_are_stated_or_dea
 #[test]
 fn what_a_table_says_of_r_holds_for_zr() {
     let found = |rows: &str| {
-        let table = table(rows);
+        let mut table = table(rows);
+        table.join_cells(&["ZR", "R"]);
         let tags = [("ZR".to_owned(), 2)].into();
         let price = price_of(&table, &key(&["MOV"], "move", Units::None), &tags).unwrap();
         (price.on, price.off)
@@ -173,12 +174,13 @@ fn load(line: u32, block: u32, at: Cell) -> Instruction {
 }
 
 fn program(instructions: Vec<Instruction>) -> Program {
-    let area = |name: &str, kind, radix| Area { name: name.to_owned(), kind, radix };
+    let area = |name: &str, kind, radix| Area::new(name, kind, radix);
+    let points = |name: &str, role| Area { role, ..area(name, AreaKind::Bit, Radix::Hexadecimal) };
     let count = instructions.len();
     Program {
         areas: vec![
-            area("X", AreaKind::Bit, Radix::Hexadecimal),
-            area("Y", AreaKind::Bit, Radix::Hexadecimal),
+            points("X", Role::Input),
+            points("Y", Role::Output),
             area("D", AreaKind::Word, Radix::Decimal),
             area("ZR", AreaKind::Word, Radix::Decimal),
         ],

@@ -262,24 +262,24 @@ impl Table {
         }
     }
 
-    /// `R` and `ZR` name the same registers: what a row says of either holds for both, the dearer of two.
-    fn join_file_registers(&mut self) {
-        let names = ["@+R", "@+ZR"];
-        let [first, second] = names.map(|name| self.row(name).cloned());
-        let Some(mut row) = first.clone().or_else(|| second.clone()) else { return };
-        for other in [first, second].into_iter().flatten() {
+    /// Takes areas of these names for the same cells: what the `@+` row of one says holds for all, the dearest of them.
+    pub fn join_cells(&mut self, areas: &[&str]) {
+        let names: Vec<String> = areas.iter().map(|name| format!("@+{name}")).collect();
+        let rows: Vec<Row> = names.iter().filter_map(|name| self.row(name).cloned()).collect();
+        let Some(mut row) = rows.first().cloned() else { return };
+        for other in rows {
             row.on = row.on.max(other.on);
             row.off = row.off.max(other.off);
             row.per_unit = row.per_unit.max(other.per_unit);
             row.evidence = row.evidence.min(other.evidence);
         }
         for name in names {
-            let known = self.row(name);
+            let known = self.row(&name);
             let same = |known: &Row| {
                 (known.on, known.off, known.per_unit) == (row.on, row.off, row.per_unit)
             };
             if !known.is_some_and(same) {
-                self.put(Row { name: name.to_owned(), ..row.clone() });
+                self.put(Row { name, ..row.clone() });
             }
         }
     }

@@ -562,7 +562,6 @@ impl<'a> Reader<'a> {
         for row in self.read {
             table.put(Row { amends, ..row });
         }
-        table.join_file_registers();
         Ok(Parsed { table, warnings: self.warnings })
     }
 }

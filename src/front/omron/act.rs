@@ -1,0 +1,129 @@
+//! An application instruction: its condition, what it writes, exactly or as any value, and the flags behind it.
+
+use super::assembly::{Assembly, fired};
+use super::catalog::{Extent, Role};
+use super::extent::length;
+use super::memory::Memory;
+use super::operand::Operand;
+use super::resolve::Item;
+use super::{data, exact};
+use crate::program::{AreaId, Region, Units, When, Write};
+
+/// An application instruction with one condition.
+pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
+    let mut key = asm.key(item, false);
+    key.units = units(asm, item);
+    let exact =
+        if item.operands.iter().any(Operand::is_indirect) { None } else { data::exact(asm, item) };
+    let followed = exact.is_some();
+    let carry = exact::carry_before(asm, item).filter(|_| followed);
+    let (writes, outcome) = match exact {
+        Some(writes) => (writes, exact::Outcome::Written),
+        None => exact::writes(asm, item),
+    };
+    let widened = !followed && !writes.is_empty();
+    let mut effects: Vec<_> = Vec::new();
+    if item.raw.immediate {
+        effects.extend(refreshed(asm, item).into_iter().map(fired));
+    }
+    effects.extend(carry);
+    effects.extend(writes.into_iter().map(fired));
+    effects.extend(exact::flags(asm, item, outcome));
+    if item.meaning() == "out-bit" {
+        // The one instruction here that also writes while its condition is off.
+        for effect in &mut effects {
+            effect.when = When::Always;
+        }
+    }
+    let fires = asm.fires(item.raw.edge);
+    asm.act(fires, effects, Some(key));
+    if widened {
+        let written = written(asm, item);
+        asm.note(match written.is_empty() {
+            true => "what this changes takes any value".to_owned(),
+            false => format!("{written} takes any value"),
+        });
+    }
+    data::note_indirect(asm, item);
+}
+
+/// The operands that are written, as the source has them.
+fn written(asm: &Assembly, item: &Item<'_>) -> String {
+    let Some(row) = item.row else { return item.raw.operands.join(", ") };
+    let roles = row.operands.iter().zip(&item.raw.operands).zip(&item.operands);
+    let parts = roles.filter(|((role, _), _)| is_written(role)).map(|((role, text), operand)| {
+        let length = match *role {
+            Role::Target(extent) => length(asm.memory, item, extent),
+            Role::Either(count) => Some(count),
+            _ => None,
+        };
+        match (length, operand) {
+            (_, Operand::Within(_)) => format!("all that {text} may lead to"),
+            (_, Operand::Anywhere) => "all memory".to_owned(),
+            (Some(1), _) => text.clone(),
+            (Some(2), _) => format!("{text} and the word behind it"),
+            (Some(count), _) => {
+                format!("{text} and the {} words behind it", count.saturating_sub(1))
+            }
+            (None, _) => format!("the whole area of {text}"),
+        }
+    });
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+fn is_written(role: &Role) -> bool {
+    matches!(role, Role::Target(_) | Role::Either(_))
+}
+
+/// How many words the instruction handles, for times by the word.
+fn units(asm: &Assembly, item: &Item<'_>) -> Units {
+    let Some(row) = item.row else { return Units::None };
+    let most = u64::from(asm.memory.size(AreaId(4)));
+    let of = |length: Option<u32>| {
+        length.map_or(Units::AtMost(most), |count| Units::Exactly(u64::from(count)))
+    };
+    let extents = row.operands.iter().filter_map(|role| match role {
+        Role::Target(extent) => Some(*extent),
+        _ => None,
+    });
+    let ranged =
+        extents.clone().find(|extent| matches!(extent, Extent::Counted(_) | Extent::UpTo(_)));
+    match (ranged, row.class, row.mnemonic) {
+        // Bits, as many as the last operand says.
+        (_, _, "SETA" | "RSTA" | "NSFL" | "NSFR") => {
+            let count = item.operands.last().and_then(|bits| bits.count(asm.memory.family));
+            count.map_or(Units::AtMost(65_535), |count| Units::Exactly(u64::from(count)))
+        }
+        (Some(extent), ..) => of(length(asm.memory, item, extent)),
+        (None, "search", "TCMP" | "MCMP") => Units::Exactly(16),
+        (None, "search", "BCMP") => Units::Exactly(32),
+        (None, "search", "BCMP2") => Units::Exactly(512),
+        (None, "search", _) => {
+            of(item.operands.first().and_then(|operand| operand.count(asm.memory.family)))
+        }
+        // Strings hold 4095 characters at most.
+        (None, "string" | "compare-string", _) => Units::AtMost(4095),
+        (None, "block" | "table" | "module", _) => Units::AtMost(most),
+        (None, "conversion" | "shift" | "bit" | "special", _) => {
+            let words: u32 = extents.filter_map(|extent| length(asm.memory, item, extent)).sum();
+            Units::Exactly(u64::from(words.max(1)))
+        }
+        _ => Units::None,
+    }
+}
+
+/// Input words that `!` reads anew before the instruction runs.
+fn refreshed(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
+    let Some(row) = item.row else { return Vec::new() };
+    let mut writes = Vec::new();
+    for (role, operand) in row.operands.iter().zip(&item.operands) {
+        if let (Role::Source(Some(count)) | Role::Either(count), Operand::Word(first)) =
+            (role, operand)
+            && Memory::is_refreshed(*first)
+        {
+            writes
+                .push(Write::Forget(Region::Range { first: *first, count: *count }, asm.choice()));
+        }
+    }
+    writes
+}
