@@ -9,8 +9,8 @@ use scanbound::base::time::Picos;
 use scanbound::front::melsec::Melsec;
 use scanbound::front::{Dialect, Front, Fronts, Input, Kind, Options, Project, Sniff};
 use scanbound::program::{
-    Area, AreaId, AreaKind, BitTarget, Cell, Effect, Instruction, Join, Logic, Program, Radix,
-    Role, SourceFile, Step, TimingKey, Touched, Units, When, Write,
+    Area, AreaId, AreaKind, BitTarget, Cell, Device, Effect, Instruction, Join, Logic, Operand,
+    Program, Radix, Role, SourceFile, Step, TimingKey, Touched, Units, When, Write,
 };
 use scanbound::timing::table::Table;
 
@@ -40,16 +40,22 @@ impl Front for Toy {
         &self,
         dialect: &Dialect,
         programs: &[&Input],
-        _beside: &[&Input],
+        beside: &[&Input],
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let files: Vec<File> = programs.iter().map(|input| file(input)).collect();
-        Ok(Box::new(ToyProject { dialect: dialect.name, files }))
+        let names = beside.iter().flat_map(|input| file(input).lines);
+        let names = names.filter_map(|(_, device, name)| {
+            let index = device.strip_prefix("IN")?.parse().ok()?;
+            Some((Device { cell: Cell { area: AreaId(0), index }, bit: None }, name))
+        });
+        Ok(Box::new(ToyProject { dialect: dialect.name, names: names.collect(), files }))
     }
 }
 
 #[derive(Debug)]
 struct ToyProject {
     dialect: &'static str,
+    names: Vec<(Device, String)>,
     files: Vec<File>,
 }
 
@@ -79,6 +85,7 @@ impl Project for ToyProject {
         let mut program = Program {
             dialect: self.dialect.to_owned(),
             areas: vec![area("IN", Role::Input), area("COIL", Role::Output)],
+            comments: self.names.iter().cloned().collect(),
             ..Program::default()
         };
         let mut faults = Vec::new();
@@ -88,12 +95,13 @@ impl Project for ToyProject {
                 let text = format!("{word} {operand}");
                 let place = Location { file: at as u32, line: *line, step: None };
                 match meaning(word, operand, options) {
-                    Ok((step, effects)) => {
+                    Ok((cell, step, effects)) => {
                         program.blocks += u32::from(matches!(step, Step::Logic { .. }));
                         program.instructions.push(Instruction {
                             place,
                             block: program.blocks,
-                            text: text.into(),
+                            text: text.as_str().into(),
+                            operands: [named(&text, cell)].into(),
                             timing: Some(Box::new(timing(word))),
                             effects,
                             step,
@@ -122,7 +130,7 @@ fn meaning(
     word: &str,
     operand: &str,
     options: &Options<'_>,
-) -> Result<(Step, Vec<Effect>), String> {
+) -> Result<(Cell, Step, Vec<Effect>), String> {
     let cell = |letters: &str, area| {
         let index = operand.strip_prefix(letters).and_then(|digits| digits.parse().ok());
         let told = || format!("'{operand}' is no {letters} and a number");
@@ -130,15 +138,23 @@ fn meaning(
     };
     let contact = |value| Step::Logic { join: Join::Start, value };
     match word {
-        "when" => Ok((contact(Logic::cell(cell("IN", 0)?)), Vec::new())),
-        "unless" => Ok((contact(Logic::cell(cell("IN", 0)?).not()), Vec::new())),
+        "when" => cell("IN", 0).map(|cell| (cell, contact(Logic::cell(cell)), Vec::new())),
+        "unless" => cell("IN", 0).map(|cell| (cell, contact(Logic::cell(cell).not()), Vec::new())),
         word if (options.is_user_instruction)(word) => {
-            let write = Write::Bit(BitTarget::Cell(cell("COIL", 1)?), Logic::Const(true));
+            let coil = cell("COIL", 1)?;
+            let write = Write::Bit(BitTarget::Cell(coil), Logic::Const(true));
             let effect = Effect { when: When::Fired, write };
-            Ok((Step::Act { fires: Logic::Condition }, vec![effect]))
+            Ok((coil, Step::Act { fires: Logic::Condition }, vec![effect]))
         }
         _ => Err(format!("'{word}' is no word of a toy")),
     }
+}
+
+/// The operand behind the word.
+fn named(text: &str, cell: Cell) -> Operand {
+    let start = text.find(' ').map_or(0, |blank| blank + 1);
+    let device = Device { cell, bit: None };
+    Operand { start: start as u32, end: text.len() as u32, device }
 }
 
 fn timing(word: &str) -> TimingKey {
@@ -170,6 +186,7 @@ fn a_toys_longest_scan_is_found_and_shown_in_its_own_names() {
     let found = audited(&[
         ("fill.toy", "toy\nwhen IN1\nfill COIL2\n"),
         ("drain.toy", "toy\nunless IN1\ndrain COIL20\n"),
+        ("names.txt", "toy's names\nIN1 tank is empty\n"),
     ]);
     let audit = found.expect("an audit");
     // Filling and draining exclude each other through IN1; 16 points come in and 32 go out.
@@ -177,7 +194,8 @@ fn a_toys_longest_scan_is_found_and_shown_in_its_own_names() {
     assert_eq!(audit.bound.upper, us(1 + 2 + 1 + 80 + 10 + 4 + 2 * 5));
     assert_eq!(audit.bound.lower, audit.bound.upper);
     assert_eq!((audit.dialect.as_str(), audit.instructions), ("toy", 4));
-    assert_eq!(audit.groups[0].devices, ["IN1"]);
+    let tie = &audit.groups[0].ties[0];
+    assert_eq!((tie.device.as_str(), tie.comment.as_str()), ("IN1", "tank is empty"));
 }
 
 #[test]

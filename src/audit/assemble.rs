@@ -190,19 +190,20 @@ impl Findings<'_> {
         uses: &[usize],
         explain: bool,
     ) -> GroupUse {
-        let mut by_device: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+        let mut by_device: BTreeMap<String, (usize, usize, String)> = BTreeMap::new();
         for (order, variable) in group.variables.iter().enumerate() {
             let index = variable.0 as usize;
-            let device = names.device(&self.model.variables[index]);
-            by_device.entry(device).or_insert((order, 0)).1 += uses[index];
+            let variable = &self.model.variables[index];
+            let known = by_device.entry(names.device(variable));
+            known.or_insert_with(|| (order, 0, names.comment(variable))).1 += uses[index];
         }
-        let mut devices: Vec<(String, (usize, usize))> = by_device.into_iter().collect();
-        devices.sort_by_key(|(_, (order, _))| *order);
+        let mut devices: Vec<(String, (usize, usize, String))> = by_device.into_iter().collect();
+        devices.sort_by_key(|(_, (order, ..))| *order);
         let mut ties: Vec<Tie> = devices
             .iter()
-            .map(|(device, (_, uses))| Tie {
+            .map(|(device, (_, uses, comment))| Tie {
                 device: device.clone(),
-                comment: names.comment(device),
+                comment: comment.clone(),
                 uses: *uses,
             })
             .collect();
@@ -234,7 +235,11 @@ impl Findings<'_> {
         names: &Names<'_>,
         explain: bool,
     ) -> Vec<RungUse> {
-        let mut found = rungs(charges, names);
+        let instruction = |index: usize| {
+            &self.program.instructions[self.model.charges[group.charges[index]].instruction]
+        };
+        let comments = |index: usize| names.comments_in(instruction(index));
+        let mut found = rungs(charges, comments);
         let missing: Vec<(usize, usize)> = found
             .iter()
             .take(if explain { MOST_EXPLAINED } else { 0 })
@@ -336,7 +341,7 @@ impl Findings<'_> {
                         1 => name,
                         n => format!("{name} ({n})"),
                     },
-                    comment: names.comment(&names.device(variable)),
+                    comment: names.comment(variable),
                     value: match variable.kind {
                         VarKind::Bit => Value::Bit(word != 0),
                         VarKind::Word => Value::Word(word.cast_signed()),
@@ -501,7 +506,10 @@ impl Findings<'_> {
 
 /// The group's rungs, the dearest first, each with the charge (by its place among the group's) that falls
 /// shortest of its dearer time.
-fn rungs(charges: &[ChargeUse], names: &Names<'_>) -> Vec<(RungUse, Option<usize>)> {
+fn rungs(
+    charges: &[ChargeUse],
+    comments: impl Fn(usize) -> Vec<String>,
+) -> Vec<(RungUse, Option<usize>)> {
     let mut by_block: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, charge) in charges.iter().enumerate() {
         by_block.entry(charge.block).or_default().push(index);
@@ -511,13 +519,14 @@ fn rungs(charges: &[ChargeUse], names: &Names<'_>) -> Vec<(RungUse, Option<usize
     let mut rungs: Vec<(RungUse, Option<usize>)> = by_block
         .into_iter()
         .filter_map(|(block, own)| {
-            let shown = &charges[own.iter().copied().rev().max_by_key(|&index| dearer(index))?];
+            let dearest = own.iter().copied().rev().max_by_key(|&index| dearer(index))?;
+            let shown = &charges[dearest];
             let full = own.iter().filter(|&&index| short(index) == Picos::ZERO).count();
             let rung = RungUse {
                 block,
                 at: shown.at,
                 instruction: shown.instruction.clone(),
-                comments: names.comments_in(&shown.instruction),
+                comments: comments(dearest),
                 others: own.len() - 1,
                 fate: match full {
                     0 => Fate::Excluded,

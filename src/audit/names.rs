@@ -1,16 +1,12 @@
 //! The names that people know things by: devices with their comments, and the ways to an instruction.
 
-use crate::program::{Area, BitTarget, Cell, Frame, Program, Radix, Role, Step, Write};
+use crate::program::{BitTarget, Cell, Device, Frame, Instruction, Program, Role, Step, Write};
 use crate::scan::model::{Origin, Variable};
-use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Looks up device comments and tells places.
 pub struct Names<'a> {
     program: &'a Program,
-    /// The areas, the longer names before those they begin with.
-    areas: Vec<&'a Area>,
-    comments: BTreeMap<String, &'a str>,
     /// The instructions that remember something in a cell that no device is.
     memories: BTreeMap<Cell, usize>,
 }
@@ -18,14 +14,6 @@ pub struct Names<'a> {
 impl<'a> Names<'a> {
     /// Over a program and the comments it came with.
     pub fn new(program: &'a Program) -> Names<'a> {
-        let mut areas: Vec<&Area> = program.areas.iter().collect();
-        areas.sort_by_key(|area| Reverse(area.name.len()));
-        let comments = program
-            .comments
-            .iter()
-            .map(|(name, comment)| (plain(&areas, name), comment.trim()))
-            .filter(|(_, comment)| !comment.is_empty())
-            .collect();
         let mut memories = BTreeMap::new();
         for (index, instruction) in program.instructions.iter().enumerate() {
             for effect in &instruction.effects {
@@ -36,7 +24,7 @@ impl<'a> Names<'a> {
                 }
             }
         }
-        Names { program, areas, comments, memories }
+        Names { program, memories }
     }
 
     /// What is free, by a name that people know.
@@ -65,40 +53,30 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// The comment of a device or of what is named after one (`T0 contact`); empty if there is none.
-    pub fn comment(&self, name: &str) -> String {
-        if self.comments.is_empty() {
-            return String::new();
-        }
-        let device = name.split(' ').next().unwrap_or_default();
-        let comment = self.comments.get(&plain(&self.areas, device));
-        comment.map_or(String::new(), |comment| (*comment).to_owned())
+    /// The comment of the device that a free variable is about; empty if there is none.
+    pub fn comment(&self, variable: &Variable) -> String {
+        let device = cell_of(variable).map(|cell| Device { cell, bit: None });
+        let comment = device.and_then(|device| self.program.comments.get(&device));
+        comment.cloned().unwrap_or_default()
     }
 
-    /// The devices named by an instruction's text that have a comment, each with it.
-    pub fn comments_in(&self, text: &str) -> Vec<String> {
-        let mut found: Vec<String> = Vec::new();
-        if self.comments.is_empty() {
-            return found;
-        }
-        for operand in text.split(' ').skip(1) {
-            let device = base(operand);
-            let comment = self.comment(device);
-            let entry = format!("{device} {comment}");
-            if !comment.is_empty() && !found.contains(&entry) {
-                found.push(entry);
-            }
-        }
-        found
+    /// The operands of an instruction whose devices have a comment, each with it. A bit's is its own, else its word's.
+    pub fn comments_in(&self, instruction: &Instruction) -> Vec<String> {
+        let comments = &self.program.comments;
+        let mut seen = BTreeSet::new();
+        let told = instruction.operands.iter().filter_map(|operand| {
+            let own = [operand.device, Device { bit: None, ..operand.device }];
+            let (device, comment) =
+                own.into_iter().find_map(|device| Some((device, comments.get(&device)?)))?;
+            let written = operand.written(&instruction.text);
+            seen.insert(device).then(|| format!("{written} {comment}"))
+        });
+        told.collect()
     }
 
     /// The device that a free variable is about.
     pub fn device(&self, variable: &Variable) -> String {
-        let cell = match &variable.origin {
-            Origin::Start(cell) | Origin::Forgotten(cell, _) => Some(*cell),
-            Origin::Choice(key) => key.cell,
-        };
-        cell.map_or_else(|| variable.name.clone(), |cell| self.cell(cell))
+        cell_of(variable).map_or_else(|| variable.name.clone(), |cell| self.cell(cell))
     }
 
     /// The calls, loop turns and interrupts on the way to an instruction.
@@ -120,83 +98,42 @@ impl<'a> Names<'a> {
     }
 }
 
-/// A device's name as `Program::cell_name` writes it, where it is one; else as it stands.
-fn plain(areas: &[&Area], name: &str) -> String {
-    let name = name.trim().to_uppercase();
-    for area in areas {
-        let radix = match area.radix {
-            Radix::Decimal => 10,
-            Radix::Hexadecimal => 16,
-            Radix::Octal => 8,
-        };
-        let rest = name.strip_prefix(area.name.as_str());
-        if let Some(rest) = rest
-            && u32::from_str_radix(rest, radix).is_ok()
-        {
-            let digits = rest.trim_start_matches('0');
-            return format!("{}{}", area.name, if digits.is_empty() { "0" } else { digits });
-        }
-    }
-    name
-}
-
-/// The device within an operand: without the digits of a group in front, an index or a bit behind.
-fn base(operand: &str) -> &str {
-    let mut device = operand.trim_start_matches('@');
-    if let Some(rest) = device.strip_prefix('K') {
-        let behind = rest.trim_start_matches(|c: char| c.is_ascii_digit());
-        if !behind.is_empty() && behind.len() < rest.len() {
-            device = behind;
-        }
-    }
-    device = device.split('.').next().unwrap_or(device);
-    match device.rfind('Z') {
-        Some(at) if at > 0 && device[..at].ends_with(|c: char| c.is_ascii_hexdigit()) => {
-            &device[..at]
-        }
-        _ => device,
+/// The cell that a free variable is about.
+fn cell_of(variable: &Variable) -> Option<Cell> {
+    match &variable.origin {
+        Origin::Start(cell) | Origin::Forgotten(cell, _) => Some(*cell),
+        Origin::Choice(key) => key.cell,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::program::AreaKind;
-
-    fn program(comments: &[(&str, &str)]) -> Program {
-        let area = |name: &str, radix| Area::new(name, AreaKind::Bit, radix);
-        Program {
-            areas: vec![
-                area("X", Radix::Hexadecimal),
-                area("D", Radix::Decimal),
-                area("Z", Radix::Decimal),
-                area("ZR", Radix::Decimal),
-            ],
-            comments: comments
-                .iter()
-                .map(|&(name, comment)| (name.to_owned(), comment.to_owned()))
-                .collect(),
-            ..Program::default()
-        }
-    }
+    use crate::base::facts::Facts;
+    use crate::front::{Input, Options, read};
 
     #[test]
-    fn a_comment_is_found_however_the_device_is_written() {
-        let program =
-            program(&[("X00A", "start"), ("D100", "step"), ("ZR5", "recipe"), ("D1", " ")]);
+    fn comments_are_those_of_the_devices_that_operands_name() {
+        let list = "LD X00A\nMOV K4X0A D100Z2\nMOV ZR5 D100\nOUT T1 K5\nOUT D7.F\nEND\n";
+        let names =
+            "Device Name,Comment\nX00A,start\nD100,step\nZR5,recipe\nT1,delay\nD7,flags\nD2, \n";
+        let input = |name: &str, text: &str| Input {
+            name: name.to_owned(),
+            bytes: text.as_bytes().to_vec(),
+        };
+        let inputs = [input("a.il", list), input("COMMENT.csv", names)];
+        let project = read(&inputs, None).expect("readable");
+        let facts = Facts::default();
+        let program = project.decode(&Options::new(&facts)).expect("a program");
         let names = Names::new(&program);
-        for (name, comment) in [
-            ("XA", "start"),
-            ("X0A", "start"),
-            ("D100", "step"),
-            ("D100 behind line 3", "step"),
-            ("D1", ""),
-        ] {
-            assert_eq!(names.comment(name), comment, "{name}");
-        }
-        assert_eq!(
-            names.comments_in("MOV K4X0A D100Z2 ZR5.F D1 D100"),
-            ["X0A start", "D100 step", "ZR5 recipe"]
-        );
+        let told = |text: &str| {
+            let of = program.instructions.iter().find(|one| &*one.text == text);
+            names.comments_in(of.expect("an instruction")).join(", ")
+        };
+        assert_eq!(told("LD X00A"), "X00A start");
+        assert_eq!(told("MOV K4X0A D100Z2"), "K4X0A start, D100Z2 step");
+        assert_eq!(told("MOV ZR5 D100"), "ZR5 recipe, D100 step");
+        assert_eq!(told("OUT T1 K5"), "T1 delay");
+        assert_eq!(told("OUT D7.F"), "D7.F flags");
     }
 }

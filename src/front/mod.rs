@@ -23,7 +23,7 @@ use crate::program::Program;
 pub(crate) use faults::Faults;
 use faults::shown;
 pub use place::Places;
-pub(crate) use place::{Pointer, within};
+pub(crate) use place::{Pointer, spans, within};
 pub use registry::{Fronts, Kind};
 pub use text::BEGINNING;
 use text::{decoded, stem};

@@ -41,6 +41,19 @@ pub(crate) fn within(whole: &str, part: &str) -> Option<Range<usize>> {
     (to <= whole.len() && !part.is_empty()).then_some(from..to)
 }
 
+/// The bytes of an instruction's text at which its operands stand: they are its end, each behind a blank.
+pub(crate) fn spans(text: &str, operands: &[String]) -> Vec<(u32, u32)> {
+    let mut end = text.len();
+    let mut spans: Vec<(u32, u32)> = Vec::with_capacity(operands.len());
+    for operand in operands.iter().rev() {
+        let start = end.saturating_sub(operand.len());
+        spans.push((start as u32, end as u32));
+        end = start.saturating_sub(1);
+    }
+    spans.reverse();
+    spans
+}
+
 /// An instruction with all that is needed to point at a part of it.
 pub(crate) struct Pointer<'a> {
     /// The line on which it begins.

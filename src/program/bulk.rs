@@ -513,9 +513,10 @@ fn stub(program: &mut Program, gathered: Gathered, of: usize, then: Step) {
 
 /// Puts a step behind the program that belongs to an instruction of it.
 fn append(program: &mut Program, of: usize, step: Step) {
-    let Instruction { place, block, text, .. } = &program.instructions[of];
-    let (place, block, text) = (*place, *block, text.clone());
-    let instruction = Instruction { place, block, text, timing: None, effects: vec![], step };
+    let Instruction { place, block, text, operands, .. } = &program.instructions[of];
+    let (place, block, text, operands) = (*place, *block, text.clone(), operands.clone());
+    let instruction =
+        Instruction { place, block, text, operands, timing: None, effects: vec![], step };
     program.instructions.push(instruction);
 }
 

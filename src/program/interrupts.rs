@@ -119,6 +119,7 @@ mod tests {
             place: Location { file: 0, line: 1, step: None },
             block: 1,
             text: "".into(),
+            operands: std::sync::Arc::default(),
             timing: None,
             effects: Vec::new(),
             step,

@@ -30,6 +30,7 @@
 //!
 //! That is what the upper bound is found on. What a choice really is says [`meaning`].
 
+mod area;
 pub mod bulk;
 pub mod flow;
 pub mod interrupts;
@@ -37,6 +38,7 @@ pub mod meaning;
 mod reads;
 pub mod spelled;
 
+pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
 
@@ -50,61 +52,6 @@ use std::sync::Arc;
 /// Which area of memory, an index into `Program::areas`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AreaId(pub u16);
-
-/// What an area holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum AreaKind {
-    /// One bit a cell.
-    Bit,
-    /// Sixteen bits a cell.
-    Word,
-}
-
-/// How an area's indices are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Radix {
-    /// Base 10.
-    Decimal,
-    /// Base 16, upper case.
-    Hexadecimal,
-    /// Base 8.
-    Octal,
-}
-
-/// What an area is for, as far as the stages behind ask.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Role {
-    /// What a program keeps, or what the machine keeps for it.
-    Memory,
-    /// Points that come in from terminals, one a cell.
-    Input,
-    /// Points that go out to terminals, one a cell.
-    Output,
-    /// What a front makes for itself, such as what an instruction remembers: no device that anybody knows.
-    Hidden,
-}
-
-/// A named area of memory, such as all `D` registers.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Area {
-    /// The letters in front of the index, as users write them.
-    pub name: String,
-    /// Other letters by which timing tables may name the same cells.
-    pub aliases: &'static [&'static str],
-    /// What it is for.
-    pub role: Role,
-    /// Bits or words.
-    pub kind: AreaKind,
-    /// How indices are written.
-    pub radix: Radix,
-}
-
-impl Area {
-    /// An area of memory.
-    pub fn new(name: impl Into<String>, kind: AreaKind, radix: Radix) -> Area {
-        Area { name: name.into(), aliases: &[], role: Role::Memory, kind, radix }
-    }
-}
 
 /// One cell of memory: a bit or a 16-bit word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -593,6 +540,8 @@ pub struct Instruction {
     pub block: u32,
     /// As the source has it, operands apart by one blank. The parts of an instruction share it.
     pub text: Arc<str>,
+    /// The operands that name devices, in the order of the text. The parts of an instruction share them.
+    pub operands: Arc<[Operand]>,
     /// How it is priced; `None` for a part of an instruction that is priced elsewhere.
     pub timing: Option<Box<TimingKey>>,
     /// What it changes.
@@ -696,8 +645,8 @@ pub struct Program {
     pub approximations: Vec<Approximation>,
     /// Names of cells that have none of their own, such as what an instruction remembers.
     pub names: BTreeMap<Cell, String>,
-    /// Device comments by the device's written name.
-    pub comments: BTreeMap<String, String>,
+    /// What people call devices.
+    pub comments: BTreeMap<Device, String>,
     /// How many words each scan runs, one a clock, on a machine that works so.
     pub clocked: Option<u64>,
     /// The shortest timer, where a timer that a scan starts is taken not to run out in it.

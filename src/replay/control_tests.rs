@@ -23,6 +23,7 @@ pub(super) fn instruction(step: Step, effects: Vec<Effect>) -> Instruction {
         place: Location { file: 0, line: 1, step: None },
         block: 1,
         text: "".into(),
+        operands: std::sync::Arc::default(),
         timing: None,
         effects,
         step,

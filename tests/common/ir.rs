@@ -152,7 +152,15 @@ impl Generator<'_, '_> {
         let block = self.block;
         let counts = self.taste.words && matches!(step, Step::Act { .. }) && self.tape.percent(40);
         let timing = counts.then(|| Box::new(self.counted()));
-        self.instructions.push(Instruction { place, block, text, timing, effects, step });
+        self.instructions.push(Instruction {
+            place,
+            block,
+            text,
+            operands: std::sync::Arc::default(),
+            timing,
+            effects,
+            step,
+        });
         self.instructions.len() - 1
     }
 

@@ -17,10 +17,11 @@ use crate::base::location::Location;
 use crate::base::time::Picos;
 use crate::program::{
     Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
-    Effect, Instruction, Join, Logic, Program, Radix, Role, SourceFile, Step, TimingKey, Touched,
-    Units, When, Write,
+    Device, Effect, Instruction, Join, Logic, Operand, Program, Radix, Role, SourceFile, Step,
+    TimingKey, Touched, Units, When, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 const INPUTS: AreaId = AreaId(0);
 const OUTPUTS: AreaId = AreaId(1);
@@ -47,8 +48,8 @@ pub fn decode(source: &Source, latched: bool) -> Program {
     let waits = source.routines.iter().map(|routine| area(format!("{} in line ", name(routine))));
     let outputs = source.outputs();
     let comments = source.comments.iter().map(|(&bit, comment)| {
-        let side = if outputs.contains(&bit) { "OUT" } else { "IN" };
-        (format!("{side}{bit}"), comment.clone())
+        let area = if outputs.contains(&bit) { OUTPUTS } else { INPUTS };
+        (Device { cell: Cell { area, index: bit }, bit: None }, comment.clone())
     });
     let blocks = blocks(source);
     let program = Program {
@@ -67,6 +68,26 @@ pub fn decode(source: &Source, latched: bool) -> Program {
     }
     layout.invariant();
     layout.finish()
+}
+
+/// The input, output or timer that an instruction names: the number in its text.
+fn operands(one: &super::Instruction, outputs: &BTreeSet<u32>) -> Arc<[Operand]> {
+    let (area, index) = match one.op {
+        Op::And { bit, .. } if !outputs.contains(&bit) => (INPUTS, bit),
+        Op::And { bit, .. } | Op::Out { bit, .. } => (OUTPUTS, bit),
+        Op::Timer { timer, .. } | Op::ResetTimer(timer) => (TIMERS, timer),
+        _ => return Arc::default(),
+    };
+    let device = Device { cell: Cell { area, index }, bit: None };
+    let mut start = 0;
+    for word in one.text.split(' ') {
+        let end = start + word.len();
+        if word.parse() == Ok(index) {
+            return [Operand { start: start as u32, end: end as u32, device }].into();
+        }
+        start = end + 1;
+    }
+    Arc::default()
 }
 
 fn name(routine: &Routine) -> String {
@@ -380,6 +401,7 @@ impl Layout<'_> {
             place: Location { file: 0, line: one.line, step: one.step },
             block: self.blocks[at],
             text: one.text.as_str().into(),
+            operands: operands(one, &self.outputs),
             timing: class.map(|(class, dearer)| {
                 Box::new(TimingKey {
                     names: vec![mnemonic(one.op).to_owned()],

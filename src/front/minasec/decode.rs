@@ -7,9 +7,10 @@ use super::{Kind, Opcode, Source, WORDS, Word};
 use crate::base::location::Location;
 use crate::program::{
     Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
-    Effect, Instruction, Join, Logic, Program, Radix, Role, SourceFile, Step, TimingKey, Touched,
-    Units, When, Write,
+    Device, Effect, Instruction, Join, Logic, Operand, Program, Radix, Role, SourceFile, Step,
+    TimingKey, Touched, Units, When, Write,
 };
+use std::sync::Arc;
 
 /// The one CPU.
 pub(super) const CPU: &str = "MINASEC-U";
@@ -45,6 +46,7 @@ pub fn decode(source: &Source) -> Program {
             place: place(source, 0),
             block: 1,
             text: "ACC".into(),
+            operands: Arc::default(),
             timing: None,
             effects: Vec::new(),
             step: Step::Logic {
@@ -96,6 +98,7 @@ fn instruction(source: &Source, address: usize, word: Word, program: &mut Progra
         place: place(source, address),
         block: program.blocks,
         text: word.to_string().into(),
+        operands: operand(word).into_iter().collect(),
         timing: Some(Box::new(TimingKey {
             names: vec![opcode.mnemonic().to_owned()],
             class: if opcode.is_store() { "coil" } else { "contact" },
@@ -107,6 +110,13 @@ fn instruction(source: &Source, address: usize, word: Word, program: &mut Progra
         effects,
         step,
     }
+}
+
+/// The device, behind the mnemonic and a blank.
+fn operand(word: Word) -> Option<Operand> {
+    let device = Device { cell: cell(word)?, bit: None };
+    let start = word.opcode().mnemonic().len() + 1;
+    Some(Operand { start: start as u32, end: word.to_string().len() as u32, device })
 }
 
 /// The cell of a device that holds its value.

@@ -14,8 +14,8 @@ use crate::front::shown;
 use crate::program::meaning::Meaning;
 use crate::program::spelled::{NO_ROOM, Spelled};
 use crate::program::{
-    BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Program, Region, Step,
-    TimingKey, Units, When, Write,
+    BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Operand, Program,
+    Region, Step, TimingKey, Units, When, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -47,6 +47,7 @@ pub(super) struct Assembly {
     pub(super) spelled: Spelled,
     place: Location,
     text: Arc<str>,
+    operands: Arc<[Operand]>,
 }
 
 impl Assembly {
@@ -68,6 +69,7 @@ impl Assembly {
             spelled: Spelled::default(),
             place: Location { file: 0, line: 1, step: None },
             text: Arc::default(),
+            operands: Arc::default(),
         }
     }
 
@@ -75,6 +77,7 @@ impl Assembly {
     pub(super) fn at(&mut self, item: &Item<'_>) {
         self.place = Location { file: self.file, line: item.raw.line, step: item.raw.step };
         self.text = item.raw.text.clone();
+        self.operands = named::operands(item);
         let memory = self.memory;
         let operands = item.raw.operands.iter();
         self.moved = operands.filter_map(|text| moved_register(text, memory)).collect();
@@ -159,6 +162,7 @@ impl Assembly {
             place: self.place,
             block: self.program.blocks.max(1),
             text: self.text.clone(),
+            operands: self.operands.clone(),
             timing: timing.map(Box::new),
             effects,
             step,

@@ -8,6 +8,7 @@ use super::emit::{CallSite, Emitter};
 use super::extent;
 use super::layout::{Layout, layout};
 use super::memory::Memory;
+use super::named;
 use super::operand::{Operand, Reader, Want};
 use super::resolve::{Item, resolve};
 use super::source::{Family, RawFile, RawProgram, RawProject, Symbols, Task};
@@ -218,13 +219,8 @@ impl Decoder {
             } else {
                 Want::Word
             };
-            let device = match reader.read(&symbol.address, want) {
-                Ok(Operand::Word(cell) | Operand::Flag(cell)) => self.asm.program.cell_name(cell),
-                Ok(Operand::Bit(cell, bit)) => {
-                    format!("{}.{bit:02}", self.asm.program.cell_name(cell))
-                }
-                _ => continue,
-            };
+            let read = reader.read(&symbol.address, want).ok();
+            let Some(device) = read.as_ref().and_then(named::device) else { continue };
             let text = match symbol.comment.trim() {
                 "" => name.clone(),
                 comment => format!("{name}: {comment}"),

@@ -6,10 +6,31 @@ use super::extent::length;
 use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
-use crate::program::{Cell, Region, Touched};
+use crate::front::spans;
+use crate::program::{self, Cell, Device, Region, Touched};
+use std::sync::Arc;
 
 /// Of a count that is not known: what is counted then is left to the instruction's units.
 const MANY: u32 = u32::MAX / 2;
+
+/// The operands of an instruction that name devices.
+pub(super) fn operands(item: &Item<'_>) -> Arc<[program::Operand]> {
+    let spans = spans(&item.raw.text, &item.raw.operands);
+    let named = item.operands.iter().zip(spans).filter_map(|(operand, (start, end))| {
+        let device = device(operand)?;
+        Some(program::Operand { start, end, device })
+    });
+    named.collect()
+}
+
+/// The device that an operand names.
+pub(super) fn device(operand: &Operand) -> Option<Device> {
+    match *operand {
+        Operand::Word(cell) | Operand::Flag(cell) => Some(Device { cell, bit: None }),
+        Operand::Bit(cell, bit) => Some(Device { cell, bit: Some(bit) }),
+        _ => None,
+    }
+}
 
 /// What the operands of an instruction name.
 pub(super) fn touched(item: &Item<'_>, memory: Memory) -> Touched {

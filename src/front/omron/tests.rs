@@ -439,7 +439,11 @@ fn a_project_file_gives_programs_symbols_and_the_cpu() {
     let facts = Facts::default();
     let options = Options::new(&facts);
     let program = decode(&raw, &options).unwrap();
-    assert_eq!(program.comments.get("W10.00").map(String::as_str), Some("Go: start, go"));
+    let named = program.comments.iter().find(|(device, _)| {
+        (program.cell_name(device.cell).as_str(), device.bit) == ("W10", Some(0))
+    });
+    let go = named.map(|(_, comment)| comment);
+    assert_eq!(go.map(String::as_str), Some("Go: start, go"));
     assert_eq!(fired(&program, "MOV(021) Table[3] D0", &[("W10", 1), ("CIO0", 32)], 0), Some(true));
     let line = program
         .instructions

@@ -159,6 +159,7 @@ fn instruction(line: u32, block: u32, text: &str, class: &'static str) -> Instru
         place: Location { file: 0, line, step: Some(line * 10) },
         block,
         text: text.into(),
+        operands: std::sync::Arc::default(),
         timing: Some(Box::new(key(&[name], class, Units::None))),
         effects: Vec::new(),
         step: Step::Act { fires: Logic::Condition },

@@ -15,6 +15,7 @@ mod output;
 mod overflow;
 mod ranges;
 mod rungs;
+mod shown;
 #[cfg(test)]
 mod tests;
 mod units;
@@ -181,7 +182,7 @@ impl<'a> Decoder<'a> {
             areas: areas(options.family),
             networks: networks(options.family),
             power_up: power_up(options.family),
-            comments: project.comments.clone(),
+            comments: shown::comments(&project.comments, options.family),
             ..Program::default()
         };
         let is_switch = |raw: &RawInstruction| {
@@ -347,6 +348,12 @@ impl<'a> Decoder<'a> {
         let raw = self.raw;
         let timing = timing.map(|key| self.with_operands(key));
         self.zone_of.push(self.zones.last().map(|&(_, opened)| opened));
+        let text = raw.map_or_else(Arc::default, |raw| raw.text.clone());
+        let operands = match (self.program.instructions.last(), raw) {
+            (Some(last), _) if Arc::ptr_eq(&last.text, &text) => last.operands.clone(),
+            (_, Some(raw)) => shown::operands(raw, self.family),
+            (_, None) => Arc::default(),
+        };
         self.program.instructions.push(Instruction {
             place: Location {
                 file: self.file as u32,
@@ -354,7 +361,8 @@ impl<'a> Decoder<'a> {
                 step: raw.and_then(|raw| raw.step),
             },
             block: self.program.blocks.max(1),
-            text: raw.map_or_else(Arc::default, |raw| raw.text.clone()),
+            text,
+            operands,
             timing: timing.map(Box::new),
             effects,
             step,
