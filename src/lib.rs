@@ -33,6 +33,7 @@ pub mod base;
 pub mod front;
 pub mod measured;
 pub mod minasec;
+pub mod passes;
 pub mod program;
 pub mod replay;
 pub mod report;

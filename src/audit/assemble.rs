@@ -112,6 +112,7 @@ impl Findings<'_> {
             warnings,
             response: None,
             ended_early: false,
+            trust: crate::passes::values::Trust::None,
             cuts: Vec::new(),
             elapsed: Duration::ZERO,
         }

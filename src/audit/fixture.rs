@@ -177,6 +177,7 @@ pub fn fixture() -> Audit {
                 .warning(),
         ],
         response: None,
+        trust: crate::passes::values::Trust::None,
         ended_early: false,
         cuts: Vec::new(),
         elapsed: Duration::from_millis(1_250),

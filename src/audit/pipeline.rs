@@ -15,6 +15,7 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedFactor};
 use crate::base::time::Picos;
 use crate::front::{FRONTS, Fronts, Input, Options, Project};
+use crate::passes::values::{self, Trust};
 use crate::program::Program;
 use crate::replay::Replay;
 use crate::scan::groups;
@@ -43,6 +44,8 @@ pub struct Request<'a> {
     pub clock: Option<&'a StatedClock>,
     /// What the user stated about the plant.
     pub facts: &'a Facts,
+    /// Whose writes between scans are reckoned with.
+    pub trust: Trust,
     /// Whether assumed times are refused.
     pub strict_times: bool,
     /// Which search to use.
@@ -76,6 +79,7 @@ impl<'a> Request<'a> {
             times: &[],
             clock: None,
             facts,
+            trust: Trust::None,
             strict_times: false,
             method: Method::Auto,
             trace: false,
@@ -183,6 +187,9 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     know_interrupts(&program, request)?;
     stated::know_words(&program, request.facts)?;
 
+    stage("bounding what words count");
+    let _invariants = values::narrow(&mut program, request.trust);
+
     stage("pricing");
     let mut prices = price::price(&program, &table, request.facts)?;
     let unused = unused_times(request.times, &program, &prices);
@@ -258,6 +265,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     };
     let mut audit = findings.audit(warnings.clone());
     audit.ended_early = ended_early;
+    audit.trust = request.trust;
     if request.trace {
         method::trace(&mut audit, &program, &model, &groups, &maxima);
     }

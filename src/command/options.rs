@@ -11,6 +11,7 @@ use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::FRONTS;
 use scanbound::front::input::{Ignore, gather};
+use scanbound::passes::values::Trust;
 use scanbound::report::{csv, json, method, text};
 use scanbound::solve::Method;
 use scanbound::timing::table::{Override, StatedClock, parse_override};
@@ -50,6 +51,10 @@ pub struct ProjectOptions {
     /// The clock of a MINASEC-U: a frequency (30.3kHz), the period of a word (33us), fast or slow
     #[arg(long, value_name = "CLOCK")]
     clock: Option<StatedClock>,
+    /// Whose writes between two scans count: none = any device may hold anything when a scan starts; counts = words that
+    /// serve as counts, lengths or indices hold what this program writes into them in every scan
+    #[arg(long, value_enum, default_value = "none")]
+    trust: TrustName,
     /// Refuse times that the table only assumes
     #[arg(long)]
     strict_times: bool,
@@ -129,6 +134,14 @@ pub struct ReportOptions {
     /// How many groups, and rungs of each, the text shows
     #[arg(long, value_name = "N", default_value_t = text::Extent::default().top, value_parser = values::count::<usize>, allow_negative_numbers = true)]
     top: usize,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum TrustName {
+    /// Any device may hold anything when a scan starts
+    None,
+    /// Words that count hold what this program writes into them in every scan
+    Counts,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -223,6 +236,10 @@ impl ProjectOptions {
             times: &self.time,
             clock: self.clock.as_ref(),
             facts: &facts,
+            trust: match self.trust {
+                TrustName::None => Trust::None,
+                TrustName::Counts => Trust::Counts,
+            },
             strict_times: self.strict_times,
             method: match self.method {
                 MethodName::Auto => Method::Auto,

@@ -86,6 +86,57 @@ pub fn put_back(program: &mut Program, turns: &BTreeMap<usize, u32>) -> bool {
     any
 }
 
+/// Lowers how many turns loops make at most to what was found, over all ways to them. Those that were taken in bulk
+/// since their counts were not known are followed if they are known now.
+pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
+    let lowered = |at: usize, most: u32| {
+        let known = u32::try_from(*turns.get(&at)?).ok()?;
+        (known < most).then_some(known)
+    };
+    let is_lowered = |(at, one): (usize, &Instruction)| match &one.step {
+        Step::ForBegin { most, .. } => lowered(at, *most).is_some(),
+        Step::Bulk(bulk) => bulk.turns.is_some_and(|(.., most)| lowered(at, most).is_some()),
+        _ => false,
+    };
+    if !program.instructions.iter().enumerate().any(is_lowered) {
+        return;
+    }
+    let mut unknown: Vec<(usize, usize, u32)> = Vec::new();
+    for at in 0..program.instructions.len() {
+        match &mut program.instructions[at].step {
+            Step::ForBegin { least, most, .. } => {
+                *most = lowered(at, *most).map_or(*most, |known| known.max(*least));
+            }
+            Step::Bulk(bulk) => {
+                let (end, Some((count, least, most))) = (bulk.end, bulk.turns) else { continue };
+                let known = lowered(at, most).map(|known| known.max(least));
+                if known.is_none() {
+                    unknown.push((at, end, most));
+                }
+                let most = known.unwrap_or(most);
+                program.instructions[at].step = Step::ForBegin { count, least, most, end };
+            }
+            _ => {}
+        }
+    }
+    let mut behind = 0;
+    program.approximations.retain(|one| !one.what.starts_with(IN_BULK));
+    for (begin, end, most) in unknown {
+        // What stands in a loop that is taken in bulk is in it.
+        if begin < behind {
+            continue;
+        }
+        behind = end;
+        let Some(step) = bulk(program, begin, end, u64::from(most)) else { continue };
+        program.instructions[begin].step = step;
+        let what = charged(most).into();
+        program.approximations.push(Approximation { instruction: begin, what });
+    }
+}
+
+/// What is said of a count that stands in a word, behind its name and in front of the most that is taken.
+pub const UNKNOWN_COUNT: &str = "is not known: taken as up to";
+
 /// How an approximation says that a loop was taken in bulk: so many times.
 const IN_BULK: &str = "the loop is charged ";
 

@@ -614,6 +614,28 @@ pub struct PowerUp {
     pub first_scan: Vec<Cell>,
 }
 
+/// The cells that an instruction writes when an index is added to a device.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Indexed {
+    /// The first cell if the index is 0.
+    pub first: Cell,
+    /// The index: a signed number, its least word first.
+    pub index: Vec<WordSource>,
+    /// How many cells are written from there on.
+    pub length: Length,
+}
+
+/// How many cells an instruction writes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Length {
+    /// So many.
+    Exactly(u32),
+    /// So many for each that a word counts.
+    Counted(WordSource, u32),
+    /// It is not known.
+    Unknown,
+}
+
 /// A whole project: its files' programs run one after another in each scan.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Program {
@@ -637,6 +659,8 @@ pub struct Program {
     pub choices: u32,
     /// What is known of choices' values; of one that is not named here nothing is.
     pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
+    /// Of choices that are forgotten to in a whole area: which cells of it they are, by an index.
+    pub indexed: BTreeMap<ChoiceId, Indexed>,
     /// How the CPU comes up.
     pub power_up: PowerUp,
     /// What may change while an operation reads it: no exact choice is worked out from it.

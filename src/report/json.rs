@@ -296,7 +296,7 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
             lower_kind: if audit.is_reached() { "reached" } else { "admissible" },
             model_ps: audit.bound.model.0,
             stands_between: audit.stands_between.clone(),
-            trust: "none",
+            trust: audit.trust.name(),
             exact: audit.bound.exact() && audit.unbounded.is_empty(),
             naive_ps: audit.bound.naive.0,
             always_ps: audit.bound.always.0,

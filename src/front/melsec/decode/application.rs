@@ -119,6 +119,7 @@ impl Decoder<'_> {
         let units = self.units(raw, entry);
         let key = timing(mnemonic, found.pulsed, None, entry.class, units, free);
         let Some(mut effects) = self.operation(raw, entry) else { return };
+        self.note_indexed(raw, entry, &effects);
         for name in &entry.also {
             let everywhere = name == EVERYWHERE;
             let region = if everywhere { Region::Everything } else { Region::Area(area(name)) };

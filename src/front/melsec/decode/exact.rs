@@ -1,7 +1,7 @@
 //! What MELSEC instructions really do where the effects say any value: kinds of choices, indexed places, operations.
 
 use super::Decoder;
-use crate::front::melsec::catalog::Entry;
+use crate::front::melsec::catalog::{Amount, Entry, Extent, Role};
 use crate::front::melsec::device::{Family, Kind, area};
 use crate::front::melsec::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK, parse};
 use crate::front::melsec::source::RawInstruction;
@@ -9,8 +9,8 @@ use crate::program::meaning::{
     Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
 };
 use crate::program::{
-    AreaId, BitSource, Cell, ChoiceId, Compare, Effect, Logic, Number, Reading, Relation, When,
-    WordSource, Write,
+    AreaId, BitSource, Cell, ChoiceId, Compare, Effect, Indexed, Length, Logic, Number, Reading,
+    Region, Relation, When, WordSource, Write,
 };
 
 impl Decoder<'_> {
@@ -192,6 +192,61 @@ impl Decoder<'_> {
         match meaning {
             Some(meaning) => self.exactly(meaning),
             None => self.choice(),
+        }
+    }
+
+    /// Notes which cells of an area a write is to whose device has an index.
+    pub(super) fn note_indexed(&mut self, raw: &RawInstruction, entry: &Entry, effects: &[Effect]) {
+        let mut found: Vec<(AreaId, Indexed)> = Vec::new();
+        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
+            if matches!(operand.role, Role::Source | Role::Count | Role::Other) {
+                continue;
+            }
+            let Ok(Written::Device(device)) = parse(text, self.family) else { continue };
+            let (Place::Indexed(Kind::Word(area), false), Some(index)) =
+                (device.place, device.index)
+            else {
+                // Whatever else it writes lies elsewhere, or is not told apart.
+                continue;
+            };
+            let length = match operand.extent {
+                Extent::Words(Amount::Fixed(count)) => Length::Exactly(count),
+                Extent::Words(Amount::Counted { unit, operand }) => {
+                    match self.read_words(&raw.operands[operand], 1).as_deref() {
+                        Some([WordSource::Const(count)]) => {
+                            Length::Exactly(u32::from(*count).saturating_mul(unit))
+                        }
+                        Some([word]) => Length::Counted(*word, unit),
+                        _ => Length::Unknown,
+                    }
+                }
+                _ => Length::Unknown,
+            };
+            let register = Cell { area: const { self::area("Z") }, index: index.register };
+            let index = WordSource::Cell(register);
+            let first = Cell { area, index: device.index.map_or(0, |index| index.number) };
+            let indexed = Indexed { first, index: vec![index], length };
+            // Whether an index to a file register has 16 or 32 bits is a parameter; so with numbers of the FX.
+            let is_plain = device.index.is_some_and(|index| index.letters == "Z")
+                && device.name != "ZR"
+                && !(self.family == Family::Fx
+                    && operand.extent != Extent::Words(Amount::Fixed(1)));
+            let indexed =
+                if is_plain { indexed } else { Indexed { length: Length::Unknown, ..indexed } };
+            found.push((area, indexed));
+        }
+        for (area, indexed) in &found {
+            let alone = found.iter().filter(|(other, _)| other == area).count() == 1;
+            let lost: Vec<ChoiceId> = effects
+                .iter()
+                .filter_map(|effect| match effect.write {
+                    Write::Forget(Region::Area(other), choice) if other == *area => Some(choice),
+                    _ => None,
+                })
+                .collect();
+            if let (true, [choice]) = (alone && indexed.length != Length::Unknown, &lost[..]) {
+                self.program.indexed.insert(*choice, indexed.clone());
+            }
         }
     }
 

@@ -5,6 +5,7 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
 use crate::front::melsec::device::Kind;
 use crate::front::melsec::operand::{Operand, Place, parse};
+use crate::program::bulk::UNKNOWN_COUNT;
 use crate::program::{Cell, StartRange};
 
 /// More faults than this are counted, not listed.
@@ -35,7 +36,9 @@ impl Decoder<'_> {
                 (low, high, true)
             }
             _ => {
-                self.approximate(format!("the count {text} is not known: taken as up to {largest}; state its range to lower this"));
+                self.approximate(format!(
+                    "the count {text} {UNKNOWN_COUNT} {largest}; state its range to lower this"
+                ));
                 (0, largest, false)
             }
         }

@@ -1,0 +1,3 @@
+//! Passes, from program to program: what is the same for every dialect.
+
+pub mod values;

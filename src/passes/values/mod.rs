@@ -1,0 +1,247 @@
+//! What words can hold where they count: abstract interpretation of the scan over intervals.
+//!
+//! A loop count, a block length or an index that stands in a word is worked out where it is used, over every way that
+//! leads there: constants, moves, arithmetic, guards, results in a known range. Where an index has a range, what is
+//! written by it is those cells and no more. The method is abstract interpretation (P. Cousot and R. Cousot: Abstract
+//! interpretation: a unified lattice model for static analysis of programs, POPL 1977); its domain is in `ring`.
+//!
+//! Between scans anybody may write a word ([`Trust::None`]), or, of the words that count and those that they are worked
+//! out from, those keep what this program wrote that it writes in every scan, whatever happens ([`Trust::Counts`]): a
+//! least fixpoint over scans, from power-up.
+
+mod evaluate;
+mod ring;
+mod run;
+mod slice;
+mod state;
+
+use crate::program::bulk::{self, UNKNOWN_COUNT};
+use crate::program::{Cell, ChoiceId, Program, Region, StartRange, Step, Units, Write};
+use ring::Ring;
+use run::{Found, Run};
+use state::{Slots, State};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// So many scans follow each other until nothing new comes; what grows beyond some of them grows to an end.
+const MOST_SCANS: usize = 12;
+const EXACT_SCANS: usize = 4;
+
+/// Whose writes between scans are reckoned with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Trust {
+    /// Anybody's, to every device.
+    None,
+    /// Anybody's, but to the words that serve as counts, lengths or indices, or that these are worked out from, and that
+    /// the program writes in every scan.
+    #[default]
+    Counts,
+}
+
+impl Trust {
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Trust::None => "none",
+            Trust::Counts => "counts",
+        }
+    }
+}
+
+/// What a word was found to hold whenever a scan starts, since the program writes it in every scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Invariant {
+    /// The word.
+    pub cell: Cell,
+    /// The least and the largest value, signed.
+    pub range: (i64, i64),
+    /// The instructions that write it, indices into `Program::instructions`.
+    pub written: Vec<usize>,
+}
+
+/// Takes into the program what its words can hold: fewer turns and units, fewer cells that an index may reach. The
+/// invariants of the words that are trusted, which are constraints on the scan's start now.
+pub fn narrow(program: &mut Program, trust: Trust) -> Vec<Invariant> {
+    let changing = program.volatile.clone();
+    let slots = Slots::of(slice::slice(program, &changing));
+    if slots.cells().is_empty() {
+        return Vec::new();
+    }
+    let free = stated(program, &slots);
+    let mut run = Run::new(program, &slots);
+    let Ok(end) = run.scan(State::new(free.clone())) else { return Vec::new() };
+    let mut found = run.found;
+    let mut invariants = Vec::new();
+    if let (Trust::Counts, Some(end)) = (trust, &end) {
+        let trusted: Vec<usize> = (0..slots.cells().len())
+            .filter(|&slot| end.is_written(slot) && is_ours(program, slots.cells()[slot]))
+            .collect();
+        if !trusted.is_empty()
+            && let Some((over, start)) = across(program, &slots, &free, &trusted)
+        {
+            found = over;
+            invariants = trusted
+                .into_iter()
+                .filter(|&slot| start[slot] != Ring::TOP)
+                .map(|slot| {
+                    let cell = slots.cells()[slot];
+                    Invariant { cell, range: start[slot].signed(), written: Vec::new() }
+                })
+                .collect();
+        }
+    }
+    writers(program, &mut invariants);
+    for invariant in &invariants {
+        let (low, high) = invariant.range;
+        program.ranges.push(StartRange { cells: vec![invariant.cell], low, high });
+    }
+    apply(program, &found);
+    invariants
+}
+
+/// What is known of the words when a scan starts, whoever wrote them: what the user states.
+fn stated(program: &Program, slots: &Slots) -> Vec<Ring> {
+    let mut start = vec![Ring::TOP; slots.cells().len()];
+    for range in &program.ranges {
+        if let [cell] = range.cells[..]
+            && let Some(slot) = slots.slot(cell)
+            && let Some(value) = start[slot].within(true, range.low, range.high)
+        {
+            start[slot] = value;
+        }
+    }
+    start
+}
+
+/// Whether nobody but the program has reason to write a word, which is 0 at power-up.
+fn is_ours(program: &Program, cell: Cell) -> bool {
+    let holds = |region: &Region| region.holds(cell);
+    program.power_up.cleared.iter().any(holds)
+        && !program.power_up.inputs.iter().any(holds)
+        && !program.networks.iter().any(|(region, _)| region.holds(cell))
+}
+
+/// The least fixpoint over scans from power-up: what was found in any of them, and what the words hold when one starts.
+fn across(
+    program: &Program,
+    slots: &Slots,
+    free: &[Ring],
+    trusted: &[usize],
+) -> Option<(Found, Vec<Ring>)> {
+    let mut start = free.to_vec();
+    for &slot in trusted {
+        // Stated ranges hold for every start.
+        start[slot] = Ring::constant(0);
+    }
+    for scan in 0..MOST_SCANS {
+        let mut run = Run::new(program, slots);
+        let end = run.scan(State::new(start.clone())).ok()??;
+        let mut next = start.clone();
+        for &slot in trusted {
+            let value = end.value(slot);
+            next[slot] = match scan {
+                0..EXACT_SCANS => next[slot].join(value),
+                _ => next[slot].widen(value),
+            };
+        }
+        if next == start {
+            return Some((run.found, start));
+        }
+        start = next;
+    }
+    None
+}
+
+/// Notes who writes the words, as evidence.
+fn writers(program: &Program, invariants: &mut [Invariant]) {
+    let place: BTreeMap<Cell, usize> =
+        invariants.iter().enumerate().map(|(place, one)| (one.cell, place)).collect();
+    for at in 0..program.instructions.len() {
+        for region in crate::program::flow::written(program, at) {
+            if let Region::Range { first, count } = region {
+                let end = Cell { index: first.index.saturating_add(count), ..first };
+                for (_, &place) in place.range(first..end) {
+                    invariants[place].written.push(at);
+                }
+            }
+        }
+    }
+}
+
+/// Puts into the program what was found.
+fn apply(program: &mut Program, found: &Found) {
+    let points = points(program);
+    let reach = |choice: ChoiceId, region: Region| match found.reaches.get(&choice) {
+        // Beyond the last device that the program names there may be none, and the CPU may do otherwise.
+        Some(&Some((low, high))) => match region {
+            Region::Area(area) if points.get(&area.0).is_some_and(|&points| high < points) => {
+                let first = Cell { area, index: low };
+                Some(Region::Range { first, count: high - low + 1 })
+            }
+            _ => None,
+        },
+        _ => None,
+    };
+    let mut counted: BTreeSet<usize> = BTreeSet::new();
+    for (at, instruction) in program.instructions.iter_mut().enumerate() {
+        for effect in &mut instruction.effects {
+            if let Write::Forget(region, choice) = &mut effect.write
+                && let Some(closer) = reach(*choice, *region)
+            {
+                *region = closer;
+            }
+        }
+        if let Some(Units::Counted(units)) = instruction.timing.as_mut().map(|key| &mut key.units)
+            && let Some(&most) = found.units.get(&at)
+            && most < units.most
+        {
+            units.most = most;
+            counted.insert(at);
+        }
+        let turns = match &instruction.step {
+            Step::ForBegin { most, .. } => Some(*most),
+            Step::Bulk(bulk) => bulk.turns.map(|(.., most)| most),
+            _ => None,
+        };
+        if let (Some(most), Some(&known)) = (turns, found.turns.get(&at))
+            && known < i64::from(most)
+        {
+            counted.insert(at);
+        }
+    }
+    program
+        .approximations
+        .retain(|one| !(counted.contains(&one.instruction) && one.what.contains(UNKNOWN_COUNT)));
+    bulk::lower(program, &found.turns);
+}
+
+/// How many devices of each area there are at least: up to the last that the program names.
+fn points(program: &Program) -> BTreeMap<u16, u32> {
+    let mut points: BTreeMap<u16, u32> = BTreeMap::new();
+    let mut name = |cell: Cell| {
+        let known = points.entry(cell.area.0).or_default();
+        *known = (*known).max(cell.index.saturating_add(1));
+    };
+    for instruction in &program.instructions {
+        instruction.each_read(&mut |source| {
+            use crate::program::{BitSource, Source, WordSource};
+            match source {
+                Source::Bit(BitSource::Cell(cell) | BitSource::WordBit(cell, _))
+                | Source::Word(WordSource::Cell(cell)) => name(cell),
+                Source::Word(WordSource::Bits { first, count }) => {
+                    name(first.plus(u32::from(count) - 1));
+                }
+                _ => {}
+            }
+        });
+        for effect in &instruction.effects {
+            for region in crate::program::flow::written_by(&effect.write) {
+                if let Region::Range { first, .. } = region {
+                    name(first);
+                }
+            }
+        }
+    }
+    program.indexed.values().for_each(|indexed| name(indexed.first));
+    points
+}

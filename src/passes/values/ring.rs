@@ -1,0 +1,148 @@
+//! What a word may hold: consecutive values on the ring of 65,536, so that numbers about 0 need no sign.
+
+/// Values from `low` on, `span` more behind it, going round at 65,535.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Ring {
+    low: u16,
+    span: u16,
+}
+
+impl Ring {
+    /// Anything.
+    pub const TOP: Ring = Ring { low: 0, span: u16::MAX };
+
+    /// One value.
+    pub const fn constant(value: u16) -> Ring {
+        Ring { low: value, span: 0 }
+    }
+
+    /// The integers of a range, each modulo 65,536: anything if that is all of them.
+    pub fn of(low: i64, high: i64) -> Ring {
+        match u16::try_from(high - low) {
+            Ok(span) if span < u16::MAX => Ring { low: low as u16, span },
+            _ => Ring::TOP,
+        }
+    }
+
+    /// The value, if there is but one.
+    pub fn as_constant(self) -> Option<u16> {
+        (self.span == 0).then_some(self.low)
+    }
+
+    /// The least and the largest as signed numbers.
+    pub fn signed(self) -> (i64, i64) {
+        let low = i64::from(self.low.cast_signed());
+        let high = low + i64::from(self.span);
+        if high > i64::from(i16::MAX) { (i16::MIN.into(), i16::MAX.into()) } else { (low, high) }
+    }
+
+    /// The least and the largest as unsigned numbers.
+    pub fn unsigned(self) -> (i64, i64) {
+        let low = i64::from(self.low);
+        let high = low + i64::from(self.span);
+        if high > i64::from(u16::MAX) { (0, u16::MAX.into()) } else { (low, high) }
+    }
+
+    fn holds(self, other: Ring) -> bool {
+        let from = u32::from(other.low.wrapping_sub(self.low));
+        self.span == u16::MAX || from + u32::from(other.span) <= u32::from(self.span)
+    }
+
+    /// All values of both, and as few others as can be.
+    pub fn join(self, other: Ring) -> Ring {
+        if self.holds(other) {
+            return self;
+        }
+        if other.holds(self) {
+            return other;
+        }
+        let on_from = |first: Ring, then: Ring| {
+            let from = u32::from(then.low.wrapping_sub(first.low));
+            let span = (from + u32::from(then.span)).max(first.span.into());
+            u16::try_from(span).map_or(Ring::TOP, |span| Ring { low: first.low, span })
+        };
+        let (a, b) = (on_from(self, other), on_from(other, self));
+        if a.span <= b.span { a } else { b }
+    }
+
+    /// The same, but where it grows it grows to an end of the numbers, so that it soon grows no more.
+    pub fn widen(self, other: Ring) -> Ring {
+        let joined = self.join(other);
+        if joined == self {
+            return self;
+        }
+        let ((low, high), (was, had)) = (joined.signed(), self.signed());
+        if low < 0 {
+            return Ring::TOP;
+        }
+        let low = if low < was { 0 } else { low };
+        Ring::of(low, if high > had { i16::MAX.into() } else { high })
+    }
+
+    /// Those values that lie in a range of signed, else of unsigned numbers, and perhaps others of that range. `None` if
+    /// there are none.
+    pub fn within(self, signed: bool, low: i64, high: i64) -> Option<Ring> {
+        let (least, largest) = if signed { self.signed() } else { self.unsigned() };
+        let (low, high) = (low.max(least), high.min(largest));
+        (low <= high).then(|| Ring::of(low, high))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ENDS: [i64; 12] = [-32_768, -32_767, -300, -2, -1, 0, 1, 5, 299, 32_766, 32_767, 32_768];
+
+    fn rings() -> Vec<Ring> {
+        let spans = [0, 1, 5, 400, 32_767, 32_768, 65_534, 65_535];
+        ENDS.iter().flat_map(|&low| spans.map(|span| Ring::of(low, low + span))).collect()
+    }
+
+    fn has(ring: Ring, value: i64) -> bool {
+        ring.holds(Ring::constant(value as u16))
+    }
+
+    #[test]
+    fn what_is_joined_widened_or_kept_within_holds_the_values() {
+        for a in rings() {
+            for b in rings() {
+                let (joined, widened) = (a.join(b), a.widen(b));
+                for value in ENDS {
+                    if has(a, value) || has(b, value) {
+                        assert!(has(joined, value) && has(widened, value), "{a:?} {b:?} {value}");
+                    }
+                }
+            }
+            for (low, high) in [(-5, 5), (0, 0), (1, 32_767), (-32_768, -1)] {
+                for value in ENDS {
+                    let signed = i64::from((value as u16).cast_signed());
+                    if has(a, value) && (low..=high).contains(&signed) {
+                        let kept = a.within(true, low, high);
+                        assert!(kept.is_some_and(|kept| has(kept, value)), "{a:?} {value}");
+                    }
+                    let unsigned = i64::from(value as u16);
+                    if has(a, value) && (low.max(0)..=high).contains(&unsigned) {
+                        let kept = a.within(false, low.max(0), high);
+                        assert!(kept.is_some_and(|kept| has(kept, value)), "{a:?} {value}");
+                    }
+                }
+            }
+            let ((low, high), (least, largest)) = (a.signed(), a.unsigned());
+            for value in ENDS.into_iter().filter(|&value| has(a, value)) {
+                assert!((low..=high).contains(&i64::from((value as u16).cast_signed())));
+                assert!((least..=largest).contains(&i64::from(value as u16)));
+            }
+        }
+    }
+
+    #[test]
+    fn small_things_stay_small() {
+        assert_eq!(Ring::constant(0).join(Ring::constant(19)), Ring::of(0, 19));
+        assert_eq!(Ring::of(-2, 1).join(Ring::constant(3)), Ring::of(-2, 3));
+        assert_eq!(Ring::of(0, 5).widen(Ring::of(0, 6)), Ring::of(0, 32_767));
+        assert_eq!(Ring::of(-5, 70).within(true, 0, 20), Some(Ring::of(0, 20)));
+        assert_eq!(Ring::of(-5, -1).within(true, 0, 20), None);
+        assert_eq!(Ring::of(0, 65_535), Ring::TOP);
+    }
+}

@@ -1,0 +1,622 @@
+//! One scan with what words may hold in place of values: every way at once, loops until nothing new comes.
+
+use super::evaluate::{Condition, Evaluation};
+use super::ring::Ring;
+use super::state::{Slots, State};
+use crate::program::meaning::{ChoiceKind, Target};
+use crate::program::{
+    BitTarget, Bulk, ChoiceId, Effect, Exit, Instruction, Join, Program, Region, Step, When,
+    WordSource, WordTarget, Write,
+};
+use rustc_hash::FxHashSet;
+use std::collections::BTreeMap;
+
+/// So many instructions are carried out in a scan before it is given up.
+const MOST_WORK: u64 = 4_000_000;
+/// A loop is followed turn by turn as long as this leaves so many instructions for it.
+const EXACT_WORK: u64 = 400_000;
+/// So many turns of other loops are followed before what they change is taken as far as it can go.
+const TURNS: u64 = 3;
+
+/// What was found at single instructions, over all ways there.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// The most turns that a loop makes, by what its count may hold.
+    pub turns: BTreeMap<usize, i64>,
+    /// The largest count of units.
+    pub units: BTreeMap<usize, u64>,
+    /// The least and largest cell that an indexed write reaches; `None` where that is not known.
+    pub reaches: BTreeMap<ChoiceId, Option<(u32, u32)>>,
+}
+
+/// It took too much.
+#[derive(Debug)]
+pub struct TooMuch;
+
+/// One activation of a routine.
+#[derive(Default)]
+struct Activation {
+    state: Option<State>,
+    stack: Vec<Condition>,
+    /// The stack's depth is not known: two ways with different ones met.
+    lost: bool,
+    slots: BTreeMap<u32, Condition>,
+    /// The open zones, each with its level and the condition of all up to it.
+    zones: Vec<(u32, Condition)>,
+    landings: BTreeMap<usize, Landing>,
+    returned: Option<State>,
+}
+
+/// A jump on its way.
+struct Landing {
+    state: State,
+    stack: Vec<Condition>,
+    lost: bool,
+    slots: BTreeMap<u32, Condition>,
+}
+
+/// A scan under way.
+pub struct Run<'p> {
+    program: &'p Program,
+    slots: &'p Slots,
+    pub found: Found,
+    stamp: u32,
+    work: u64,
+    /// Where a main routine ended by itself, and where the scan was stopped.
+    ended: Option<State>,
+    stopped: Option<State>,
+}
+
+/// Joins a state to others.
+fn join(stamp: u32, into: &mut Option<State>, state: State) {
+    match into {
+        None => *into = Some(state),
+        Some(known) => known.meet(&state, stamp),
+    }
+}
+
+impl<'p> Run<'p> {
+    /// No scan yet.
+    pub fn new(program: &'p Program, slots: &'p Slots) -> Run<'p> {
+        let found = Found::default();
+        Run { program, slots, found, stamp: 0, work: 0, ended: None, stopped: None }
+    }
+
+    /// Runs the scan; what the words hold at its end, `None` if it has none.
+    ///
+    /// # Errors
+    /// If it takes too much.
+    pub fn scan(&mut self, start: State) -> Result<Option<State>, TooMuch> {
+        let program = self.program;
+        let mut state = Some(start);
+        for main in &program.mains {
+            let Some(begun) = state.take() else { break };
+            let returned = self.routine(main.start, main.end, begun)?;
+            state = self.ended.take();
+            if let Some(returned) = returned {
+                join(self.fresh(), &mut state, returned);
+            }
+        }
+        // What interrupts write is none of the words, but they count loops and units, too.
+        if let Some(stopped) = self.stopped.take() {
+            join(self.fresh(), &mut state, stopped);
+        }
+        for interrupt in &program.interrupts {
+            let unknown = State::new(vec![Ring::TOP; self.slots.cells().len()]);
+            self.routine(interrupt.entry, program.instructions.len(), unknown)?;
+        }
+        self.ended = None;
+        self.stopped = None;
+        Ok(state)
+    }
+
+    fn fresh(&mut self) -> u32 {
+        self.stamp += 1;
+        self.stamp
+    }
+
+    fn routine(&mut self, from: usize, to: usize, state: State) -> Result<Option<State>, TooMuch> {
+        let mut act = Activation { state: Some(state), ..Activation::default() };
+        self.span(&mut act, from, to)?;
+        let mut back = act.returned.take();
+        if let Some(state) = act.state.take() {
+            join(self.fresh(), &mut back, state);
+        }
+        Ok(back)
+    }
+
+    fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), TooMuch> {
+        let mut at = from;
+        while at < to {
+            if let Some(landing) = act.landings.remove(&at) {
+                self.land(act, landing);
+            }
+            if act.state.is_none() {
+                match act.landings.range(at..to).next() {
+                    Some((&next, _)) => at = next,
+                    None => return Ok(()),
+                }
+                continue;
+            }
+            self.work += 1;
+            if self.work > MOST_WORK {
+                return Err(TooMuch);
+            }
+            at = self.instruction(act, at)?;
+        }
+        Ok(())
+    }
+
+    fn land(&mut self, act: &mut Activation, landing: Landing) {
+        let Landing { state, stack, lost, slots } = landing;
+        let Some(here) = &mut act.state else {
+            (act.state, act.stack, act.lost, act.slots) = (Some(state), stack, lost, slots);
+            return;
+        };
+        self.stamp += 1;
+        here.meet(&state, self.stamp);
+        act.lost |= lost || act.stack.len() != stack.len();
+        for (here, there) in act.stack.iter_mut().zip(&stack) {
+            *here = here.either(there);
+        }
+        for (slot, there) in slots {
+            let here = act.slots.entry(slot).or_default();
+            *here = here.either(&there);
+        }
+    }
+
+    /// What a jump takes with it.
+    fn depart(act: &Activation, state: State) -> Landing {
+        let (stack, slots) = (act.stack.clone(), act.slots.clone());
+        Landing { state, stack, lost: act.lost, slots }
+    }
+
+    fn leave(&mut self, act: &mut Activation, target: usize, state: State) {
+        let landing = Run::depart(act, state);
+        match act.landings.remove(&target) {
+            None => {
+                act.landings.insert(target, landing);
+            }
+            Some(other) => {
+                let mut met = Activation {
+                    state: Some(landing.state),
+                    stack: landing.stack,
+                    lost: landing.lost,
+                    slots: landing.slots,
+                    ..Activation::default()
+                };
+                self.land(&mut met, other);
+                let Activation { state, stack, lost, slots, .. } = met;
+                if let Some(state) = state {
+                    act.landings.insert(target, Landing { state, stack, lost, slots });
+                }
+            }
+        }
+    }
+
+    fn top(act: &Activation) -> Condition {
+        if act.lost {
+            return Condition::default();
+        }
+        act.stack.last().cloned().unwrap_or_else(Condition::always)
+    }
+
+    fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, TooMuch> {
+        let program = self.program;
+        let instruction = &program.instructions[at];
+        let Some(state) = &act.state else { return Ok(at + 1) };
+        let top = Run::top(act);
+        let condition = match (&instruction.step, act.zones.last()) {
+            (
+                Step::Logic { .. }
+                | Step::AndBlock
+                | Step::OrBlock
+                | Step::Save(_)
+                | Step::Fetch(_)
+                | Step::ForBegin { .. }
+                | Step::ForEnd,
+                _,
+            )
+            | (_, None) => top,
+            (_, Some((_, all))) => top.and(all),
+        };
+        let evaluation = Evaluation { program, slots: self.slots, state };
+        let fires = match instruction.step.fires() {
+            Some(logic) => evaluation.logic(logic, &condition),
+            None => Condition::always(),
+        };
+        if !fires.never
+            && let Some(counted) = instruction.counted()
+        {
+            self.count_units(act, at, &fires, &counted.words);
+        }
+        if !instruction.effects.is_empty() {
+            self.effects(act, instruction, &fires, &condition);
+        }
+        self.step(act, at, &instruction.step, fires)
+    }
+
+    fn count_units(
+        &mut self,
+        act: &mut Activation,
+        at: usize,
+        fires: &Condition,
+        words: &[WordSource],
+    ) {
+        let Some(state) = &mut act.state else { return };
+        let mut before = Vec::new();
+        let mut most = None;
+        if fires.assume(state, &mut before) {
+            let evaluation = Evaluation { program: self.program, slots: self.slots, state };
+            let count = words.iter().rev().fold(0, |count, &word| {
+                count * 65_536 + evaluation.word(word).unsigned().1.unsigned_abs()
+            });
+            most = Some(count);
+        }
+        for (slot, value) in before.into_iter().rev() {
+            state.know(slot, value);
+        }
+        if let Some(most) = most {
+            let known = self.found.units.entry(at).or_default();
+            *known = most.max(*known);
+        }
+    }
+
+    /// Carries out an instruction's effects.
+    fn effects(
+        &mut self,
+        act: &mut Activation,
+        instruction: &Instruction,
+        fires: &Condition,
+        condition: &Condition,
+    ) {
+        let Some(state) = &mut act.state else { return };
+        let mut done: FxHashSet<ChoiceId> = FxHashSet::default();
+        for Effect { when, write } in &instruction.effects {
+            let always = Condition::always();
+            let guard = if *when == When::Always { &always } else { fires };
+            if guard.never {
+                continue;
+            }
+            let mut before = Vec::new();
+            if guard.assume(state, &mut before) {
+                let mut writer = Writer {
+                    program: self.program,
+                    slots: self.slots,
+                    reaches: &mut self.found.reaches,
+                    condition,
+                    surely: guard.surely,
+                    writes: Vec::new(),
+                };
+                writer.write(state, write, &mut done);
+                let writes = writer.writes;
+                for (slot, value) in before.into_iter().rev() {
+                    state.know(slot, value);
+                }
+                for (slot, value, surely) in writes {
+                    self.stamp += 1;
+                    state.write(slot, value, surely, self.stamp);
+                }
+            } else {
+                for (slot, value) in before.into_iter().rev() {
+                    state.know(slot, value);
+                }
+            }
+        }
+    }
+
+    fn step(
+        &mut self,
+        act: &mut Activation,
+        at: usize,
+        step: &Step,
+        fires: Condition,
+    ) -> Result<usize, TooMuch> {
+        let next = at + 1;
+        match step {
+            Step::Act { .. } | Step::Nothing => {}
+            Step::Logic { join, .. } => Run::join(act, *join, fires),
+            Step::AndBlock | Step::OrBlock => {
+                let (b, a) = (act.stack.pop(), act.stack.pop());
+                let (a, b) = (a.unwrap_or_default(), b.unwrap_or_default());
+                act.stack.push(if *step == Step::AndBlock { a.and(&b) } else { a.or(&b) });
+            }
+            Step::Save(slot) => {
+                act.slots.insert(*slot, Run::top(act));
+            }
+            Step::Fetch(slot) => {
+                let saved = act.slots.get(slot).cloned().unwrap_or_else(Condition::always);
+                Run::join(act, Join::Replace, saved);
+            }
+            Step::Jump { target, .. } => {
+                if let Some(taken) = self.part(act, &fires) {
+                    self.leave(act, *target, taken);
+                }
+            }
+            Step::Call { target, .. } => {
+                if let Some(taken) = self.part(act, &fires)
+                    && let Some(back) =
+                        self.routine(*target, self.program.instructions.len(), taken)?
+                {
+                    join(self.fresh(), &mut act.state, back);
+                }
+            }
+            Step::Return => {
+                if let Some(state) = act.state.take() {
+                    join(self.fresh(), &mut act.returned, state);
+                }
+            }
+            Step::End => {
+                if let Some(state) = act.state.take() {
+                    join(self.fresh(), &mut self.ended, state);
+                }
+            }
+            Step::Stop { .. } => {
+                if let Some(state) = self.part(act, &fires) {
+                    join(self.fresh(), &mut self.stopped, state);
+                }
+            }
+            Step::Unbounded { .. } => act.state = None,
+            Step::ForBegin { count, least, most, end } => {
+                let turns = self.turns(act, at, *count, *least, *most);
+                self.turn(act, at, *end, turns)?;
+                return Ok(end + 1);
+            }
+            Step::ForEnd => {}
+            Step::Bulk(bulk) => match bulk.turns {
+                Some((count, least, most)) => {
+                    let turns = self.turns(act, at, count, least, most);
+                    self.turn(act, at, bulk.end, turns)?;
+                    return Ok(bulk.end + 1);
+                }
+                None => {
+                    self.bulk(act, bulk);
+                    return Ok(bulk.end + 1);
+                }
+            },
+            Step::ZoneBegin { level, .. } => {
+                let all = match act.zones.last() {
+                    Some((_, outer)) => outer.and(&fires),
+                    None => fires,
+                };
+                act.zones.push((*level, all));
+            }
+            Step::ZoneEnd { level } => act.zones.retain(|(open, _)| open < level),
+        }
+        Ok(next)
+    }
+
+    fn join(act: &mut Activation, join: Join, value: Condition) {
+        match join {
+            Join::Start => {
+                act.stack.clear();
+                act.lost = false;
+                act.stack.push(value);
+            }
+            Join::Load => act.stack.push(value),
+            Join::And | Join::Or => {
+                let top = Run::top(act);
+                let joined = if join == Join::And { top.and(&value) } else { top.or(&value) };
+                act.stack.pop();
+                act.stack.push(joined);
+            }
+            Join::Replace => {
+                act.stack.pop();
+                act.stack.push(value);
+            }
+        }
+    }
+
+    /// The state with which control leaves if the condition holds; what stays is without it only if that is sure.
+    fn part(&mut self, act: &mut Activation, fires: &Condition) -> Option<State> {
+        if fires.never {
+            return None;
+        }
+        let mut taken = act.state.clone()?;
+        let possible = fires.assume(&mut taken, &mut Vec::new());
+        if fires.surely {
+            act.state = None;
+        }
+        possible.then_some(taken)
+    }
+
+    /// How many turns a loop makes: at least and at most.
+    fn turns(
+        &mut self,
+        act: &Activation,
+        at: usize,
+        count: WordSource,
+        least: u32,
+        most: u32,
+    ) -> (u64, u64) {
+        let Some(state) = &act.state else { return (0, 0) };
+        let evaluation = Evaluation { program: self.program, slots: self.slots, state };
+        let (word, odd) = match count {
+            WordSource::Free(choice) => match self.program.kinds.get(&choice) {
+                Some(ChoiceKind::Turns(word)) => (*word, true),
+                _ => (count, false),
+            },
+            word => (word, false),
+        };
+        let (low, high) = evaluation.word(word).signed();
+        let within = |turns: i64| turns.clamp(least.into(), most.into());
+        let high = within(if odd { high.max(1) } else { high });
+        let low = if odd && low < 1 { i64::from(least) } else { within(low) };
+        let known = self.found.turns.entry(at).or_default();
+        *known = high.max(*known);
+        (low.max(0).unsigned_abs(), high.max(0).unsigned_abs())
+    }
+
+    /// Runs a loop: turn by turn where that is not too much, else until nothing new comes.
+    fn turn(
+        &mut self,
+        act: &mut Activation,
+        at: usize,
+        end: usize,
+        (least, most): (u64, u64),
+    ) -> Result<(), TooMuch> {
+        let Some(begun) = act.state.take() else { return Ok(()) };
+        let mut exits: Option<State> = None;
+        if least == 0 {
+            exits = Some(begun.clone());
+        }
+        let (mut head, mut settled) = (begun, false);
+        let began = self.work;
+        for turn in 1..=most {
+            act.state = Some(head.clone());
+            self.span(act, at + 1, end + 1)?;
+            let Some(state) = act.state.take() else { break };
+            if turn >= least || settled {
+                join(self.fresh(), &mut exits, state.clone());
+            }
+            if !settled && state.equals(&head) {
+                // Every further turn is the same.
+                if turn < least {
+                    join(self.fresh(), &mut exits, state);
+                }
+                break;
+            }
+            let spent = self.work - began;
+            let all = (spent / turn).saturating_mul(most);
+            if !settled && (turn < TURNS || all <= EXACT_WORK) {
+                head = state;
+                continue;
+            }
+            // From here on the head stands for any further turn.
+            settled = true;
+            let stamp = self.fresh();
+            let mut wider = head.clone();
+            if turn < 2 * TURNS || spent < EXACT_WORK {
+                wider.widen(&state, stamp);
+            } else {
+                wider = State::new(vec![Ring::TOP; self.slots.cells().len()]);
+            }
+            if wider.equals(&head) {
+                break;
+            }
+            head = wider;
+        }
+        act.state = exits;
+        Ok(())
+    }
+
+    /// What is charged in bulk and has no turns: its writes, and its ways out.
+    fn bulk(&mut self, act: &mut Activation, bulk: &Bulk) {
+        let Some(state) = &mut act.state else { return };
+        for &region in &bulk.forgets {
+            for slot in self.slots.within(region) {
+                self.stamp += 1;
+                state.write(slot, Ring::TOP, false, self.stamp);
+            }
+        }
+        let state = state.clone();
+        act.stack.clear();
+        act.slots.clear();
+        for (_, exit) in &bulk.exits {
+            let state = state.clone();
+            match exit {
+                Exit::To(target) => self.leave(act, *target, state),
+                Exit::Return => join(self.fresh(), &mut act.returned, state),
+                Exit::End => join(self.fresh(), &mut self.ended, state),
+                Exit::Stop => join(self.fresh(), &mut self.stopped, state),
+            }
+        }
+    }
+}
+
+/// One effect being carried out.
+struct Writer<'a> {
+    program: &'a Program,
+    slots: &'a Slots,
+    reaches: &'a mut BTreeMap<ChoiceId, Option<(u32, u32)>>,
+    condition: &'a Condition,
+    surely: bool,
+    /// Slot, value, and whether it is surely written.
+    writes: Vec<(usize, Ring, bool)>,
+}
+
+impl Writer<'_> {
+    fn write(&mut self, state: &State, write: &Write, done: &mut FxHashSet<ChoiceId>) {
+        let evaluation = Evaluation { program: self.program, slots: self.slots, state };
+        match write {
+            Write::Bit(BitTarget::Cell(_), _) => {}
+            Write::Bit(BitTarget::WordBit(cell, bit), value) => {
+                let Some(slot) = self.slots.slot(*cell) else { return };
+                let value = evaluation.logic(value, self.condition);
+                let (mask, before) = (1 << bit, state.value(slot));
+                let value = match before.as_constant() {
+                    Some(before) if value.surely => Ring::constant(before | mask),
+                    Some(before) if value.never => Ring::constant(before & !mask),
+                    Some(before) => {
+                        Ring::constant(before | mask).join(Ring::constant(before & !mask))
+                    }
+                    None => Ring::TOP,
+                };
+                self.writes.push((slot, value, self.surely));
+            }
+            Write::Words(targets, number) => {
+                let values = evaluation.number(number);
+                self.words(targets, &values);
+            }
+            Write::Forget(region, choice) => {
+                let exact = match self.program.kinds.get(choice) {
+                    Some(ChoiceKind::Exact(meaning)) => Some(meaning),
+                    _ => None,
+                };
+                if let Some(meaning) = exact
+                    && meaning.outputs.iter().all(|to| {
+                        matches!(to, Target::Words(_) | Target::Bits(_) | Target::Nowhere)
+                    })
+                    && let Some(results) = evaluation.operation(meaning)
+                {
+                    // All effects with this choice are one writing.
+                    if done.insert(*choice) {
+                        for (output, values) in meaning.outputs.iter().zip(&results) {
+                            if let Target::Words(targets) = output {
+                                self.words(targets, values);
+                            }
+                        }
+                    }
+                    return;
+                }
+                let region = self.reach(&evaluation, *region, *choice);
+                for slot in self.slots.within(region) {
+                    self.writes.push((slot, Ring::TOP, false));
+                }
+            }
+        }
+    }
+
+    fn words(&mut self, targets: &[WordTarget], values: &[Ring]) {
+        for (place, target) in targets.iter().enumerate() {
+            let WordTarget::Cell(cell) = target else { continue };
+            if let Some(slot) = self.slots.slot(*cell) {
+                let value = values.get(place).copied().unwrap_or(Ring::TOP);
+                self.writes.push((slot, value, self.surely));
+            }
+        }
+    }
+
+    /// The cells that an indexed write may reach.
+    fn reach(&mut self, evaluation: &Evaluation<'_>, region: Region, choice: ChoiceId) -> Region {
+        let Some(indexed) = self.program.indexed.get(&choice) else { return region };
+        if region != Region::Area(indexed.first.area) {
+            return region;
+        }
+        let found = evaluation.indices(indexed.first.index, &indexed.index, &indexed.length);
+        let known = self.reaches.entry(choice).or_insert(found);
+        *known = match (*known, found) {
+            (Some((low, high)), Some((least, largest))) => {
+                Some((low.min(least), high.max(largest)))
+            }
+            _ => None,
+        };
+        match found {
+            Some((low, high)) => {
+                let first = crate::program::Cell { index: low, ..indexed.first };
+                Region::Range { first, count: high - low + 1 }
+            }
+            None => region,
+        }
+    }
+}
