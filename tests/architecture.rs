@@ -1,5 +1,6 @@
 //! The rules that hold between the modules, read off the source text: who may know whom, and how files look.
 
+use scanbound::base::code::Code;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -357,6 +358,40 @@ fn the_library_prints_nothing() {
         };
         faults.extend(s.code().filter(prints).map(|(n, line)| format!("{}:{n}: {line}", s.path)));
     }
+    none(faults);
+}
+
+#[test]
+fn every_code_is_used_and_has_a_name_and_a_page_of_its_own() {
+    let sources = library();
+    let mut faults = Vec::new();
+    let mut known = BTreeSet::new();
+    for &code in Code::ALL {
+        let (variant, name) = (format!("{code:?}"), code.name());
+        let words = name.split('-').map(|word| word[..1].to_uppercase() + &word[1..]);
+        if words.collect::<String>() != variant {
+            faults.push(format!("Code::{variant} is named {name}"));
+        }
+        if !known.insert(format!("{name}.md")) {
+            faults.push(format!("two codes are named {name}"));
+        }
+        let path = format!("Code::{variant}");
+        let uses = |s: &Source| s.code().any(|(_, line)| has_word(line, &path));
+        if !sources.iter().filter(|s| !s.is_test()).any(uses) {
+            faults.push(format!("{path} is used nowhere"));
+        }
+        let page = root().join("docs/codes").join(format!("{name}.md"));
+        let text = fs::read_to_string(&page).unwrap_or_default();
+        let begins = format!("# {name}\n\n{}.\n\n## Example\n\n", code.summary());
+        if !text.starts_with(&begins) || !text.contains("\n## What to do\n\n") {
+            faults.push(format!("docs/codes/{name}.md must begin with {begins:?}"));
+        }
+    }
+    known.insert("README.md".to_owned());
+    let pages = fs::read_dir(root().join("docs/codes")).expect("docs/codes");
+    let pages = pages.map(|page| page.expect("a page").file_name().to_string_lossy().into_owned());
+    faults
+        .extend(pages.filter(|page| !known.contains(page)).map(|page| format!("no code: {page}")));
     none(faults);
 }
 

@@ -45,7 +45,7 @@ fn seconds(dialect: &str, lines: &[&str], facts: &str) -> u64 {
 
 fn codes(dialect: &str, lines: &[&str], facts: &str) -> Vec<&'static str> {
     let faults = audited(dialect, &[("a.txt", &lines.join("\n"))], facts, "").expect_err("faults");
-    faults.iter().map(|fault| fault.code).collect()
+    faults.iter().map(|fault| fault.code.name()).collect()
 }
 
 /// Whether a bit (or what an instruction in front asks for) may be on, and then off behind some lines.
@@ -229,7 +229,7 @@ fn tasks_of_interrupts_are_stated_or_doubted() {
     let none = audited(CX, &both[..1], "[interrupts]\n\"unlisted tasks\" = 0", table);
     assert_eq!(none.expect("an audit").doubts, [""; 0]);
     let some = audited(CX, &both[..1], "[interrupts]\n\"unlisted tasks\" = 2", table);
-    assert_eq!(some.expect_err("no programs")[0].code, "no-interrupt");
+    assert_eq!(some.expect_err("no programs")[0].code.name(), "no-interrupt");
     let stated = audited(CX, &both, "[interrupts]\ntick = 3\n[scan]\nfactor = 1.0", table)
         .expect("an audit");
     assert_eq!((stated.bound.upper.0 / SECOND, stated.doubts.len()), (7, 0));
@@ -303,12 +303,12 @@ fn symbols_stand_in_a_table_beside_the_mnemonics() {
     let facts = "[scan]\nfactor = 1.0";
     let audit = audited(CX, &files, facts, "Op1,1000000,0").expect("an audit");
     assert_eq!(audit.bound.upper.0 / SECOND, 1);
-    let told: Vec<_> = audit.warnings.iter().map(|one| (one.code, one.line)).collect();
+    let told: Vec<_> = audit.warnings.iter().map(|one| (one.code.name(), one.line)).collect();
     assert_eq!(told, [("no-end", Some(5))]);
     let broken =
         [files[0], ("symbols.csv", "Start\tBOOL\t0.00\nReady\tBOOL\tW0.01\nStart\tBOOL\t0.02\n")];
     let faults = audited(CX, &broken, "", "").expect_err("a symbol twice");
-    assert_eq!((faults[0].code, faults[0].line), ("symbol-twice", Some(3)));
+    assert_eq!((faults[0].code.name(), faults[0].line), ("symbol-twice", Some(3)));
 }
 
 #[test]
@@ -318,7 +318,7 @@ fn empty_comments_are_a_warning() {
         for empty in ["", "\r\n\r\n"] {
             let files = [("a.txt", program), ("p/COMMENT.csv", empty)];
             let audit = audited(dialect, &files, "", "").expect("an audit");
-            let told: Vec<_> = audit.warnings.iter().map(|one| one.code).collect();
+            let told: Vec<_> = audit.warnings.iter().map(|one| one.code.name()).collect();
             assert_eq!(told, ["empty-file"]);
         }
     }

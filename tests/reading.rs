@@ -161,7 +161,7 @@ fn texts(project: &RawProject) -> Vec<&str> {
 }
 
 fn codes(found: &[Diagnostic]) -> Vec<(&str, Option<u32>)> {
-    found.iter().map(|d| (d.code, d.line)).collect()
+    found.iter().map(|d| (d.code.name(), d.line)).collect()
 }
 
 /// The faults of a file, each with its code and line.
@@ -171,7 +171,7 @@ fn faults(bytes: impl Into<Vec<u8>>) -> Vec<(&'static str, Option<u32>)> {
         assert!(!fault.message.is_empty() && !fault.help.is_empty(), "{fault:?}");
         assert!(fault.text.chars().count() < 130, "{fault:?}");
     }
-    found.iter().map(|d| (d.code, d.line)).collect()
+    found.iter().map(|d| (d.code.name(), d.line)).collect()
 }
 
 fn sample(text: &str) -> Vec<Line> {
@@ -439,7 +439,7 @@ fn faults_in_comments_stop_nothing() {
 
 #[test]
 fn what_is_no_program_is_refused_with_a_reason() {
-    let code = |bytes: &[u8]| read("a.csv", bytes).unwrap_err()[0].code;
+    let code = |bytes: &[u8]| read("a.csv", bytes).unwrap_err()[0].code.name();
     assert_eq!(code(b""), "empty-file");
     assert_eq!(code(b"\xFF\xFE"), "empty-file");
     assert_eq!(code(b" \r\n \r\n"), "empty-file");
@@ -450,19 +450,22 @@ fn what_is_no_program_is_refused_with_a_reason() {
     assert_eq!(code(b"Part,Count\nM8 screws,100\nM10,5\n"), "unknown-dialect");
     assert_eq!(code("Device Name,Comment\nX0,start\n".as_bytes()), "comments-alone");
     assert_eq!(code(b"LD X0\nOUT Y0\n\xFF\xFF\nEND\n"), "encoding");
-    assert_eq!(read_project(&[], None).unwrap_err()[0].code, "no-program");
+    assert_eq!(read_project(&[], None).unwrap_err()[0].code.name(), "no-program");
 }
 
 #[test]
 fn a_named_dialect_is_kept_to() {
     let list = [input("a.il", "OUT Y0\nX ; odd\nX\nX\nEND\n")];
-    assert_eq!(read_project(&list, None).unwrap_err()[0].code, "unknown-dialect");
+    assert_eq!(read_project(&list, None).unwrap_err()[0].code.name(), "unknown-dialect");
     assert_eq!(read_project(&list, Some("melsec-list")).unwrap().dialect, "melsec-list");
-    assert_eq!(read_project(&list, Some("melsec-csv")).unwrap_err()[0].code, "no-heads");
+    assert_eq!(read_project(&list, Some("melsec-csv")).unwrap_err()[0].code.name(), "no-heads");
     let csv = [input("a.csv", works2("0,,END,,,,\n"))];
-    assert_eq!(read_project(&csv, Some("melsec-list")).unwrap_err()[0].code, "other-dialect");
+    assert_eq!(
+        read_project(&csv, Some("melsec-list")).unwrap_err()[0].code.name(),
+        "other-dialect"
+    );
     let unknown = read_project(&csv, Some("ladder")).unwrap_err();
-    assert_eq!(unknown[0].code, "no-such-dialect");
+    assert_eq!(unknown[0].code.name(), "no-such-dialect");
     assert!(unknown[0].help.contains("melsec-gx3-csv"));
 }
 
@@ -476,9 +479,9 @@ fn a_project_is_one_dialect_and_one_cpu() {
     let names: Vec<&str> = project.files.iter().map(|file| file.name.as_str()).collect();
     assert_eq!(names, ["b.csv", "a.csv"], "the given order is the order of the scan");
     let mixed = read_project(&[works2_file("a.csv", "FX3U"), input("b.il", "LD X0\nEND\n")], None);
-    assert_eq!(mixed.unwrap_err()[0].code, "mixed-dialects");
+    assert_eq!(mixed.unwrap_err()[0].code.name(), "mixed-dialects");
     let two = read_project(&[works2_file("a.csv", "FX3U"), works2_file("b.csv", "Q26UDV")], None);
-    assert_eq!(two.unwrap_err()[0].code, "other-cpu");
+    assert_eq!(two.unwrap_err()[0].code.name(), "other-cpu");
     let near =
         read_project(&[works2_file("a.csv", "Q03UDV"), works2_file("b.csv", "Q26UDV")], None);
     assert_eq!(codes(&near.unwrap().warnings), [("other-cpu", None)]);

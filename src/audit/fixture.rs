@@ -2,6 +2,7 @@
 
 use super::method::SearchUse;
 use super::*;
+use crate::base::code::Code;
 
 fn us(time: u64) -> Picos {
     Picos(time * 1_000_000)
@@ -173,7 +174,7 @@ pub fn fixture() -> Audit {
         })
         .into(),
         warnings: vec![
-            Diagnostic::file("no-comments", "搬送.csv", "no comments", "export COMMENT.csv")
+            Diagnostic::file(Code::LeftOut, "搬送.csv", "no comments", "export COMMENT.csv")
                 .warning(),
         ],
         response: None,

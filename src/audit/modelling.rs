@@ -2,6 +2,7 @@
 
 use super::Failure;
 use crate::base::budget::Budget;
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
 use crate::program::meaning::Knowledge;
@@ -46,12 +47,12 @@ pub fn keep_in_range(
     let most = model.charges.iter().max_by_key(|charge| charge.dearer());
     let most = most.filter(|charge| u128::from(charge.dearer().0) * 2 > sum);
     let Some(charge) = most else {
-        return Err(Failure::from(Diagnostic::file("no-time", &table.name, message, help)));
+        return Err(Failure::from(Diagnostic::file(Code::NoTime, &table.name, message, help)));
     };
     // One instruction makes up most of it: that is the place.
     let at = &program.instructions[charge.instruction];
     let message = format!("{message}: this here to {}", charge.dearer().best_text());
-    Err(Failure::from(program.fault(at, "no-time", message, help)))
+    Err(Failure::from(program.fault(at, Code::NoTime, message, help)))
 }
 
 /// The model of a scan, and whether it is no more than the sum of all that can run: where the time is over, or
@@ -163,5 +164,5 @@ fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
             "a rung begins with LD; a jump must not go into the middle of one"
         }
     };
-    Failure::from(program.fault(at, "scan", error.to_string(), help))
+    Failure::from(program.fault(at, Code::Scan, error.to_string(), help))
 }

@@ -11,6 +11,7 @@ use super::power_up;
 use super::stated;
 use super::unbounded::{self, loops};
 use crate::base::budget::{Budget, Cut};
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedFactor};
 use crate::base::time::Picos;
@@ -333,12 +334,12 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
     if request.facts.latched.is_some() && !open.latched {
         let message = "[io] latched is stated, but of this PLC it is known";
         let fault =
-            request.facts.fault(["io", "latched"], Part::Key, "facts", message, "leave it out");
+            request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "leave it out");
         return Err(Failure::from(fault));
     }
     if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
         let message = format!("--clock and --time {} both state how long a word takes", time.name);
-        let found = Diagnostic::file("no-clock", "", message, "leave one of the two out");
+        let found = Diagnostic::file(Code::NoClock, "", message, "leave one of the two out");
         return Err(Failure::from(found));
     }
     let mut table = choose_table(request, project.cpu())?;
@@ -381,7 +382,7 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Failu
                 [] => "it has no interrupt routines at all".to_owned(),
                 names => format!("its interrupt routines are {}", names.join(", ")),
             };
-            request.facts.fault(["interrupts", label], Part::Key, "no-interrupt", message, &help)
+            request.facts.fault(["interrupts", label], Part::Key, Code::NoInterrupt, message, &help)
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
@@ -401,12 +402,12 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
                     format!("the program's CPU is {cpu}, for which there is no timing table"),
                 ),
             };
-            Diagnostic::file("no-table", file, message, Table::advice(cpu))
+            Diagnostic::file(Code::NoTable, file, message, Table::advice(cpu))
         })?,
         (None, None) => {
             let names = crate::timing::table::builtin::names().join(", ");
             return Err(Failure::from(Diagnostic::file(
-                "no-table",
+                Code::NoTable,
                 file,
                 "the source does not name its CPU, so its instructions have no times",
                 format!(
@@ -462,14 +463,14 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
                 "write the name as the report's table rows do, such as MOV or OUT:T",
             ),
         };
-        warnings.push(Diagnostic::file("unused-time", "", message, help).warning());
+        warnings.push(Diagnostic::file(Code::UnusedTime, "", message, help).warning());
     }
     warnings
 }
 
 fn no_clock() -> Diagnostic {
     let message = "--clock says nothing about this CPU: its instructions take different times";
-    Diagnostic::file("no-clock", "", message, "leave --clock out; --table and --time give times")
+    Diagnostic::file(Code::NoClock, "", message, "leave --clock out; --table and --time give times")
 }
 
 fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
@@ -489,18 +490,18 @@ fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
         .map(|(row, (index, count))| {
             let more = if count > 1 { format!(" (and {} more)", count - 1) } else { String::new() };
             let message = format!("the time of row {row} is assumed{more}");
-            program.fault(&program.instructions[index], "assumed-time", message, help)
+            program.fault(&program.instructions[index], Code::AssumedTime, message, help)
         })
         .collect();
     for term in prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed) {
         let message = format!("the scan's term {} is assumed: {}", term.name, term.why);
-        faults.push(Diagnostic::file("assumed-time", "", message, help));
+        faults.push(Diagnostic::file(Code::AssumedTime, "", message, help));
     }
     if let Some(Factor { text, source, .. }) =
         prices.factor.as_ref().filter(|factor| factor.evidence == Evidence::Assumed)
     {
         let message = format!("the factor {text} on the whole scan is assumed: {source}");
-        faults.push(Diagnostic::file("assumed-time", "", message, help));
+        faults.push(Diagnostic::file(Code::AssumedTime, "", message, help));
     }
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
 }
@@ -547,14 +548,14 @@ fn allowed(
     }
     if deadline.is_some_and(|end| Instant::now() >= end) {
         return Err(Failure::from(Diagnostic::file(
-            "time",
+            Code::Time,
             request.inputs.first().map_or("", |input| &input.name),
             "in the time given no scan was found that keeps all the stated ranges",
             "give it more time (--time-limit), or state less",
         )));
     }
     Err(Failure::from(Diagnostic::file(
-        "facts",
+        Code::Facts,
         request.inputs.first().map_or("", |input| &input.name),
         "no scan keeps all the stated ranges",
         "look for two ranges that concern the same word",

@@ -1,5 +1,6 @@
 //! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
 
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part};
 use crate::program::{
@@ -24,7 +25,7 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
         .take(MOST_TOLD)
         .map(|device| {
             let message = format!("a range is stated for '{device}', but the machine has no words");
-            facts.fault(["ranges", device], Part::Key, "fact", message, "leave it out")
+            facts.fault(["ranges", device], Part::Key, Code::Fact, message, "leave it out")
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(faults) }
@@ -52,12 +53,12 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
             let message = format!("a range is stated for {word}, which the program does not name");
             let help = "write the word as in the program; leave the range out if it is not used";
             let fact = ["ranges", keys.get(&plain(&word)).map_or("", |key| key.as_str())];
-            warnings.push(facts.fault(fact, Part::Key, "unused-fact", message, help).warning());
+            warnings.push(facts.fault(fact, Part::Key, Code::UnusedFact, message, help).warning());
         }
         if dropped > 0 {
             let message =
                 format!("and {dropped} further ranges of words that the program does not name");
-            warnings.push(Diagnostic::file("unused-fact", "", message, "").warning());
+            warnings.push(Diagnostic::file(Code::UnusedFact, "", message, "").warning());
         }
     }
     let sides = [
@@ -71,7 +72,8 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
             let message = format!("{stated} {side} points are stated, but the program shows {why}");
             let help = "state all the points that the CPU refreshes";
             let fact = ["io", &format!("{side}s")];
-            warnings.push(facts.fault(fact, Part::Value, "unused-fact", message, help).warning());
+            warnings
+                .push(facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning());
         }
     }
     warnings

@@ -1,5 +1,7 @@
 //! One fault of the input: where it stands, what is wrong, and what to do about it.
 
+use super::code::Code;
+
 /// How bad a finding is. Any `Error` stops the audit (exit 2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -13,7 +15,7 @@ pub enum Severity {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
     /// A stable short name, such as `unknown-instruction`.
-    pub code: &'static str,
+    pub code: Code,
     /// How bad it is.
     pub severity: Severity,
     /// The file's name as the user gave it.
@@ -35,7 +37,7 @@ pub struct Diagnostic {
 impl Diagnostic {
     /// An error about a whole file.
     pub fn file(
-        code: &'static str,
+        code: Code,
         file: &str,
         message: impl Into<String>,
         help: impl Into<String>,
@@ -55,7 +57,7 @@ impl Diagnostic {
 
     /// An error at a line, `text` being the line's text.
     pub fn line(
-        code: &'static str,
+        code: Code,
         file: &str,
         line: u32,
         text: impl Into<String>,

@@ -2,6 +2,7 @@
 
 mod places;
 
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
 use places::Places;
@@ -76,7 +77,7 @@ impl Facts {
         &self,
         fact: [&str; 2],
         part: Part,
-        code: &'static str,
+        code: Code,
         message: impl Into<String>,
         help: &str,
     ) -> Diagnostic {
@@ -160,7 +161,7 @@ impl Reader<'_> {
         if self.dropped > 0 {
             let message = format!("and {} further faults, not listed", self.dropped);
             let help = "mend those listed first";
-            self.faults.push(Diagnostic::file("facts", self.name, message, help));
+            self.faults.push(Diagnostic::file(Code::Facts, self.name, message, help));
         }
         if self.faults.is_empty() { Ok(self.facts) } else { Err(self.faults) }
     }
@@ -321,8 +322,8 @@ impl Reader<'_> {
             return;
         }
         self.faults.push(match span {
-            Some(span) => self.facts.places.at("facts", span, message, help),
-            None => Diagnostic::file("facts", self.name, message, help),
+            Some(span) => self.facts.places.at(Code::Facts, span, message, help),
+            None => Diagnostic::file(Code::Facts, self.name, message, help),
         });
     }
 }
@@ -402,14 +403,14 @@ mod tests {
         let text = format!("[ranges]\r\n\"D 1\" = [3, 4]\r\nD2 ={long}[5, 6]\r\n");
         let facts = Facts::parse("facts.toml", &text).expect("facts");
         let marked = |key, part| {
-            let fault = facts.fault(["ranges", key], part, "fact", "wrong", "help");
+            let fault = facts.fault(["ranges", key], part, Code::Fact, "wrong", "help");
             let (from, to) = fault.span.expect("a span");
             (fault.line, fault.text[from..to].to_owned())
         };
         assert_eq!(marked("D 1", Part::Key), (Some(2), "\"D 1\"".to_owned()));
         assert_eq!(marked("D 1", Part::Value), (Some(2), "[3, 4]".to_owned()));
         assert_eq!(marked("D2", Part::Value), (Some(3), "[5, 6]".to_owned()));
-        let unknown = facts.fault(["ranges", "D3"], Part::Key, "fact", "wrong", "help");
+        let unknown = facts.fault(["ranges", "D3"], Part::Key, Code::Fact, "wrong", "help");
         assert_eq!((unknown.file.as_str(), unknown.line), ("", None));
     }
 

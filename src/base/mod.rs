@@ -2,6 +2,7 @@
 //! columns of tables.
 
 pub mod budget;
+pub mod code;
 pub mod column;
 pub mod diagnostic;
 pub mod facts;

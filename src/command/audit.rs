@@ -7,6 +7,7 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use scanbound::audit::response::Response;
 use scanbound::audit::{self, Audit};
+use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::time::Picos;
 use std::path::{Path, PathBuf};
@@ -72,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn unknown(audit: &Audit, sides: &[&str]) -> Failure {
     let fault = |side: &&str| {
         Diagnostic::file(
-            "no-delay",
+            Code::NoDelay,
             &audit.table.name,
             format!("the table does not say how long an {side} takes (@{side}-delay)"),
             format!(

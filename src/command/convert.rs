@@ -5,6 +5,7 @@ use super::sink::Sink;
 use super::{Failure, Outcome, values};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
+use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::front::minasec::{Source, assembly, machine_code};
 use scanbound::front::{Input, read};
@@ -65,7 +66,7 @@ pub fn source(file: &Path, dialect: Option<&str>) -> Result<Source, Failure> {
     let project = read(&[Input { name: name.clone(), bytes }], dialect)?;
     project.into_of().ok_or_else(|| {
         Failure::Input(vec![Diagnostic::file(
-            "other-dialect",
+            Code::OtherDialect,
             &name,
             "this is a program, but none of a MINASEC-U",
             "give MINASEC-U assembly (LD X00, ST Y00), Intel HEX or the memory's 256 bytes",

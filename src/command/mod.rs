@@ -161,6 +161,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
 mod tests {
     use super::*;
     use anyhow::anyhow;
+    use scanbound::base::code::Code;
 
     fn told(failure: &Failure) -> String {
         anstream::adapter::strip_str(&failure.message()).to_string()
@@ -193,7 +194,7 @@ mod tests {
 
     #[test]
     fn every_end_has_its_code() {
-        let fault = Diagnostic::file("code", "a.il", "wrong", "mend it");
+        let fault = Diagnostic::file(Code::NoTime, "a.il", "wrong", "mend it");
         let input = scanbound::audit::Failure::Input(vec![fault]);
         assert_eq!(code(|| Err(Failure::from(input))), 2);
         assert_eq!(code(|| Err(Failure::from(anyhow!("no such file")))), 2);

@@ -6,6 +6,7 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::audit::verdict::Check;
 use scanbound::audit::{Audit, Request, audit};
+use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
@@ -312,7 +313,7 @@ fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
     let bytes = std::fs::read(path).with_context(|| format!("--facts {name} cannot be read"))?;
     let text = String::from_utf8(bytes).map_err(|_| {
         let message = "the facts file is not text in UTF-8";
-        vec![Diagnostic::file("facts", &name, message, "save it as UTF-8")]
+        vec![Diagnostic::file(Code::Facts, &name, message, "save it as UTF-8")]
     })?;
     Ok(Facts::parse(&name, &text)?)
 }

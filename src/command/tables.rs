@@ -4,6 +4,7 @@ use super::output::{self, Target};
 use super::{Failure, Outcome};
 use anyhow::Context;
 use clap::Args;
+use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::report::tables;
 use scanbound::timing::table::{Parsed, Table, builtin};
@@ -65,7 +66,7 @@ fn read(option: &str, name: &str) -> Result<Parsed, Failure> {
             (None, None) => String::new(),
         };
         Failure::Input(vec![Diagnostic::file(
-            "no-table",
+            Code::NoTable,
             "",
             format!(
                 "{option}{name}: neither a built-in timing table nor a file that can be read: {error}"

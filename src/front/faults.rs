@@ -1,6 +1,7 @@
 //! The faults of one file as they are found: all of them, up to a limit, then how many more.
 
 use super::within;
+use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
 
 /// Most errors, and most warnings, that are told of one file.
@@ -51,14 +52,7 @@ impl<'a> Faults<'a> {
     }
 
     /// An error at a line; `text` is shortened for showing.
-    pub(crate) fn at(
-        &mut self,
-        code: &'static str,
-        line: u32,
-        text: &str,
-        message: &str,
-        help: &str,
-    ) {
+    pub(crate) fn at(&mut self, code: Code, line: u32, text: &str, message: &str, help: &str) {
         if self.errors.len() < LIMIT {
             self.errors.push(Diagnostic::line(code, self.file, line, shown(text), message, help));
         } else {
@@ -69,7 +63,7 @@ impl<'a> Faults<'a> {
     /// The same with the caret at a part of the line: a slice of it.
     pub(crate) fn within(
         &mut self,
-        code: &'static str,
+        code: Code,
         number: u32,
         line: &str,
         part: &str,
@@ -96,7 +90,7 @@ impl<'a> Faults<'a> {
         let mut all = self.errors;
         if self.dropped_errors > 0 {
             all.push(Diagnostic::file(
-                "more-errors",
+                Code::MoreErrors,
                 self.file,
                 match self.given_up {
                     false => format!("and {} more errors in this file", self.dropped_errors),
@@ -111,7 +105,7 @@ impl<'a> Faults<'a> {
         if self.dropped_warnings > 0 {
             all.push(
                 Diagnostic::file(
-                    "more-warnings",
+                    Code::MoreWarnings,
                     self.file,
                     format!("and {} more warnings in this file", self.dropped_warnings),
                     "see to the first ones; the others often follow from them",
@@ -141,9 +135,9 @@ mod tests {
     fn beyond_the_limit_faults_are_counted() {
         let mut faults = Faults::new("a.csv");
         for line in 1..=60 {
-            faults.at("x", line, "text", "wrong", "mend it");
+            faults.at(Code::NoTime, line, "text", "wrong", "mend it");
         }
-        faults.push(Diagnostic::file("w", "a.csv", "odd", "look").warning());
+        faults.push(Diagnostic::file(Code::NameOrder, "a.csv", "odd", "look").warning());
         let all = faults.into_diagnostics();
         assert_eq!(all.len(), 52);
         assert_eq!(all[50].message, "and 10 more errors in this file");

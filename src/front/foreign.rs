@@ -1,6 +1,7 @@
 //! Formats that are known but not read: whose they are, and how to come from them to one that is.
 
 use super::Input;
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 
 /// A format that cannot be read.
@@ -114,7 +115,7 @@ const STRUCTURED: [&str; 10] = [
 pub(super) fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
     let (what, help) = by_content(&input.bytes, beginning).or_else(|| by_name(&input.name))?;
     let message = format!("this is {what}, which cannot be read");
-    Some(Diagnostic::file("unsupported-format", &input.name, message, help))
+    Some(Diagnostic::file(Code::UnsupportedFormat, &input.name, message, help))
 }
 
 fn by_name(name: &str) -> Option<(&'static str, &'static str)> {

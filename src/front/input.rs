@@ -6,6 +6,7 @@
 mod ignore;
 mod plain;
 
+use crate::base::code::Code;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -53,12 +54,12 @@ pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagno
     found.extend(ignore.unused().map(|pattern| {
         let message = format!("--ignore {pattern} leaves nothing out");
         let help = "a pattern without / is held against file names, one with / against paths from the directory that is named";
-        Diagnostic::file("unused-ignore", "", message, help).warning()
+        Diagnostic::file(Code::UnusedIgnore, "", message, help).warning()
     }));
     let failed = found.iter().any(|fault| fault.severity == Severity::Error);
     if inputs.is_empty() && !failed && !paths.is_empty() {
         let message = "every file that was named is left out by --ignore";
-        found.push(Diagnostic::file("no-program", "", message, "take a pattern away"));
+        found.push(Diagnostic::file(Code::NoProgram, "", message, "take a pattern away"));
     }
     if found.iter().any(|fault| fault.severity == Severity::Error) {
         return Err(found);
@@ -90,7 +91,7 @@ impl Gathering<'_> {
         let bytes = match bytes(path, LARGEST + 1) {
             Ok(bytes) if bytes.len() as u64 > LARGEST => {
                 self.found.push(Diagnostic::file(
-                    "too-large",
+                    Code::TooLarge,
                     &name(path),
                     format!("the file is larger than {} MiB", LARGEST >> 20),
                     "no program is that large: check the path",
@@ -106,7 +107,7 @@ impl Gathering<'_> {
         let identity = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if !self.seen.insert(identity) {
             self.found.push(Diagnostic::file(
-                "named-twice",
+                Code::NamedTwice,
                 &name(path),
                 "this file is named twice",
                 "name each file once: it would run twice in a scan",
@@ -118,7 +119,7 @@ impl Gathering<'_> {
 
     fn unreadable(&mut self, path: &Path, error: &io::Error) {
         self.found.push(Diagnostic::file(
-            "unreadable",
+            Code::Unreadable,
             &name(path),
             format!("cannot be read: {error}"),
             "check the path and its permissions",
@@ -127,7 +128,7 @@ impl Gathering<'_> {
 
     fn left_out(&mut self, path: &Path, why: &str) {
         let help = "it is not in the bound: take the pattern away if it belongs to the scan";
-        self.found.push(Diagnostic::file("left-out", &name(path), why, help).warning());
+        self.found.push(Diagnostic::file(Code::LeftOut, &name(path), why, help).warning());
     }
 
     fn directory(&mut self, directory: &Path) {
@@ -152,7 +153,7 @@ impl Gathering<'_> {
         match &listing.programs[..] {
             [] if failed => {}
             [] => self.found.push(Diagnostic::file(
-                "no-program",
+                Code::NoProgram,
                 &name(directory),
                 "there is no program in this directory",
                 "export the programs to it, or name the files themselves",
@@ -160,7 +161,7 @@ impl Gathering<'_> {
             [_] => {}
             programs => self.found.push(
                 Diagnostic::file(
-                    "name-order",
+                    Code::NameOrder,
                     &name(directory),
                     format!(
                         "the programs are taken to run in the order of their names: {}",
@@ -181,7 +182,7 @@ impl Gathering<'_> {
                 let help =
                     format!("name it itself if it belongs to the scan, {}", leave_out(&file));
                 let message = "its name is not a program's, but it reads like one";
-                self.found.push(Diagnostic::file("odd-name", &name(path), message, help));
+                self.found.push(Diagnostic::file(Code::OddName, &name(path), message, help));
             }
             Ok(What::Program) => {
                 if let Some(bytes) = self.read(path) {
@@ -198,7 +199,7 @@ impl Gathering<'_> {
             Ok(What::Plain) => listing.plain.push(file),
             Ok(What::Unreadable(mut fault)) => {
                 fault.help = match fault.code {
-                    "unknown-dialect" => "export the program again if it is one".to_owned(),
+                    Code::UnknownDialect => "export the program again if it is one".to_owned(),
                     _ => fault.help,
                 };
                 fault.help = format!("{}, {}", fault.help, leave_out(&file));
@@ -223,7 +224,12 @@ impl Gathering<'_> {
                     "name it as well, where its programs run, if it belongs to the scan, {}",
                     leave_out(&file)
                 );
-                self.found.push(Diagnostic::file("nested-directory", &name(path), message, help));
+                self.found.push(Diagnostic::file(
+                    Code::NestedDirectory,
+                    &name(path),
+                    message,
+                    help,
+                ));
             }
         }
     }
@@ -292,7 +298,7 @@ impl Listing {
         .collect();
         let (message, help) = (parts.join("; "), "name a file itself if it belongs to the scan");
         (self.plain.len() + self.ignored.len() > 0)
-            .then(|| Diagnostic::file("left-out", &name(directory), message, help).warning())
+            .then(|| Diagnostic::file(Code::LeftOut, &name(directory), message, help).warning())
     }
 }
 

@@ -14,6 +14,7 @@ mod place;
 mod registry;
 mod text;
 
+use crate::base::code::Code;
 use std::any::Any;
 use std::fmt;
 
@@ -171,7 +172,8 @@ fn empty_beside(beside: &[&Input]) -> Vec<Diagnostic> {
     let is_blank = |input: &&&Input| text::beginning(&input.bytes, &[]).trim().is_empty();
     let told = beside.iter().filter(is_blank).map(|input| {
         let help = "export the comments again if devices have any";
-        Diagnostic::file("empty-file", &input.name, "the device comments are empty", help).warning()
+        Diagnostic::file(Code::EmptyFile, &input.name, "the device comments are empty", help)
+            .warning()
     });
     told.collect()
 }

@@ -1,5 +1,6 @@
 //! Where the words of an instruction stand in its file: from the reader to the caret of a diagnostic.
 
+use crate::base::code::Code;
 use std::ops::Range;
 
 use crate::base::diagnostic::Diagnostic;
@@ -73,7 +74,7 @@ impl Pointer<'_> {
     pub(crate) fn at(
         &self,
         part: &str,
-        code: &'static str,
+        code: Code,
         file: &str,
         message: impl Into<String>,
         help: impl Into<String>,
@@ -187,7 +188,7 @@ mod tests {
                 places,
                 source: &source,
             };
-            pointer.at(part, "c", "f", "m", "h")
+            pointer.at(part, Code::Operand, "f", "m", "h")
         };
         let shown = |places: &Places, part: &str| {
             let found = at(places, part);

@@ -1,5 +1,6 @@
 //! The fronts together: whose a file is, and reading a project by the front that its files belong to.
 
+use crate::base::code::Code;
 use std::borrow::Cow;
 
 use super::faults::shown;
@@ -84,7 +85,7 @@ impl Fronts {
                     .unwrap_or_else(|| self.unknown(input, &beginning)),
             }),
             [..] => Err(Diagnostic::file(
-                "two-dialects",
+                Code::TwoDialects,
                 &input.name,
                 format!(
                     "this could be {}",
@@ -98,7 +99,7 @@ impl Fronts {
     fn unknown(self, input: &Input, beginning: &str) -> Diagnostic {
         let line = beginning.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
         let mut fault = Diagnostic::file(
-            "unknown-dialect",
+            Code::UnknownDialect,
             &input.name,
             "this is no program in a known dialect",
             format!("expected {}; name the dialect with --dialect if it is one", self.expected()),
@@ -116,7 +117,7 @@ impl Fronts {
         self.dialects().find(|dialect| dialect.name == name).ok_or_else(|| {
             let names: Vec<&str> = self.dialects().map(|dialect| dialect.name).collect();
             Diagnostic::file(
-                "no-such-dialect",
+                Code::NoSuchDialect,
                 "",
                 format!("there is no dialect '{}'", shown(name)),
                 format!("the dialects are {}", names.join(", ")),
@@ -156,7 +157,7 @@ impl Fronts {
             programs.into_iter().partition(|(other, _)| other.name == dialect.name);
         errors.extend(other.into_iter().map(|(other, input)| {
             Diagnostic::file(
-                "mixed-dialects",
+                Code::MixedDialects,
                 &input.name,
                 format!("this is {}, {} is {}", other.name, first.name, dialect.name),
                 "the files of one scan come from one project: audit them by themselves",
@@ -179,13 +180,13 @@ impl Fronts {
     fn no_program(self, comments: Option<&Input>) -> Diagnostic {
         match comments {
             Some(input) => Diagnostic::file(
-                "comments-alone",
+                Code::CommentsAlone,
                 &input.name,
                 "these are device comments, no program",
                 "give the program's files as well",
             ),
             None => Diagnostic::file(
-                "no-program",
+                Code::NoProgram,
                 "",
                 "no program was given",
                 format!("name at least one file: {}", self.expected()),
@@ -200,19 +201,19 @@ impl Fronts {
         match found {
             Ok(Kind::Comments) => Ok(Kind::Comments),
             Ok(Kind::Program(found)) if found.name != named.name => Err(Diagnostic::file(
-                "other-dialect",
+                Code::OtherDialect,
                 &input.name,
                 format!("this is {}, not {}", found.name, named.name),
                 "leave --dialect out, or name the one it is",
             )),
-            Err(fault) if fault.code == "empty-file" => Err(fault),
+            Err(fault) if fault.code == Code::EmptyFile => Err(fault),
             Err(_) if matches!(named.sniff, Sniff::Bytes(_)) => Ok(Kind::Program(named)),
-            Err(fault) if matches!(fault.code, "binary-file" | "encoding") => Err(fault),
+            Err(fault) if matches!(fault.code, Code::BinaryFile | Code::Encoding) => Err(fault),
             _ => Ok(Kind::Program(named)),
         }
     }
 }
 
 fn empty(input: &Input, message: &str) -> Diagnostic {
-    Diagnostic::file("empty-file", &input.name, message, "export the program again")
+    Diagnostic::file(Code::EmptyFile, &input.name, message, "export the program again")
 }

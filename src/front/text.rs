@@ -1,5 +1,6 @@
 //! Source text: what bytes say in any encoding that a tool writes, and whether they are text at all.
 
+use crate::base::code::Code;
 use std::borrow::Cow;
 
 use super::{Input, encoding};
@@ -31,7 +32,7 @@ pub fn checked_beginning<'a>(input: &'a Input, marks: &[&str]) -> Result<Cow<'a,
                 "give the program as the tool exports it to CSV or text",
             ),
         };
-        return Err(Diagnostic::file("binary-file", &input.name, message, help));
+        return Err(Diagnostic::file(Code::BinaryFile, &input.name, message, help));
     }
     Ok(text)
 }
@@ -48,7 +49,7 @@ fn is_binary(c: char) -> bool {
 pub fn decoded<'a>(input: &'a Input, marks: &[&str]) -> Result<Cow<'a, str>, Diagnostic> {
     encoding::decode(&input.bytes, marks).map_err(|fault| {
         let mut diagnostic = Diagnostic::file(
-            "encoding",
+            Code::Encoding,
             &input.name,
             if fault.cut {
                 format!("the file ends within a character of {}", fault.tried)

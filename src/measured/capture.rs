@@ -1,5 +1,6 @@
 //! Reads scan times from what a logic analyser or a PLC wrote: columns of times, pulses, captured signals.
 
+use crate::base::code::Code;
 use std::collections::BTreeSet;
 
 use super::Measurements;
@@ -117,7 +118,7 @@ pub fn read(
             Ok(Kind::Program(dialect)) => {
                 let message = format!("this is a program ({}), no measurement", dialect.name);
                 let help = "the last file that is named holds the measurements";
-                vec![Diagnostic::file("capture", name, message, help)]
+                vec![Diagnostic::file(Code::Capture, name, message, help)]
             }
             _ => faults,
         }
@@ -126,7 +127,7 @@ pub fn read(
 
 /// A fault of the whole file.
 pub(super) fn fault(name: &str, message: impl Into<String>, help: impl Into<String>) -> Diagnostic {
-    Diagnostic::file("capture", name, message, help)
+    Diagnostic::file(Code::Capture, name, message, help)
 }
 
 /// The edges of a signal, as its levels come in.

@@ -5,6 +5,7 @@ use super::capture::{Edges, Origin, Selection, fault};
 use super::heading::{self, Heading};
 use super::number::{Decimal, Signs, Stamp};
 use super::sigrok::{Sigrok, cut_period, sigrok};
+use crate::base::code::Code;
 use crate::base::column::{UNITS, Unit, line_of};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
@@ -119,7 +120,7 @@ impl<'a> Table<'a> {
             let message = format!("this row has {} cells, the head has {columns}", row.len());
             let help = "a number with a comma needs another separator between cells (; or tabs) or quotation marks";
             let mut faults = Faults::new(self.name);
-            faults.at("capture", line, &joined(&row), &message, help);
+            faults.at(Code::Capture, line, &joined(&row), &message, help);
             Err(faults.into_diagnostics())
         })
     }
@@ -192,7 +193,13 @@ impl<'a> Table<'a> {
                 read => {
                     let what = if read.is_some() { "no scan time" } else { "no number" };
                     let help = "each row holds a decimal number, larger than 0";
-                    faults.at("capture", line, &joined(&row), &format!("'{cell}' is {what}"), help);
+                    faults.at(
+                        Code::Capture,
+                        line,
+                        &joined(&row),
+                        &format!("'{cell}' is {what}"),
+                        help,
+                    );
                 }
             }
         }
@@ -267,7 +274,7 @@ impl<'a> Table<'a> {
                 _ => {
                     let message = format!("'{cell}' is no date and time like those before it");
                     let help = "each row holds a time stamp such as 2026-11-21T17:42:31.250";
-                    faults.at("capture", line, &joined(&row), &message, help);
+                    faults.at(Code::Capture, line, &joined(&row), &message, help);
                 }
             }
         }
@@ -376,7 +383,7 @@ impl<'a> Table<'a> {
                         "a captured signal is 0 or 1; of an analog one say with --threshold where it changes, such as --threshold 2.5 or 0.8..2.0"
                     }
                 };
-                faults.at("capture", line, &text(), &message, help);
+                faults.at(Code::Capture, line, &text(), &message, help);
                 continue;
             };
             match clock.at(sample as u64, &row, decimal) {
@@ -391,7 +398,7 @@ impl<'a> Table<'a> {
                 Some(_) => {
                     let help = "the samples come in order of time: export the capture again";
                     faults.at(
-                        "capture",
+                        Code::Capture,
                         line,
                         &text(),
                         "this row is not later than the last",
@@ -400,7 +407,7 @@ impl<'a> Table<'a> {
                 }
                 None => {
                     let help = "each row begins with the time as a decimal number";
-                    faults.at("capture", line, &text(), "the time is no number", help);
+                    faults.at(Code::Capture, line, &text(), "the time is no number", help);
                 }
             }
         }

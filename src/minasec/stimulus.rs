@@ -1,5 +1,6 @@
 //! Reads what the plant does: a CSV of times and of the inputs and switches that change then.
 
+use crate::base::code::Code;
 use crate::base::column::{Unit, cell, line_of};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
@@ -57,8 +58,9 @@ impl Stimulus {
             .flexible(true)
             .trim(csv::Trim::All)
             .from_reader(bytes);
-        let whole =
-            |message: String, help: &str| vec![Diagnostic::file("stimulus", name, message, help)];
+        let whole = |message: String, help: &str| {
+            vec![Diagnostic::file(Code::Stimulus, name, message, help)]
+        };
         let heads = match reader.headers() {
             Ok(heads) if !heads.is_empty() => heads.clone(),
             Ok(_) => return Err(whole("the file is empty".into(), FORM)),
@@ -87,7 +89,7 @@ impl Stimulus {
                 Some(what) => columns.push((column, what)),
                 None => {
                     let message = format!("'{word}' is no input and no switch");
-                    faults.push(at_cell("stimulus-column", head, column, message, FORM));
+                    faults.push(at_cell(Code::StimulusColumn, head, column, message, FORM));
                 }
             }
         }
@@ -98,14 +100,14 @@ impl Stimulus {
                 Err(error) => {
                     let line = error.position().map(|at| at.line() as u32);
                     let message = format!("not CSV: {error}");
-                    let found = Diagnostic::file("stimulus", name, message, FORM);
+                    let found = Diagnostic::file(Code::Stimulus, name, message, FORM);
                     faults.push(Diagnostic { line, ..found });
                     break;
                 }
             };
             let line = line_of(bytes, record.position(), b'#');
             let mut fault = |message: String, column: usize, help: &str| {
-                faults.push(at_cell("stimulus-row", line, column, message, help));
+                faults.push(at_cell(Code::StimulusRow, line, column, message, help));
             };
             if let Some(extra) = (heads.len()..record.len()).find(|&n| !record[n].is_empty()) {
                 let message =

@@ -42,6 +42,7 @@ pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
 
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::location::Location;
 use crate::base::time::Picos;
@@ -704,7 +705,7 @@ impl Program {
     pub fn fault(
         &self,
         at: &Instruction,
-        code: &'static str,
+        code: Code,
         message: impl Into<String>,
         help: impl Into<String>,
     ) -> Diagnostic {

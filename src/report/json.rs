@@ -337,7 +337,7 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
             .warnings
             .iter()
             .map(|one| Warning {
-                code: one.code,
+                code: one.code.name(),
                 file: &one.file,
                 line: one.line,
                 message: &one.message,

@@ -18,7 +18,7 @@ fn diagnostic(found: &Diagnostic) -> String {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let mut group = Group::with_title(level.primary_title(&found.message).id(found.code));
+    let mut group = Group::with_title(level.primary_title(&found.message).id(found.code.name()));
     let window = Window::of(found);
     if let Some(line) = found.line.filter(|_| !window.text.is_empty()) {
         let mut annotation = AnnotationKind::Primary.span(window.span.clone());
@@ -84,6 +84,7 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::code::Code;
 
     fn shown(found: &[Diagnostic]) -> String {
         anstream::adapter::strip_str(&diagnostics(found)).to_string()
@@ -92,7 +93,7 @@ mod tests {
     #[test]
     fn the_fault_is_underlined_under_japanese_text() {
         let fault = Diagnostic::line(
-            "unknown-device",
+            Code::UnknownDevice,
             "搬送.csv",
             12,
             "LD 起動 X0G",
@@ -114,15 +115,16 @@ mod tests {
 
     #[test]
     fn faults_of_whole_files_and_lines_without_text_are_shown_too() {
-        let whole = Diagnostic::file("empty", "a.il", "the file is empty", "export it again");
+        let whole =
+            Diagnostic::file(Code::EmptyFile, "a.il", "the file is empty", "export it again");
         let mut bare = whole.clone().warning();
         bare.line = Some(7);
         insta::assert_snapshot!(shown(&[whole, bare]), @r"
-        error[empty]: the file is empty
+        error[empty-file]: the file is empty
         --> a.il
          = help: export it again
 
-        warning[empty]: the file is empty
+        warning[empty-file]: the file is empty
         --> a.il:7
          = help: export it again
         ");
@@ -131,7 +133,8 @@ mod tests {
     #[test]
     fn a_very_long_line_is_cut_round_its_fault() {
         let text = format!("{}FAULT{}", "a".repeat(5_000), "\u{7}".repeat(5_000));
-        let fault = Diagnostic::line("garbage", "a.il", 1, text, "m", "h").mark("FAULT");
+        let fault =
+            Diagnostic::line(Code::NotAnInstruction, "a.il", 1, text, "m", "h").mark("FAULT");
         let shown = shown(&[fault]);
         assert!(shown.contains("aaFAULT"), "{shown}");
         assert!(shown.lines().all(|line| line.chars().count() < 200), "{shown}");

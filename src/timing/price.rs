@@ -4,6 +4,7 @@ mod networks;
 mod refresh;
 pub mod touched;
 
+use crate::base::code::Code;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -442,7 +443,7 @@ fn fault(program: &Program, table: &Table, at: &Instruction, why: NoPrice) -> Di
             ),
         ),
     };
-    program.fault(at, "no-time", message, help)
+    program.fault(at, Code::NoTime, message, help)
 }
 
 fn overhead(
@@ -477,7 +478,7 @@ fn charged(table: &Table, row: &Row, times: u64) -> Result<Picos, Vec<Diagnostic
     time.ok_or_else(|| {
         let message = format!("the time of {} is too large to add up", row.name);
         let help = "look at the times in the table";
-        vec![Diagnostic::file("no-time", &row.table, message, help)]
+        vec![Diagnostic::file(Code::NoTime, &row.table, message, help)]
     })
 }
 

@@ -1,5 +1,6 @@
 //! Where in its file each fact stands, for what is found wrong with it later.
 
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -54,7 +55,7 @@ impl Places {
         &self,
         [table, key]: [&str; 2],
         part: Part,
-        code: &'static str,
+        code: Code,
         message: String,
         help: &str,
     ) -> Diagnostic {
@@ -71,7 +72,7 @@ impl Places {
     /// A finding about a part of the text.
     pub(super) fn at(
         &self,
-        code: &'static str,
+        code: Code,
         span: Range<usize>,
         message: String,
         help: &str,

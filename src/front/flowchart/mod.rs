@@ -13,6 +13,7 @@ mod structure;
 mod turn;
 
 use super::{Dialect, Front, Input, Open, Options, Project, Sniff, decoded};
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
 use std::collections::{BTreeMap, BTreeSet};
@@ -258,7 +259,7 @@ impl Source {
             let message =
                 format!("the main routine can stay in the loop from line {} to here", from.line);
             let help = "each turn of it counts as a pass of its own";
-            Diagnostic::line("inner-loop", &self.name, line, text, message, help).warning()
+            Diagnostic::line(Code::InnerLoop, &self.name, line, text, message, help).warning()
         });
         loops.collect()
     }
@@ -272,7 +273,7 @@ fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
     let Some((input, rest)) = files.split_first() else { return Err(Vec::new()) };
     if let Some(second) = rest.first() {
         return Err(vec![Diagnostic::file(
-            "two-programs",
+            Code::TwoPrograms,
             &second.name,
             format!("a flowchart PC runs one program, and {} is one already", input.name),
             "give one file",

@@ -1,5 +1,6 @@
 //! Reads the instruction list: addresses, labels, spellings of the mnemonics, operands and comments.
 
+use crate::base::code::Code;
 use std::ops::Range;
 
 use crate::front::Faults;
@@ -212,7 +213,7 @@ pub fn read(text: &str, faults: &mut Faults<'_>) -> Vec<Listed> {
     if list.is_empty() && !faults.any_error() {
         let name = faults.file().to_owned();
         faults.push(crate::base::diagnostic::Diagnostic::file(
-            "no-instructions",
+            Code::NoInstructions,
             &name,
             "no instruction in this file",
             FORM,
@@ -237,7 +238,7 @@ impl Line<'_> {
             return self.fault(
                 faults,
                 0..0,
-                "bare-address",
+                Code::BareAddress,
                 "an address without an instruction",
                 FORM,
             );
@@ -260,7 +261,7 @@ impl Line<'_> {
                         return self.fault(
                             faults,
                             mark.at.start..time.at.end,
-                            "time-alone",
+                            Code::TimeAlone,
                             "a time without a timer in front of it",
                             "write TIM n #t, t in tenths of a second",
                         );
@@ -283,7 +284,13 @@ impl Line<'_> {
             let mut at = name.clone();
             if word.has_operand() {
                 let Some(written) = rest.first() else {
-                    return self.fault(faults, name, "no-operand", "the operand is missing", FORM);
+                    return self.fault(
+                        faults,
+                        name,
+                        Code::NoOperand,
+                        "the operand is missing",
+                        FORM,
+                    );
                 };
                 let Some(value) = number(&written.word).filter(|&value| value <= LARGEST) else {
                     return self.bad_number(faults, written);
@@ -311,7 +318,7 @@ impl Line<'_> {
                 word == Word::Label || rest.is_empty() || (word == Word::Timer && rest[0] == *"#");
             if !more {
                 let message = format!("'{}' is one operand too many", concat(rest));
-                return self.fault(faults, reach(rest), "extra-operand", &message, FORM);
+                return self.fault(faults, reach(rest), Code::ExtraOperand, &message, FORM);
             }
         }
     }
@@ -330,12 +337,12 @@ impl Line<'_> {
         } else {
             format!("'{}' is one operand too many", concat(rest))
         };
-        self.fault(faults, at.clone(), "unknown-instruction", &message, &help);
+        self.fault(faults, at.clone(), Code::UnknownInstruction, &message, &help);
     }
 
     fn bad_number(&self, faults: &mut Faults<'_>, written: &Token) {
         let message = format!("'{}' is no number from 0 to {LARGEST}", written.word);
-        self.fault(faults, written.at.clone(), "bad-operand", &message, FORM);
+        self.fault(faults, written.at.clone(), Code::BadOperand, &message, FORM);
     }
 
     /// Notes a fault at these bytes of the line.
@@ -343,7 +350,7 @@ impl Line<'_> {
         &self,
         faults: &mut Faults<'_>,
         at: Range<usize>,
-        code: &'static str,
+        code: Code,
         message: &str,
         help: &str,
     ) {

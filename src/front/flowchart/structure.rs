@@ -2,6 +2,7 @@
 
 use super::parse::{Listed, Word};
 use super::{Instruction, MOST_GROUPS, Op, Routine, Source};
+use crate::base::code::Code;
 use crate::front::Faults;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -68,7 +69,12 @@ impl Reader<'_, '_> {
                 if let Some(&first) = self.labels.get(&one.operand) {
                     let message =
                         format!("LBL{} stands in line {} too", one.operand, list[first].line);
-                    self.fault("label-twice", one, &message, "give each label a number of its own");
+                    self.fault(
+                        Code::LabelTwice,
+                        one,
+                        &message,
+                        "give each label a number of its own",
+                    );
                 } else {
                     self.labels.insert(one.operand, at);
                 }
@@ -77,13 +83,18 @@ impl Reader<'_, '_> {
                 if let Some(&first) = self.groups.get(&one.operand) {
                     let message =
                         format!("group {} begins in line {} too", one.operand, list[first].line);
-                    self.fault("group-twice", one, &message, "give each group a number of its own");
+                    self.fault(
+                        Code::GroupTwice,
+                        one,
+                        &message,
+                        "give each group a number of its own",
+                    );
                 } else {
                     self.groups.insert(one.operand, at);
                 }
                 if one.operand as usize > MOST_GROUPS {
                     let message = format!("there is no group {}", one.operand);
-                    self.fault("group-number", one, &message, "groups have numbers up to 32");
+                    self.fault(Code::GroupNumber, one, &message, "groups have numbers up to 32");
                 }
                 routines.push(Routine { group: Some(one.operand), body: at..at });
             }
@@ -93,7 +104,7 @@ impl Reader<'_, '_> {
             && let Some(one) = list.get(routines[MOST_GROUPS + 1].body.start)
         {
             self.fault(
-                "too-many-groups",
+                Code::TooManyGroups,
                 one,
                 "this is the 33rd group",
                 "a program has at most 32",
@@ -104,7 +115,7 @@ impl Reader<'_, '_> {
         {
             let help = "the main routine comes first and ends with a JMP back to its label";
             self.fault(
-                "no-main",
+                Code::NoMain,
                 one,
                 "there is no main routine in front of the first group",
                 help,
@@ -122,7 +133,7 @@ impl Reader<'_, '_> {
             Word::Timer => {
                 if one.time.is_none() {
                     self.fault(
-                        "no-time",
+                        Code::NoTime,
                         one,
                         "the timer has no time",
                         "write TIM n #t, t in tenths of a second; #t may stand in the next line",
@@ -141,7 +152,7 @@ impl Reader<'_, '_> {
                 if group.is_some() {
                     let help = "GJ stands in the main routine";
                     self.fault(
-                        "jump-in-group",
+                        Code::JumpInGroup,
                         one,
                         "GJ within a group has no known meaning",
                         help,
@@ -152,10 +163,15 @@ impl Reader<'_, '_> {
             Word::Start | Word::Stop => {
                 if group == Some(n) {
                     let message = format!("group {n} can neither start nor stop itself");
-                    self.fault("own-group", one, &message, "a group ends with GE");
+                    self.fault(Code::OwnGroup, one, &message, "a group ends with GE");
                 } else if !self.groups.contains_key(&n) {
                     let message = format!("there is no group {n}");
-                    self.fault("no-group", one, &message, "a group begins with GN and its number");
+                    self.fault(
+                        Code::NoGroup,
+                        one,
+                        &message,
+                        "a group begins with GN and its number",
+                    );
                 }
                 if one.word == Word::Start { Op::Start(n) } else { Op::Stop(n) }
             }
@@ -167,7 +183,7 @@ impl Reader<'_, '_> {
                         None => "GE stands outside of any group".to_owned(),
                     };
                     self.fault(
-                        "wrong-end",
+                        Code::WrongEnd,
                         one,
                         &message,
                         "a group ends with GE and its own number",
@@ -184,7 +200,7 @@ impl Reader<'_, '_> {
         let Some(&target) = self.labels.get(&n) else {
             let message = format!("there is no LBL{n}");
             self.fault(
-                "no-label",
+                Code::NoLabel,
                 one,
                 &message,
                 "write the label in front of where the jump goes",
@@ -196,7 +212,7 @@ impl Reader<'_, '_> {
         }
         let message = format!("LBL{n} stands in another routine");
         let help = "jump within the main routine or within one group; GS, GOFF and GE start, stop and end groups";
-        self.fault("jump-out", one, &message, help);
+        self.fault(Code::JumpOut, one, &message, help);
         None
     }
 
@@ -208,7 +224,7 @@ impl Reader<'_, '_> {
             let next = list.get(at + 1).map(|next| next.op);
             if one.op.asks() && source.condition(at) == at {
                 found.push((
-                    "no-condition",
+                    Code::NoCondition,
                     one,
                     "nothing is asked for here",
                     "put AND, AND NOT or TIM in front of it; JMP jumps without a condition",
@@ -216,7 +232,7 @@ impl Reader<'_, '_> {
             }
             if one.op.is_test() && !next.is_some_and(|next| next.is_test() || next.asks()) {
                 found.push((
-                    "unused-condition",
+                    Code::UnusedCondition,
                     one,
                     "no CJP or WAIT follows that asks for this condition",
                     "what a condition means to other instructions is not known: put CJP or WAIT behind it",
@@ -227,7 +243,7 @@ impl Reader<'_, '_> {
                 && next.is_some_and(|next| next.is_test() && (timer(next) || timer(one.op)))
             {
                 found.push((
-                    "mixed-condition",
+                    Code::MixedCondition,
                     one,
                     "what a timer means together with other tests is not known",
                     "ask for the timer and for the other tests each with a CJP or WAIT of its own",
@@ -251,12 +267,12 @@ impl Reader<'_, '_> {
                     ),
                     Some(_) => ("the group runs on behind its end", "end it with GE or with a JMP"),
                 };
-                self.faults.at("no-end", last.line, &last.text, message, help);
+                self.faults.at(Code::NoEnd, last.line, &last.text, message, help);
             }
         }
     }
 
-    fn fault(&mut self, code: &'static str, one: &Listed, message: &str, help: &str) {
+    fn fault(&mut self, code: Code, one: &Listed, message: &str, help: &str) {
         let [from, to] = [one.at.start as usize, one.at.end as usize];
         let begin = self.text[..from].rfind('\n').map_or(0, |at| at + 1);
         let line = self.text[begin..].lines().next().unwrap_or_default();

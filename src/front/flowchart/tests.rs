@@ -10,7 +10,7 @@ fn faults(text: &str) -> Vec<(&'static str, Option<u32>)> {
     let told = read_text("a.lst", text).expect_err("faults").into_iter();
     told.map(|fault| {
         assert!(!fault.help.is_empty() && !fault.message.is_empty());
-        (fault.code, fault.line)
+        (fault.code.name(), fault.line)
     })
     .collect()
 }

@@ -30,7 +30,7 @@ impl Drop for Scratch {
 
 fn told(found: &[Diagnostic]) -> Vec<(&str, String)> {
     let file = |d: &Diagnostic| name(Path::new(Path::new(&d.file).file_name().unwrap()));
-    found.iter().map(|d| (d.code, file(d))).collect()
+    found.iter().map(|d| (d.code.name(), file(d))).collect()
 }
 
 /// Codes and files of what was found.
@@ -134,12 +134,12 @@ fn paths_that_give_nothing_or_the_same_twice() {
     let a = scratch.0.join("a.csv");
     let named = [a.clone(), scratch.0.clone(), scratch.0.join("none"), scratch.0.join("sub")];
     let found = gather(&named, &Ignore::default()).unwrap_err();
-    let codes: Vec<_> = found.iter().map(|d| d.code).collect();
+    let codes: Vec<_> = found.iter().map(|d| d.code.name()).collect();
     assert_eq!(codes, ["named-twice", "left-out", "unreadable", "no-program"]);
     let alone = std::slice::from_ref(&a);
     assert_eq!(gather(alone, &Ignore::default()).unwrap().inputs.len(), 1);
     let left = gather(alone, &ignoring(&["*.csv"])).unwrap_err();
-    let codes: Vec<_> = left.iter().map(|found| found.code).collect();
+    let codes: Vec<_> = left.iter().map(|found| found.code.name()).collect();
     assert_eq!(codes, ["left-out", "no-program"]);
     assert!(Ignore::parse(["a["]).is_err());
 }

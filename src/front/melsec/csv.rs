@@ -5,6 +5,7 @@
 //! GX Works3's import takes the operands in four ways (GX Works3 Operating Manual, SH(NA)-081215ENG, "CSV
 //! file format" of programs): on rows of their own, in the device cell, in the instruction cell, or mixed.
 
+use crate::base::code::Code;
 use ::csv::{ReaderBuilder, StringRecord};
 
 use super::source::RawInstruction;
@@ -169,7 +170,7 @@ pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<
     body.close();
     if is_open(&text[start..], layout.delimiter) {
         body.faults.at(
-            "open-quote",
+            Code::OpenQuote,
             lines.line,
             first_line(&text[start..]),
             "a quotation mark that begins here is never closed",
@@ -253,12 +254,12 @@ impl Body<'_, '_, '_> {
             };
             let message = format!("this row has {cells}, the heads have {columns}");
             let help = "the file may have been cut off or saved by another tool: export it again; a separator within a text must stand in quotation marks";
-            fault(self.faults, "columns", &message, help);
+            fault(self.faults, Code::Columns, &message, help);
             return;
         }
         if [STEP, INSTRUCTION, DEVICE].iter().any(|&column| cell(column).contains(['\n', '\r'])) {
             let message = "a quotation mark in this row is not closed before the end of the line";
-            fault(self.faults, "open-quote", message, "export the file again");
+            fault(self.faults, Code::OpenQuote, message, "export the file again");
             return;
         }
         let step = match cell(STEP) {
@@ -269,7 +270,7 @@ impl Body<'_, '_, '_> {
                     let message = format!("'{}' is no step number", shown(digits));
                     let help =
                         "the first column holds step numbers or nothing: export the file again";
-                    fault(self.faults, "step-number", &message, help);
+                    fault(self.faults, Code::StepNumber, &message, help);
                     return;
                 }
             },
@@ -280,7 +281,7 @@ impl Body<'_, '_, '_> {
                 Ok(more) => found.extend(more),
                 Err(_) => {
                     let message = "a string has no closing quotation mark";
-                    fault(self.faults, "open-string", message, "close the string with \"");
+                    fault(self.faults, Code::OpenString, message, "close the string with \"");
                     return;
                 }
             }
@@ -296,7 +297,7 @@ impl Body<'_, '_, '_> {
             let Some(open) = &mut self.open else {
                 let message = "an operand without an instruction before it";
                 let help = "a row with a device alone continues the instruction above it: rows are missing here, export the file again";
-                fault(self.faults, "stray-operand", message, help);
+                fault(self.faults, Code::StrayOperand, message, help);
                 return;
             };
             open.rows.extend(found.iter().map(|_| line));
@@ -308,7 +309,7 @@ impl Body<'_, '_, '_> {
         if !words::can_be_mnemonic(mnemonic) {
             let message = "the instruction column holds no instruction";
             let help = "the third column holds mnemonics such as LD or MOV: export the file again";
-            fault(self.faults, "not-an-instruction", message, help);
+            fault(self.faults, Code::NotAnInstruction, message, help);
             return;
         }
         let rows = vec![line; found.len()];

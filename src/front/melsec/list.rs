@@ -2,6 +2,7 @@
 
 use super::source::RawInstruction;
 use super::words;
+use crate::base::code::Code;
 use crate::front::Faults;
 use crate::front::Places;
 
@@ -98,7 +99,7 @@ fn read_line(
         Ok(found) => found,
         Err(open) => {
             let told = ("a string has no closing quotation mark", "close the string with \"");
-            return faults.within("open-string", number, line, open, told);
+            return faults.within(Code::OpenString, number, line, open, told);
         }
     };
     let step = take_step(&mut found);
@@ -106,7 +107,7 @@ fn read_line(
     if rest.is_empty() {
         if step.is_some() {
             faults.at(
-                "bare-step",
+                Code::BareStep,
                 number,
                 line,
                 "a step number without an instruction",
@@ -128,7 +129,7 @@ fn read_line(
             "this line is no instruction",
             "an instruction is a mnemonic and its operands apart by blanks, such as LD X0; comments begin with ; or //",
         );
-        return faults.within("not-an-instruction", number, line, mnemonic, told);
+        return faults.within(Code::NotAnInstruction, number, line, mnemonic, told);
     }
     let places = Places::of_slices(text, rest.iter().copied());
     let operands = operands.iter().map(|&operand| operand.to_owned()).collect();

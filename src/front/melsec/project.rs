@@ -2,6 +2,7 @@
 
 use super::source::{RawFile, RawInstruction, RawProject};
 use super::{comments, csv, list, words};
+use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
 use crate::front::{Dialect, Faults, Input, decoded, empty_beside, shown, stem};
 
@@ -51,7 +52,7 @@ fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Op
         (layout.cpu, instructions)
     } else {
         faults.at(
-            "no-heads",
+            Code::NoHeads,
             1,
             text.lines().next().unwrap_or_default(),
             "the column heads are missing",
@@ -76,7 +77,7 @@ fn check_cpus(project: &mut RawProject) {
         .filter(|(_, other)| *other != cpu)
         .map(|(file, other)| {
             let fault = Diagnostic::file(
-                "other-cpu",
+                Code::OtherCpu,
                 &file.name,
                 format!("this program is for {}, that of {} for {cpu}", shown(other), first.name),
                 "the files of one scan run on one CPU: audit each CPU's files by themselves",

@@ -1,6 +1,7 @@
 //! What CSV and list text have in common: words apart by blanks, strings, and the checks on a whole file.
 
 use super::source::RawInstruction;
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::Places;
 use crate::front::{Faults, shown};
@@ -80,7 +81,7 @@ pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<
     let too_many = instructions.len() > MOST;
     if too_many {
         faults.push(Diagnostic::file(
-            "too-many",
+            Code::TooMany,
             faults.file(),
             format!("the program has more than {MOST} instructions"),
             "so many are not audited: check the file",
@@ -96,7 +97,7 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
         if line.len() > LONGEST {
             let number = text[..at].bytes().filter(|&b| b == b'\n').count() + 1;
             faults.at(
-                "long-line",
+                Code::LongLine,
                 u32::try_from(number).unwrap_or(u32::MAX),
                 &text[at..at + line.len()],
                 "this line is far too long",
@@ -119,7 +120,7 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
         {
             faults.push(
                 Diagnostic::line(
-                    "step-order",
+                    Code::StepOrder,
                     file,
                     instruction.line,
                     shown(&instruction.text),
@@ -136,7 +137,7 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
     match instructions.iter().position(is_end) {
         None => {
             let mut fault = Diagnostic::file(
-                "no-end",
+                Code::NoEnd,
                 file,
                 "the program has no END",
                 "the file may have been cut off: export it again, or write END after the last instruction",
@@ -155,7 +156,7 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
                 let others = if more > 0 { format!(", and {more} more") } else { String::new() };
                 faults.push(
                     Diagnostic::line(
-                        "after-end",
+                        Code::AfterEnd,
                         file,
                         instruction.line,
                         shown(&instruction.text),

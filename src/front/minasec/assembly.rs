@@ -1,6 +1,7 @@
 //! Reads and writes MINASEC-U assembly: an instruction a line, an address in front where one is wanted.
 
 use super::{Device, Opcode, Source, WORDS, Word};
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::Faults;
 use crate::front::within;
@@ -65,7 +66,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             Err(fault) => faults.push(fault),
             Ok(_) if address >= WORDS => {
                 faults.at(
-                    "too-long",
+                    Code::TooLong,
                     number,
                     line,
                     "the program has more than 256 words",
@@ -79,7 +80,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             Ok(word) => {
                 if let Some(first) = source.lines.insert(address as u8, number) {
                     faults.at(
-                        "word-twice",
+                        Code::WordTwice,
                         number,
                         line,
                         &format!("address {address} is taken by line {first}"),
@@ -91,7 +92,12 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
         }
     }
     if number == 0 || (source.lines.is_empty() && !faults.any_error()) {
-        faults.push(Diagnostic::file("no-instructions", name, "no instruction in this file", FORM));
+        faults.push(Diagnostic::file(
+            Code::NoInstructions,
+            name,
+            "no instruction in this file",
+            FORM,
+        ));
     }
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
@@ -106,21 +112,25 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
     let (words, pattern) = take_pattern(words);
     if let ([], Some(word)) = (words, pattern) {
         return if word.stores_to_input() {
-            fault("store-to-input", format!("{word} writes to an input"), DEVICES, "")
+            fault(Code::StoreToInput, format!("{word} writes to an input"), DEVICES, "")
         } else {
             Ok(word)
         };
     }
     let (mnemonic, device) = match words {
         [mnemonic, device] => (*mnemonic, *device),
-        [] => return fault("bare-address", "an address without an instruction".into(), FORM, ""),
-        [mnemonic] if Opcode::from_mnemonic(mnemonic).is_some() => {
-            return fault("no-device", format!("{mnemonic} has no device"), FORM, mnemonic);
+        [] => {
+            return fault(Code::BareAddress, "an address without an instruction".into(), FORM, "");
         }
-        [_] => return fault("not-an-instruction", "this line is no instruction".into(), FORM, ""),
+        [mnemonic] if Opcode::from_mnemonic(mnemonic).is_some() => {
+            return fault(Code::NoDevice, format!("{mnemonic} has no device"), FORM, mnemonic);
+        }
+        [_] => {
+            return fault(Code::NotAnInstruction, "this line is no instruction".into(), FORM, "");
+        }
         [_, _, extra, ..] => {
             return fault(
-                "extra-operand",
+                Code::ExtraOperand,
                 format!("'{extra}' is one operand too many"),
                 FORM,
                 extra,
@@ -129,7 +139,7 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
     };
     let Some(opcode) = Opcode::from_mnemonic(mnemonic) else {
         return fault(
-            "unknown-instruction",
+            Code::UnknownInstruction,
             format!("MINASEC-U has no instruction '{mnemonic}'"),
             FORM,
             mnemonic,
@@ -137,7 +147,7 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
     };
     let Some(device) = Device::from_name(device) else {
         return fault(
-            "unknown-device",
+            Code::UnknownDevice,
             format!("MINASEC-U has no device '{device}'"),
             DEVICES,
             device,
@@ -146,7 +156,7 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
     let word = Word::new(opcode, device);
     if word.stores_to_input() {
         return fault(
-            "store-to-input",
+            Code::StoreToInput,
             format!("{} writes to the input {device}", opcode.mnemonic()),
             "an input has nothing to write to: store to an output (Y00-Y07) or a relay (M00-M07, M10-M13)",
             words[1],
@@ -154,7 +164,7 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
     }
     match pattern {
         Some(other) if other != word => fault(
-            "other-pattern",
+            Code::OtherPattern,
             format!("{word} is {}, the line has {}", pattern_of(word), pattern_of(other)),
             "correct the instruction or the bits, or leave the bits out",
             words[0],
@@ -261,7 +271,7 @@ mod tests {
             .into_iter()
             .map(|fault| {
                 assert!(!fault.help.is_empty());
-                (fault.code, fault.line)
+                (fault.code.name(), fault.line)
             })
             .collect()
     }
@@ -305,7 +315,7 @@ mod tests {
             let word = Word(byte);
             let read = read("a.asm", &format!("{word}"));
             if word.stores_to_input() {
-                assert_eq!(read.expect_err("refused")[0].code, "store-to-input");
+                assert_eq!(read.expect_err("refused")[0].code.name(), "store-to-input");
             } else {
                 assert_eq!(read.expect("a word").words[0], word);
             }

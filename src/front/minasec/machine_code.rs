@@ -1,6 +1,7 @@
 //! Reads and writes MINASEC-U machine code: the 256 bytes of the program memory, plain or as Intel HEX.
 
 use super::{Source, WORDS, Word};
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::Faults;
 use ihex::Record;
@@ -55,7 +56,7 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
     let mut source = Source::new(name, super::BINARY);
     if bytes.is_empty() {
         faults.push(Diagnostic::file(
-            "empty-file",
+            Code::EmptyFile,
             name,
             "the file is empty",
             "assemble the program again",
@@ -64,14 +65,14 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
     let rest = CHIPS.contains(&bytes.len()).then(|| unreachable(bytes));
     if let Some(Some(at)) = rest {
         faults.push(Diagnostic::file(
-            "unreachable",
+            Code::Unreachable,
             name,
             format!("the byte at {at} is one that the board cannot reach, and is not empty"),
             "the program counter has eight bits: give the memory's first 256 bytes alone",
         ));
     } else if bytes.len() > WORDS && rest.is_none() {
         faults.push(Diagnostic::file(
-            "too-long",
+            Code::TooLong,
             name,
             format!("the file has {} bytes, the program memory 256 words", bytes.len()),
             "give the memory's first 256 bytes, or a whole memory IC of 2048, 8192 or 32768",
@@ -103,7 +104,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
         }
         if ended {
             faults.at(
-                "behind-the-end",
+                Code::BehindTheEnd,
                 number,
                 line,
                 "this record stands behind the end-of-file record",
@@ -130,14 +131,14 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             // An upper address of 0 is what tools write in front of a small image.
             Ok(Record::ExtendedLinearAddress(0) | Record::ExtendedSegmentAddress(0)) => {}
             Ok(_) => faults.at(
-                "hex-record",
+                Code::HexRecord,
                 number,
                 line,
                 "this record has no meaning for a memory of 256 words",
                 "write data records (type 00) and an end-of-file record (type 01)",
             ),
             Err(error) => faults.at(
-                "hex-record",
+                Code::HexRecord,
                 number,
                 line,
                 &format!("not an Intel HEX record: {error}"),
@@ -149,7 +150,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
         && !(empty && CHIPS.contains(&end))
     {
         faults.at(
-            "too-long",
+            Code::TooLong,
             number,
             line,
             &format!("address {address} is outside the program memory"),
@@ -158,7 +159,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     }
     if !ended && !faults.any_error() {
         faults.push(Diagnostic::file(
-            "no-end",
+            Code::NoEnd,
             name,
             "the end-of-file record is missing",
             "the file was cut off: write it again",
@@ -171,7 +172,7 @@ fn put(source: &mut Source, address: usize, byte: u8, line: u32, faults: &mut Fa
     let word = Word(byte);
     if word.stores_to_input() {
         faults.at(
-            "store-to-input",
+            Code::StoreToInput,
             line,
             &word.to_string(),
             &format!("word {address} writes to the input {}", word.device()),
@@ -180,7 +181,7 @@ fn put(source: &mut Source, address: usize, byte: u8, line: u32, faults: &mut Fa
     }
     if let Some(first) = source.lines.insert(address as u8, line) {
         faults.at(
-            "word-twice",
+            Code::WordTwice,
             line,
             &word.to_string(),
             &format!("address {address} is given by line {first} already"),
@@ -226,13 +227,13 @@ mod tests {
                 other[length - 1] = 0x55;
                 assert!(!is_image(&other));
                 assert_eq!(
-                    read_binary("a.bin", &other).expect_err("refused")[0].code,
+                    read_binary("a.bin", &other).expect_err("refused")[0].code.name(),
                     "unreachable"
                 );
             }
         }
         let odd = vec![0; 1000];
-        assert_eq!(read_binary("a.bin", &odd).expect_err("refused")[0].code, "too-long");
+        assert_eq!(read_binary("a.bin", &odd).expect_err("refused")[0].code.name(), "too-long");
     }
 
     /// A program with every word that is not a store to an input.
@@ -246,7 +247,7 @@ mod tests {
     }
 
     fn codes(found: Result<Source, Vec<Diagnostic>>) -> Vec<(&'static str, Option<u32>)> {
-        found.expect_err("faults").iter().map(|fault| (fault.code, fault.line)).collect()
+        found.expect_err("faults").iter().map(|fault| (fault.code.name(), fault.line)).collect()
     }
 
     #[test]

@@ -10,6 +10,7 @@ pub mod decode;
 pub mod machine_code;
 
 use super::{Dialect, Front, Input, Open, Options, Project, Sniff, decoded};
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
 use std::collections::BTreeMap;
@@ -310,7 +311,7 @@ fn read(dialect: &Dialect, files: &[&Input]) -> Result<Source, Vec<Diagnostic>> 
     let Some((input, rest)) = files.split_first() else { return Err(Vec::new()) };
     if let Some(second) = rest.first() {
         return Err(vec![Diagnostic::file(
-            "two-programs",
+            Code::TwoPrograms,
             &second.name,
             format!("a MINASEC-U runs one program, and {} is one already", input.name),
             "give one file",
@@ -378,7 +379,7 @@ mod tests {
         match crate::front::detect(&input) {
             Ok(crate::front::Kind::Program(dialect)) => Ok(dialect.name),
             Ok(crate::front::Kind::Comments) => Err("comments"),
-            Err(fault) => Err(fault.code),
+            Err(fault) => Err(fault.code.name()),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Puts a program together: instructions with their effects, choices, saved branches, notes on what is widened.
 
+use crate::base::code::Code;
 use crate::base::location::Location;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -87,7 +88,7 @@ impl Assembly {
     pub(super) fn fault(
         &mut self,
         item: &Item<'_>,
-        code: &'static str,
+        code: Code,
         message: impl Into<String>,
         help: &str,
     ) {

@@ -6,6 +6,7 @@
 
 use super::list;
 use super::source::{Family, RawFile, RawProgram, Symbol, Symbols, Task};
+use crate::base::code::Code;
 use crate::front::Faults;
 
 /// What opens and closes a text.
@@ -108,7 +109,7 @@ impl Reader<'_, '_> {
     fn broken(&mut self, text: &str, message: &str) {
         let line = u32::try_from(self.at.max(1)).unwrap_or(u32::MAX);
         self.faults.at(
-            "broken-project",
+            Code::BrokenProject,
             line,
             text,
             message,

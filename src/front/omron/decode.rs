@@ -1,5 +1,6 @@
 //! From an OMRON project to a program: every instruction with its exact or widened meaning, all faults at once.
 
+use crate::base::code::Code;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::assembly::Assembly;
@@ -34,7 +35,7 @@ fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
     });
     let Some((file, instruction)) = instructions.nth(MOST) else { return Ok(()) };
     Err(vec![Diagnostic::line(
-        "too-many",
+        Code::TooMany,
         &file.name,
         instruction.line,
         &*instruction.text,
@@ -252,7 +253,7 @@ impl Decoder {
         let layout = layout(&items, memory.family, self.shared, &mut layout_faults);
         if items.is_empty() && complete {
             faults.push(Diagnostic::file(
-                "empty-program",
+                Code::EmptyProgram,
                 &file.name,
                 format!("the program {} has no instructions", program.name),
                 "export the program again",
@@ -362,7 +363,7 @@ impl Decoder {
         for call in calls {
             let raw = items[call.item].raw;
             let fault = Diagnostic::line(
-                "no-subroutine",
+                Code::NoSubroutine,
                 &file.name,
                 raw.line,
                 crate::front::shown(&raw.text),
@@ -408,7 +409,7 @@ impl Decoder {
             if reaches(&graph, callee, caller) {
                 let body = &self.bodies[callee];
                 let mut fault = self.calls[at].2.clone();
-                fault.code = "recursion";
+                fault.code = Code::Recursion;
                 fault.message = format!(
                     "subroutine {}{} comes to call itself",
                     if body.global { "G" } else { "" },
@@ -458,7 +459,7 @@ impl Decoder {
         if self.asm.program.mains.is_empty() && self.faults.is_empty() {
             let name = project.files.first().map_or("", |file| &file.name);
             self.faults.push(Diagnostic::file(
-                "no-program",
+                Code::NoProgram,
                 name,
                 "no program runs in each scan",
                 "the project has interrupt tasks only: give its cyclic tasks",
@@ -486,7 +487,7 @@ impl Decoder {
             let message =
                 format!("{times} runs of {UNLISTED} are stated, whose programs are not known");
             let help = "give their programs, and state each by its file's name, such as [interrupts] task2 = 1";
-            self.faults.push(Diagnostic::file("no-interrupt", "", message, help));
+            self.faults.push(Diagnostic::file(Code::NoInterrupt, "", message, help));
         }
         let entry = self.asm.push(Step::Return, Vec::new(), None);
         let (name, times) = (UNLISTED.to_owned(), stated.unwrap_or(1));
@@ -551,7 +552,7 @@ impl Decoder {
                 Ok(Operand::Word(_)) if (0x8000..0x1_0000).contains(&high) => self.faults.push(options.facts.fault(
                     ["ranges", device],
                     Part::Value,
-                    "fact",
+                    Code::Fact,
                     format!("the range of '{device}' reaches to {high}, past a signed word's 32767"),
                     "ranges are of signed words, or of double words from 65536 on: state a smaller one",
                 )),
@@ -564,7 +565,7 @@ impl Decoder {
                 _ => self.faults.push(options.facts.fault(
                     ["ranges", device],
                     Part::Key,
-                    "fact",
+                    Code::Fact,
                     format!("a range is stated for '{device}', which is no word"),
                     "write the word as in the program, such as D100 or \"DM 0100\"",
                 )),

@@ -9,6 +9,7 @@ use super::resolve::{Item, branch};
 use super::source::{Edge, Family};
 use super::timers;
 use super::{act, data};
+use crate::base::code::Code;
 use crate::program::{
     BitSource, BitTarget, Effect, Join, Logic, Region, Step, Units, WordSource, Write,
 };
@@ -129,7 +130,7 @@ impl<'a> Emitter<'a> {
             | "for" | "next" => self.unconditional(at, item),
             "step" => self.asm.fault(
                 item,
-                "not-modelled",
+                Code::NotModelled,
                 "step programs (STEP, SNXT) are not modelled",
                 "a bound that leaves them out would be too low; write the steps with KEEP or SET and RSET",
             ),
@@ -165,7 +166,7 @@ impl<'a> Emitter<'a> {
                 "join branches with AND LD and OR LD; KEEP, CNT and TTIM take two, CNTR and SFT three",
             )
         };
-        self.asm.fault(item, "branches", message, help);
+        self.asm.fault(item, Code::Branches, message, help);
         false
     }
 
@@ -184,7 +185,7 @@ impl<'a> Emitter<'a> {
             let message = format!("TR{register} holds no branch of this rung");
             self.asm.fault(
                 item,
-                "branches",
+                Code::Branches,
                 message,
                 "OUT TR comes before LD TR, in the same rung",
             );
@@ -287,7 +288,7 @@ impl<'a> Emitter<'a> {
         if self.asm.depth < 2 {
             let message =
                 format!("{} joins two branches, here is {}", item.raw.text, self.asm.depth);
-            self.asm.fault(item, "branches", message, "each branch begins with LD");
+            self.asm.fault(item, Code::Branches, message, "each branch begins with LD");
             return;
         }
         self.asm.depth -= 1;
@@ -315,7 +316,7 @@ impl<'a> Emitter<'a> {
             let message = "the branch in front of this instruction ends nowhere";
             self.asm.fault(
                 item,
-                "branches",
+                Code::Branches,
                 message,
                 "end it with a coil or an instruction; this one has no condition",
             );
@@ -354,7 +355,7 @@ impl<'a> Emitter<'a> {
         let Some(turns) = operand.count(self.asm.memory.family) else {
             if matches!(operand, Operand::Constant(..) | Operand::Real(_) | Operand::Text) {
                 let help = "a loop runs 0 to 65535 times: write the count so, such as FOR(512) &10";
-                self.asm.fault(item, "loop-count", "this is no count of turns", help);
+                self.asm.fault(item, Code::LoopCount, "this is no count of turns", help);
                 return Step::Nothing;
             }
             // How many turns the word can say is asked when all that writes it is known.
@@ -364,7 +365,7 @@ impl<'a> Emitter<'a> {
         };
         if turns > most {
             let help = "a loop runs 0 to 65535 times";
-            self.asm.fault(item, "loop-count", "the count is too large", help);
+            self.asm.fault(item, Code::LoopCount, "the count is too large", help);
             return Step::Nothing;
         }
         // The count is read as a signed number: it is stated by `least` and `most` alone.
@@ -405,7 +406,7 @@ impl<'a> Emitter<'a> {
                 if item.number(self.asm.memory.family).is_none_or(|task| task >= 8000) {
                     self.asm.fault(
                         item,
-                        "not-modelled",
+                        Code::NotModelled,
                         "an interrupt task is switched on as a further cyclic task",
                         "make it a cyclic task in the project",
                     );
@@ -546,7 +547,7 @@ impl<'a> Emitter<'a> {
         let Some(number) = item.number(self.asm.memory.family) else {
             self.asm.fault(
                 item,
-                "operand",
+                Code::Operand,
                 "a subroutine's number is a constant",
                 "write it as a number, such as SBS(091) 1",
             );

@@ -1,5 +1,6 @@
 //! The frame of a program: its end, subroutines, jumps, loops and interlocks, checked before anything is emitted.
 
+use crate::base::code::Code;
 use std::collections::BTreeMap;
 
 use super::resolve::Item;
@@ -84,13 +85,7 @@ fn repeated(
     (0..items.len()).map(|at| !sites[at].loops.is_empty() || within(at)).collect()
 }
 
-fn fault(
-    item: &Item<'_>,
-    code: &'static str,
-    message: String,
-    help: &str,
-    faults: &mut Faults<'_>,
-) {
+fn fault(item: &Item<'_>, code: Code, message: String, help: &str, faults: &mut Faults<'_>) {
     let file = faults.file().to_owned();
     let text = shown(&item.raw.text);
     faults.push(
@@ -107,7 +102,7 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
                 if let Some((begin, _)) = open {
                     fault(
                         &items[begin],
-                        "no-return",
+                        Code::NoReturn,
                         "this subroutine has no RET".to_owned(),
                         "end it with RET before the next SBN",
                         faults,
@@ -116,7 +111,7 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
                 let Some(number) = item.number(family) else {
                     fault(
                         item,
-                        "operand",
+                        Code::Operand,
                         "a subroutine's number is a constant".to_owned(),
                         "write it as a number, such as SBN(092) 1",
                         faults,
@@ -128,7 +123,7 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
                 }) {
                     fault(
                         item,
-                        "twice",
+                        Code::Twice,
                         format!("subroutine {number} is defined twice"),
                         "give one of them another number",
                         faults,
@@ -145,7 +140,7 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
                 }),
                 None => fault(
                     item,
-                    "no-routine",
+                    Code::NoRoutine,
                     "this RET ends no subroutine".to_owned(),
                     "a subroutine begins with SBN",
                     faults,
@@ -165,7 +160,7 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
     if let Some((begin, _)) = open {
         fault(
             &items[begin],
-            "no-return",
+            Code::NoReturn,
             "this subroutine has no RET".to_owned(),
             "end it with RET",
             faults,
@@ -175,7 +170,7 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
         let help = "the PLC does not run what follows a subroutine: move the subroutines behind the program, before or behind END";
         fault(
             &items[at],
-            "behind-subroutine",
+            Code::BehindSubroutine,
             "this stands in the program behind a subroutine".to_owned(),
             help,
             faults,
@@ -203,7 +198,7 @@ fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Ve
                 {
                     fault(
                         item,
-                        "interlock",
+                        Code::Interlock,
                         "this MILC does not end the innermost open interlock".to_owned(),
                         "interlocks end in the reverse order of their begin",
                         faults,
@@ -216,7 +211,7 @@ fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Ve
                 }
                 None => fault(
                     item,
-                    "loop",
+                    Code::Loop,
                     "this NEXT ends no loop".to_owned(),
                     "a loop begins with FOR",
                     faults,
@@ -249,7 +244,7 @@ fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Ve
             }
             None => fault(
                 item,
-                "loop",
+                Code::Loop,
                 "this BREAK stands in no loop".to_owned(),
                 "a loop begins with FOR and ends with NEXT",
                 faults,
@@ -263,7 +258,7 @@ fn unclosed(items: &[Item<'_>], site: &Site, faults: &mut Faults<'_>) {
     for &begin in &site.loops {
         fault(
             &items[begin],
-            "loop",
+            Code::Loop,
             "this FOR has no NEXT".to_owned(),
             "end the loop with NEXT",
             faults,
@@ -286,7 +281,7 @@ fn jumps(
         let Some(number) = (if zero { Some(0) } else { item.number(family) }) else {
             fault(
                 item,
-                "operand",
+                Code::Operand,
                 "the jump's number is not a constant, so its target is not known".to_owned(),
                 "write the number as a constant, such as JMP(004) #1",
                 faults,
@@ -307,7 +302,7 @@ fn jumps(
                 "there are several JMEs of number {number}, and this jump goes back to the first"
             );
             let help = "give each JMP and its JME a number of their own";
-            fault(item, "jump", message, help, faults);
+            fault(item, Code::Jump, message, help, faults);
             continue;
         }
         let Some(target) = (at + 1..items.len()).find(|&other| lands(&items[other]) && same(other))
@@ -324,13 +319,13 @@ fn jumps(
                     "add the JME, or correct the number",
                 )
             };
-            fault(item, "jump", message.to_owned(), help, faults);
+            fault(item, Code::Jump, message.to_owned(), help, faults);
             continue;
         };
         if sites[target].zone != sites[at].zone {
             fault(
                 item,
-                "jump",
+                Code::Jump,
                 "this jump leads into an interlock or out of one".to_owned(),
                 "put JMP and JME both inside or both outside of IL and ILC",
                 faults,
@@ -339,7 +334,7 @@ fn jumps(
         if !sites[at].loops.starts_with(&sites[target].loops) {
             fault(
                 item,
-                "jump",
+                Code::Jump,
                 "this jump leads into a loop".to_owned(),
                 "put JMP and JME both inside or both outside of FOR and NEXT",
                 faults,

@@ -3,6 +3,7 @@
 use super::catalog;
 use super::source::{RawInstruction, RawProgram, Symbols, Task};
 use super::words::{self, Line};
+use crate::base::code::Code;
 use crate::front::Faults;
 
 /// No instruction has more operands: what follows so many is none of them.
@@ -203,7 +204,7 @@ pub(super) fn read_line(
 
 fn not_an_instruction(line: &str, number: u32, faults: &mut Faults<'_>) {
     faults.at(
-        "not-an-instruction",
+        Code::NotAnInstruction,
         number,
         line,
         "this line is no instruction",

@@ -1,6 +1,7 @@
 //! Loops whose count stands in a word, and loops too large to be followed turn by turn.
 
 use super::assembly::Assembly;
+use crate::base::code::Code;
 use crate::program::{Approximation, Step, WordSource, bulk, flow};
 use std::collections::BTreeSet;
 
@@ -41,7 +42,7 @@ pub(super) fn settle(asm: &mut Assembly) {
             let instruction = &asm.program.instructions[begin];
             let message = "loops and calls multiply to more turns here than can be counted";
             let help = "state the range of its count in the facts file";
-            let fault = asm.program.fault(instruction, "loop", message, help);
+            let fault = asm.program.fault(instruction, Code::Loop, message, help);
             asm.faults.push(fault);
             continue;
         };

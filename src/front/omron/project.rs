@@ -2,6 +2,7 @@
 
 use super::source::{Family, RawFile, RawInstruction, RawProject, Symbols};
 use super::{C, CXT, cxt, list, symbols};
+use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
 use crate::front::{Dialect, Faults, Input, decoded, empty_beside, shown, stem};
 
@@ -62,7 +63,7 @@ pub fn read(
         (true, _) => Family::C,
         (false, Some(cpu)) => cxt::family(cpu).map_err(|message| {
             let name = files.first().map_or("", |file| &file.name);
-            vec![Diagnostic::file("other-cpu", name, message, "no bound can be given for it")]
+            vec![Diagnostic::file(Code::OtherCpu, name, message, "no bound can be given for it")]
         })?,
         (false, None) => Family::Cs,
     };
@@ -78,7 +79,7 @@ fn side_by_side(cpu: &str, files: &[RawFile]) -> Option<Diagnostic> {
     let message =
         format!("{} can serve peripherals beside the program (parallel processing)", cpu.trim());
     let help = "the bound holds in the normal mode and with synchronous memory access: with asynchronous access what a program reads may change in the midst of a scan";
-    can.then(|| Diagnostic::file("parallel", file, message, help).warning())
+    can.then(|| Diagnostic::file(Code::Parallel, file, message, help).warning())
 }
 
 /// Warns of programs without END. One program of the C series may go on through several files: only the last ends it.
@@ -95,7 +96,7 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
         let message = "the program has no END: it is taken to end here";
         let help = "the file may have been cut off: export it again, or write END after the last instruction";
         let text = shown(&last.text);
-        let told = Diagnostic::line("no-end", &file.name, last.line, text, message, help);
+        let told = Diagnostic::line(Code::NoEnd, &file.name, last.line, text, message, help);
         Some(told.at_step(last.step).warning())
     });
     told.collect()

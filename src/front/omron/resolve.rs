@@ -4,6 +4,7 @@ use super::catalog::{self, Extent, Lead, Role, Row};
 use super::memory::Memory;
 use super::operand::{Operand, Reader, Want};
 use super::source::{Family, RawInstruction};
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::Faults;
 use crate::front::shown;
@@ -58,7 +59,7 @@ pub(super) fn resolve<'a>(
             Some(name) => name.to_owned(),
             None => {
                 at(
-                    "unknown-instruction",
+                    Code::UnknownInstruction,
                     format!("no instruction has the function number {}", number.value),
                     "write the instruction by its name",
                     faults,
@@ -92,7 +93,7 @@ pub(super) fn resolve<'a>(
                 "if it is a function block or an instruction of a special unit, give it a time in the table or with --time: it is then taken to write its operands",
             )
         };
-        at("unknown-instruction", message, help, faults);
+        at(Code::UnknownInstruction, message, help, faults);
         return None;
     };
     check_number(raw, &upper, found.rows, family, faults);
@@ -100,7 +101,7 @@ pub(super) fn resolve<'a>(
         let counts: Vec<String> =
             found.rows.iter().map(|row| row.operands.len().to_string()).collect();
         at(
-            "operands",
+            Code::Operands,
             format!(
                 "{upper} takes {} operands, here are {}",
                 counts.join(" or "),
@@ -121,7 +122,8 @@ pub(super) fn resolve<'a>(
             Ok(operand) => operands.push(operand),
             Err((message, help)) => {
                 sound = false;
-                let fault = raw.pointer(source).at(text, "operand", faults.file(), message, help);
+                let fault =
+                    raw.pointer(source).at(text, Code::Operand, faults.file(), message, help);
                 faults.push(fault.at_step(raw.step));
             }
         }
@@ -157,7 +159,7 @@ fn check_number(
     let file = faults.file().to_owned();
     let help = "name and function number must agree: correct the one that is wrong";
     faults.push(
-        Diagnostic::line("function-number", &file, raw.line, shown(&raw.text), message, help)
+        Diagnostic::line(Code::FunctionNumber, &file, raw.line, shown(&raw.text), message, help)
             .at_step(raw.step),
     );
 }

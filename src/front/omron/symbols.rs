@@ -2,6 +2,7 @@
 //! tabs, a symbol a line.
 
 use super::source::{Symbol, Symbols};
+use crate::base::code::Code;
 use crate::front::Faults;
 
 /// Data types, without what an array adds.
@@ -45,14 +46,26 @@ pub(super) fn read(text: &str, symbols: &mut Symbols, faults: &mut Faults<'_>) {
         let Some((name, symbol)) = symbol(line) else {
             if number > 1 && !line.trim().is_empty() {
                 let message = "this line is no symbol: a name, a type and an address apart by tabs";
-                faults.at("no-symbol", number, line, message, "export the table of symbols again");
+                faults.at(
+                    Code::NoSymbol,
+                    number,
+                    line,
+                    message,
+                    "export the table of symbols again",
+                );
             }
             continue;
         };
         let known = symbols.entry(name).or_insert_with(|| symbol.clone());
         if known.address != symbol.address {
             let message = format!("the symbol stands for {} elsewhere", known.address);
-            faults.at("symbol-twice", number, line, &message, "export the table of symbols again");
+            faults.at(
+                Code::SymbolTwice,
+                number,
+                line,
+                &message,
+                "export the table of symbols again",
+            );
         }
     }
 }

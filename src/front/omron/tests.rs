@@ -41,7 +41,7 @@ fn cx(text: &str) -> Program {
 /// The faults' codes with their lines.
 fn faults(name: &str, text: &str) -> Vec<(&'static str, u32)> {
     let faults = decoded(name, text).unwrap_err();
-    faults.iter().map(|fault| (fault.code, fault.line.unwrap_or(0))).collect()
+    faults.iter().map(|fault| (fault.code.name(), fault.line.unwrap_or(0))).collect()
 }
 
 /// Which instructions of the source fire in a scan, by text; all start values and choices are 0 but those given
@@ -462,7 +462,7 @@ fn what_could_be_two_dialects_is_refused_with_both_named() {
         ("LD NOT 00300\nOUTNOT 100.00\nEND\n", "omron-c200h or omron-cx"),
     ] {
         let fault = detect(&input("a.txt", text)).unwrap_err();
-        assert_eq!(fault.code, "two-dialects", "{text}");
+        assert_eq!(fault.code.name(), "two-dialects", "{text}");
         assert!(fault.message.contains(names), "{}", fault.message);
     }
     for (text, name) in [
@@ -481,7 +481,7 @@ fn what_could_be_two_dialects_is_refused_with_both_named() {
 fn cut_project_files_are_refused() {
     let text = "CXProgVer:=\"2.3\";\nA:=1;\nB:=2;\nPrograms:=\nBEGIN\n Program[0]:=\n BEGIN\n  Sections:=\n  BEGIN\n   Sec[0]:=\n   BEGIN\n    ProgramData:=\n    BEGIN\n     R[0]:=\n     BEGIN\n      SL:=\n$?St$Bk?_#[1]\nLD 0.00\n";
     let faults = project::read(dialect("omron-cxt"), &[&input("cut.cxt", text)], &[]).unwrap_err();
-    assert_eq!(faults[0].code, "broken-project");
+    assert_eq!(faults[0].code.name(), "broken-project");
 }
 
 #[test]
@@ -535,10 +535,10 @@ fn cpus_whose_special_bits_stand_elsewhere_are_refused() {
         project::read(dialect("omron-cxt"), &[&input("a.cxt", &text)], &[])
     };
     for cpu in ["C20K", "C28P", "C500", "C120", "CVM1", "CV500"] {
-        assert_eq!(project(cpu).expect_err(cpu)[0].code, "other-cpu", "{cpu}");
+        assert_eq!(project(cpu).expect_err(cpu)[0].code.name(), "other-cpu", "{cpu}");
     }
     let told = |cpu: &str| -> Vec<&str> {
-        project(cpu).expect(cpu).warnings.iter().map(|one| one.code).collect()
+        project(cpu).expect(cpu).warnings.iter().map(|one| one.code.name()).collect()
     };
     assert_eq!(told("CJ2M CPU33"), [""; 0]);
     assert_eq!(told("CJ1G-H CPU44"), ["parallel"]);

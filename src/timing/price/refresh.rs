@@ -2,6 +2,7 @@
 
 use super::networks::{each_region, known_length};
 use super::{Evidence, OverheadTerm, charged};
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part};
 use crate::base::time::Picos;
@@ -249,7 +250,7 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
             true => "it tells no bases apart: leave it out".to_owned(),
             false => format!("it has {names}"),
         };
-        facts.fault(["io", key], part, "no-base", message, &help)
+        facts.fault(["io", key], part, Code::NoBase, message, &help)
     };
     let mut faults = Vec::new();
     faults.extend(

@@ -1,5 +1,6 @@
 //! Reads a timing table from CSV text, and a price from the command line, with every fault named at once.
 
+use crate::base::code::Code;
 use std::borrow::Cow;
 
 use rustc_hash::FxHashMap;
@@ -166,7 +167,7 @@ fn encoding(file: &str, bytes: &[u8], error: &std::str::Utf8Error) -> Diagnostic
     let line = 1 + good.iter().filter(|&&byte| byte == b'\n').count();
     let start = good.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
     Diagnostic::line(
-        "table-encoding",
+        Code::TableEncoding,
         file,
         u32::try_from(line).unwrap_or(u32::MAX),
         shown(&String::from_utf8_lossy(&good[start..])),
@@ -228,7 +229,7 @@ impl<'a> Reader<'a> {
     fn fault_at(
         &mut self,
         fields: &Fields<'_>,
-        code: &'static str,
+        code: Code,
         part: &str,
         message: impl Into<String>,
         help: impl Into<String>,
@@ -251,7 +252,7 @@ impl<'a> Reader<'a> {
             .filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
         let Some((number, head)) = lines.next() else {
             let message = "the table is empty";
-            self.fault(Diagnostic::file("table-empty", self.file, message, HEAD_HELP));
+            self.fault(Diagnostic::file(Code::TableEmpty, self.file, message, HEAD_HELP));
             return;
         };
         if !self.head(number, head) {
@@ -262,7 +263,12 @@ impl<'a> Reader<'a> {
         }
         if self.seen.is_empty() && self.faults.is_empty() {
             let help = "give a row for each instruction, such as MOV,1.52,0.3";
-            self.fault(Diagnostic::file("table-empty", self.file, "the table has no rows", help));
+            self.fault(Diagnostic::file(
+                Code::TableEmpty,
+                self.file,
+                "the table has no rows",
+                help,
+            ));
         }
     }
 
@@ -283,7 +289,7 @@ impl<'a> Reader<'a> {
                 let help = "leave one of the two";
                 let text = shown(line);
                 self.fault(Diagnostic::line(
-                    "table-column",
+                    Code::TableColumn,
                     self.file,
                     number,
                     text,
@@ -297,7 +303,7 @@ impl<'a> Reader<'a> {
                     continue;
                 }
                 let found = Diagnostic::line(
-                    "table-column",
+                    Code::TableColumn,
                     self.file,
                     number,
                     shown(line),
@@ -312,7 +318,7 @@ impl<'a> Reader<'a> {
             let message = format!("and {more} further columns that are not known and not used");
             let help = "leave out what is no column of a timing table";
             self.warnings
-                .push(Diagnostic::file("table-column", self.file, message, help).warning());
+                .push(Diagnostic::file(Code::TableColumn, self.file, message, help).warning());
         }
         let missing: Vec<&str> = Column::ALL
             .into_iter()
@@ -326,7 +332,14 @@ impl<'a> Reader<'a> {
         self.warnings.clear();
         let message = format!("the table has no column {}", missing.join(", none "));
         let text = shown(line);
-        self.fault(Diagnostic::line("table-column", self.file, number, text, message, HEAD_HELP));
+        self.fault(Diagnostic::line(
+            Code::TableColumn,
+            self.file,
+            number,
+            text,
+            message,
+            HEAD_HELP,
+        ));
         false
     }
 
@@ -334,7 +347,7 @@ impl<'a> Reader<'a> {
         let mut fields = Fields { line: number, text, cells: Default::default() };
         let Some(cells) = split(text) else {
             let help = "close it on the same line; a quote inside quotes is written twice";
-            self.fault_at(&fields, "table-row", "", "a quote is not closed", help);
+            self.fault_at(&fields, Code::TableRow, "", "a quote is not closed", help);
             return;
         };
         if cells.len() > self.columns.len()
@@ -346,7 +359,7 @@ impl<'a> Reader<'a> {
                 self.columns.len()
             );
             let help = "put text that holds a comma in double quotes; write decimals with a point";
-            self.fault_at(&fields, "table-row", "", message, help);
+            self.fault_at(&fields, Code::TableRow, "", message, help);
             return;
         }
         for (column, cell) in self.columns.iter().zip(cells) {
@@ -361,7 +374,7 @@ impl<'a> Reader<'a> {
         let name = fields.get(Column::Instruction);
         if name.is_empty() {
             let help = "give the instruction, such as MOV, in the column instruction";
-            self.fault_at(fields, "table-row", "", "the row names no instruction", help);
+            self.fault_at(fields, Code::TableRow, "", "the row names no instruction", help);
             return;
         }
         let kind = kind(name);
@@ -371,7 +384,7 @@ impl<'a> Reader<'a> {
             let message = format!("{name} has a row already, in line {first}");
             let help =
                 "leave one row for each name; a variant has a name of its own, such as OUT:T";
-            self.fault_at(fields, "table-duplicate", name, message, help);
+            self.fault_at(fields, Code::TableDuplicate, name, message, help);
         }
         match kind {
             Kind::Text => self.text(fields, &lower),
@@ -387,7 +400,7 @@ impl<'a> Reader<'a> {
                     TEXT.join(" "),
                     CLASSES.map(|class| format!("@{class}")).join(" ")
                 );
-                self.fault_at(fields, "table-row", name, message, help);
+                self.fault_at(fields, Code::TableRow, name, message, help);
             }
         }
     }
@@ -403,7 +416,7 @@ impl<'a> Reader<'a> {
         {
             let cell = fields.get(column);
             let message = format!("{name} has one time only, and {} is given too", column.name());
-            self.fault_at(fields, "table-row", cell, message, "leave the field empty");
+            self.fault_at(fields, Code::TableRow, cell, message, "leave the field empty");
         }
         let (Ok(Some(on)), Ok(off), Ok(per_unit), Some(evidence)) = (on, off, per_unit, evidence)
         else {
@@ -444,7 +457,7 @@ impl<'a> Reader<'a> {
             }
             Err(error) => format!("{column} is '{}': {error}", shown(cell)),
         };
-        self.fault_at(fields, "table-time", cell, message, TIME_HELP);
+        self.fault_at(fields, Code::TableTime, cell, message, TIME_HELP);
         Err(())
     }
 
@@ -458,7 +471,7 @@ impl<'a> Reader<'a> {
             let message = format!("'{}' is no kind of evidence", shown(cell));
             let help =
                 "write published, measured, stated or assumed, or leave the field empty (stated)";
-            self.fault_at(fields, "table-evidence", cell, message, help);
+            self.fault_at(fields, Code::TableEvidence, cell, message, help);
         }
         known
     }
@@ -477,7 +490,7 @@ impl<'a> Reader<'a> {
             _ => {
                 let message = format!("the factor '{}' is not a decimal from 1 to 10", shown(cell));
                 let help = "write what the whole scan is multiplied by, such as 1.05";
-                self.fault_at(fields, "table-time", cell, message, help);
+                self.fault_at(fields, Code::TableTime, cell, message, help);
             }
         }
     }
@@ -488,7 +501,7 @@ impl<'a> Reader<'a> {
         let Some(points) = cell.parse().ok().filter(|&points| points <= MOST_POINTS) else {
             let message = format!("{name} is '{}': not a number of points", shown(cell));
             let help = format!("write a whole number up to {MOST_POINTS}, such as 4096");
-            self.fault_at(fields, "table-points", cell, message, help);
+            self.fault_at(fields, Code::TablePoints, cell, message, help);
             return;
         };
         let Some(evidence) = evidence else { return };
@@ -504,7 +517,7 @@ impl<'a> Reader<'a> {
         if text.is_empty() || !fields.get(Column::Off).is_empty() {
             let message = format!("{name} takes one text, in the second field");
             let help = "put text that holds a comma in double quotes";
-            self.fault_at(fields, "table-row", name, message, help);
+            self.fault_at(fields, Code::TableRow, name, message, help);
             return;
         }
         match name {
@@ -518,7 +531,7 @@ impl<'a> Reader<'a> {
                 let message = format!("'{}' is no family of CPUs", shown(&text));
                 let known: Vec<&str> = super::builtin::families().into_iter().collect();
                 let help = format!("families are {}", known.join(", "));
-                self.fault_at(fields, "table-row", &text, message, help);
+                self.fault_at(fields, Code::TableRow, &text, message, help);
             }
             _ if super::builtin::text(&text).is_some() => {
                 self.table.base = Some(text.to_ascii_lowercase());
@@ -526,7 +539,7 @@ impl<'a> Reader<'a> {
             _ => {
                 let message = format!("there is no built-in table '{}' to amend", shown(&text));
                 let help = format!("built in are {}", super::builtin::names().join(", "));
-                self.fault_at(fields, "table-base", &text, message, help);
+                self.fault_at(fields, Code::TableBase, &text, message, help);
             }
         }
     }
@@ -535,7 +548,7 @@ impl<'a> Reader<'a> {
         if self.unlisted > 0 {
             let message = format!("and {} further faults, not listed", self.unlisted);
             let help = "mend those listed first";
-            self.faults.push(Diagnostic::file("table-faults", self.file, message, help));
+            self.faults.push(Diagnostic::file(Code::TableFaults, self.file, message, help));
         }
         if !self.faults.is_empty() {
             self.faults.append(&mut self.warnings);

@@ -1,6 +1,7 @@
 //! How operands are read and written: cells, bits of words, digits, and whatever is only known to be somewhere.
 
 use super::Decoder;
+use crate::base::code::Code;
 use crate::front::melsec::device::{FUNCTION_WORDS, Family, Kind, area, has_own_clock, kind};
 use crate::front::melsec::operand::{Device, Operand, Place, parse};
 use crate::program::{
@@ -64,7 +65,7 @@ impl Decoder<'_> {
                 Some(operand)
             }
             Err(message) => {
-                self.fault("operand", text, message, "write it as the vendor's tool does, such as X1F, D100, D100.A, K4M0, D0Z1, K10, H0FF");
+                self.fault(Code::Operand, text, message, "write it as the vendor's tool does, such as X1F, D100, D100.A, K4M0, D0Z1, K10, H0FF");
                 None
             }
         }
@@ -91,7 +92,7 @@ impl Decoder<'_> {
         match self.operand(text)? {
             Operand::Device(device) => Some(device),
             _ => {
-                self.fault("operand", text, format!("`{text}` is no device"), "name a device");
+                self.fault(Code::Operand, text, format!("`{text}` is no device"), "name a device");
                 None
             }
         }
@@ -99,13 +100,13 @@ impl Decoder<'_> {
 
     fn no_bit<T>(&mut self, text: &str) -> Option<T> {
         let help = "name a bit device, or a bit of a word such as D100.A";
-        self.fault("operand", text, format!("`{text}` is no bit"), help);
+        self.fault(Code::Operand, text, format!("`{text}` is no bit"), help);
         None
     }
 
     fn no_number<T>(&mut self, text: &str) -> Option<T> {
         let help = "name a word device, digits such as K4M0, or a constant";
-        self.fault("operand", text, format!("`{text}` is no number"), help);
+        self.fault(Code::Operand, text, format!("`{text}` is no number"), help);
         None
     }
 
@@ -328,7 +329,7 @@ impl Decoder<'_> {
                 4 * words
             );
             self.fault(
-                "operand",
+                Code::Operand,
                 text,
                 message,
                 "use K1 to K4 with 16-bit instructions, K1 to K8 with 32-bit ones",
@@ -341,7 +342,7 @@ impl Decoder<'_> {
         let bits = 16 * words.min(2) as u32;
         if !(-(1i64 << (bits - 1))..1i64 << bits).contains(&value) {
             let help = format!("write a constant of {bits} bits");
-            self.fault("operand", text, format!("`{text}` does not fit {bits} bits"), &help);
+            self.fault(Code::Operand, text, format!("`{text}` does not fit {bits} bits"), &help);
             return None;
         }
         Some((0..words).map(|n| WordSource::Const((value >> (16 * n.min(3))) as u16)).collect())
@@ -410,7 +411,7 @@ impl Decoder<'_> {
             | Place::Foreign(_) => WordPlace::Nowhere,
             _ => {
                 self.fault(
-                    "operand",
+                    Code::Operand,
                     text,
                     format!("`{text}` is no word"),
                     "name a word device, or digits such as K4M0",

@@ -2,6 +2,7 @@
 
 use super::access::{BitPlace, WordPlace};
 use super::{Decoder, fired, operands, timing};
+use crate::base::code::Code;
 use crate::front::melsec::catalog::{
     Amount, EVERYWHERE, Entry, Extent, Found, NotFound, Operation, Role, close, find,
 };
@@ -29,7 +30,7 @@ impl Decoder<'_> {
             }
             Err(NotFound::Unknown) if INDEXES_ALL.contains(&mnemonic) => {
                 return self.fault(
-                    "not-modelled",
+                    Code::NotModelled,
                     &raw.mnemonic,
                     format!(
                         "`{mnemonic}` adds index registers to every device between IX and IXEND"
@@ -46,7 +47,7 @@ impl Decoder<'_> {
                     None => "an instruction of your own needs a row in the timing table".to_owned(),
                 };
                 let message = format!("the instruction `{}` is not known", raw.mnemonic);
-                return self.fault("unknown-instruction", &raw.mnemonic, message, &help);
+                return self.fault(Code::UnknownInstruction, &raw.mnemonic, message, &help);
             }
             Err(NotFound::OperandCount { expected }) => {
                 self.output_here(mnemonic);
@@ -55,7 +56,7 @@ impl Decoder<'_> {
                 let message =
                     format!("`{}` takes {}, here are {found}", raw.mnemonic, expected.join(" or "));
                 return self.fault(
-                    "operand-count",
+                    Code::OperandCount,
                     &raw.mnemonic,
                     message,
                     "compare the line with the instruction's description",
@@ -107,7 +108,7 @@ impl Decoder<'_> {
         }
         if self.counts_elsewhere && entry.class == "module" {
             self.fault(
-                "not-modelled",
+                Code::NotModelled,
                 &raw.mnemonic,
                 format!(
                     "how many words `{}` moves is told by D8164 while M8164 is on",

@@ -3,6 +3,7 @@
 use super::access::WordPlace;
 use super::rungs::remember;
 use super::{Decoder, Fixup, OPEN, always, fired, key, timing};
+use crate::base::code::Code;
 use crate::front::melsec::device::{Family, area};
 use crate::front::melsec::operand::{Operand, parse};
 use crate::front::melsec::source::RawInstruction;
@@ -91,7 +92,7 @@ impl Decoder<'_> {
             Ok(Operand::Pointer(label)) => {
                 if self.labels[self.file].insert(label, at).is_some() {
                     self.fault(
-                        "double-label",
+                        Code::DoubleLabel,
                         mnemonic,
                         format!("the label {mnemonic} stands twice in this file"),
                         "give each place a label of its own",
@@ -122,7 +123,7 @@ impl Decoder<'_> {
             Operand::Pointer(label) => Some(label),
             _ => {
                 self.fault(
-                    "operand",
+                    Code::Operand,
                     text,
                     format!("`{text}` is no label"),
                     "name a label such as P10",
@@ -247,7 +248,7 @@ impl Decoder<'_> {
     fn file_of(&mut self, text: &str) -> Option<usize> {
         let Operand::Text(name) = self.operand(text)? else {
             self.fault(
-                "operand",
+                Code::Operand,
                 text,
                 format!("`{text}` is no program's name"),
                 "write the name in quotes",
@@ -260,7 +261,7 @@ impl Decoder<'_> {
         if found.is_none() {
             let message = format!("the program `{name}` is not among the files given");
             self.fault(
-                "no-program",
+                Code::NoProgram,
                 text,
                 message,
                 "give all files of the project, each named as its program",
@@ -274,7 +275,7 @@ impl Decoder<'_> {
         self.loops.push(self.program.instructions.len());
         if self.loops.len() > MOST_NESTED {
             let message = format!("more than {MOST_NESTED} loops stand in each other");
-            self.fault("nesting", "FOR", message, "no CPU allows more than 16");
+            self.fault(Code::Nesting, "FOR", message, "no CPU allows more than 16");
         }
         if !self.takes(raw, 1) {
             return;
@@ -283,7 +284,7 @@ impl Decoder<'_> {
         let (low, high, known) = self.count_range(text, i64::from(MOST_TURNS));
         if self.constant(text).is_some() && !(1..=i64::from(MOST_TURNS)).contains(&low) {
             self.fault(
-                "loop-count",
+                Code::LoopCount,
                 text,
                 format!("a loop runs 1 to {MOST_TURNS} times"),
                 "write a count of that range",
@@ -318,7 +319,7 @@ impl Decoder<'_> {
         let at = self.add(Some(key("NEXT", "loop")), Vec::new(), Step::ForEnd);
         let Some(begin) = self.loops.pop() else {
             self.fault(
-                "no-loop",
+                Code::NoLoop,
                 "NEXT",
                 "`NEXT` without a FOR before it",
                 "begin the loop with FOR",
@@ -331,7 +332,7 @@ impl Decoder<'_> {
             *end = at;
             if self.zone_of[begin] != self.zone_of[at] {
                 self.fault(
-                    "crossed-zone",
+                    Code::CrossedZone,
                     "NEXT",
                     "the loop and a master control cut across each other",
                     "close the one within the other",
@@ -347,7 +348,7 @@ impl Decoder<'_> {
         }
         if self.loops.is_empty() {
             self.fault(
-                "no-loop",
+                Code::NoLoop,
                 mnemonic,
                 "`BREAK` outside a loop",
                 "it ends the loop of FOR and NEXT in which it stands",
@@ -378,7 +379,7 @@ impl Decoder<'_> {
         if let Some(&begin) = self.loops.first() {
             let line = self.program.instructions.get(begin).map_or(0, |i| i.place.line);
             self.fault(
-                "open-loop",
+                Code::OpenLoop,
                 "",
                 format!("the FOR in line {line} has no NEXT"),
                 "end the loop with NEXT",
@@ -388,7 +389,7 @@ impl Decoder<'_> {
         if let Some(&(level, at)) = self.zones.first() {
             let line = self.program.instructions[at].place.line;
             self.fault(
-                "open-zone",
+                Code::OpenZone,
                 "",
                 format!("the MC N{level} in line {line} has no MCR"),
                 "end the master control with MCR",

@@ -2,6 +2,7 @@
 
 use super::control::{MOST_NESTED, MOST_TURNS};
 use super::{Counts, Decoder};
+use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
 use crate::program::bulk;
 use crate::program::flow;
@@ -46,7 +47,7 @@ impl Decoder<'_> {
         self.faults.iter().any(crate::front::Faults::any_error)
     }
 
-    fn fault_at(&mut self, at: usize, code: &'static str, message: String, help: &str) {
+    fn fault_at(&mut self, at: usize, code: Code, message: String, help: &str) {
         let instruction = &self.program.instructions[at];
         let file = instruction.place.file as usize;
         let name = &self.project.files[file].name;
@@ -78,7 +79,7 @@ impl Decoder<'_> {
                     let message = format!("the label {label} does not stand in this program");
                     self.fault_at(
                         fixup.instruction,
-                        "no-label",
+                        Code::NoLabel,
                         message,
                         "check the label, or give all files of the project",
                     );
@@ -87,7 +88,7 @@ impl Decoder<'_> {
                     let message = format!("the label {label} stands in several other files");
                     self.fault_at(
                         fixup.instruction,
-                        "double-label",
+                        Code::DoubleLabel,
                         message,
                         "a label that files share must stand in one of them only",
                     );
@@ -105,13 +106,13 @@ impl Decoder<'_> {
                 let message = format!(
                     "this jumps back to line {line}: the scan has no bound that can be found here"
                 );
-                self.fault_at(at, "jump-back", message, "use FOR and NEXT with a known count");
+                self.fault_at(at, Code::JumpBack, message, "use FOR and NEXT with a known count");
             } else if loops.iter().any(|&(begin, end)| {
                 (begin + 1..=end).contains(&target) && !(begin..=end).contains(&at)
             }) {
                 self.fault_at(
                     at,
-                    "jump-into-loop",
+                    Code::JumpIntoLoop,
                     "this jumps into a loop of FOR and NEXT".to_owned(),
                     "jump to the FOR, or behind the NEXT",
                 );
@@ -121,7 +122,7 @@ impl Decoder<'_> {
                 let message = "this jumps into or out of a master control (MC to MCR)".to_owned();
                 self.fault_at(
                     at,
-                    "jump-across-zone",
+                    Code::JumpAcrossZone,
                     message,
                     "put the label into the same master control as the jump",
                 );
@@ -138,7 +139,7 @@ impl Decoder<'_> {
                 let label = self.program.instructions[target].text.clone();
                 self.fault_at(
                     at,
-                    "no-return",
+                    Code::NoReturn,
                     format!("the subroutine at {label} has no RET"),
                     "end it with RET",
                 );
@@ -149,7 +150,7 @@ impl Decoder<'_> {
             if flow::extent(&self.program, entry).is_none() {
                 self.fault_at(
                     entry,
-                    "no-return",
+                    Code::NoReturn,
                     "the interrupt program has no IRET".to_owned(),
                     "end it with IRET",
                 );
@@ -158,14 +159,14 @@ impl Decoder<'_> {
         if let Some(at) = flow::recursion(&self.program) {
             self.fault_at(
                 at,
-                "recursion",
+                Code::Recursion,
                 "this call leads back to itself: the scan has no bound".to_owned(),
                 "subroutines must not call each other in a circle",
             );
         } else if let Some(at) = flow::nested_beyond(&self.program, MOST_NESTED) {
             self.fault_at(
                 at,
-                "nesting",
+                Code::Nesting,
                 format!("more than {MOST_NESTED} calls stand in each other"),
                 "no CPU allows more than 64; most allow 16",
             );
@@ -208,7 +209,7 @@ impl Decoder<'_> {
                     "loops and calls multiply to more turns here than can be counted".to_owned();
                 self.fault_at(
                     begin,
-                    "loop",
+                    Code::Loop,
                     message,
                     "state the range of its count in the facts file",
                 );

@@ -24,6 +24,7 @@ mod zones;
 use super::device::{Family, Kind, area, areas, edge_memory, networks, power_up};
 use super::operand::{self, Operand, parse, upper};
 use super::source::{RawInstruction, RawProject};
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Facts;
 use crate::base::location::Location;
@@ -89,7 +90,7 @@ fn too_many(project: &RawProject, family: Family) -> Result<(), Vec<Diagnostic>>
     let Some((file, one)) = all.nth(most) else { return Ok(()) };
     let message = format!("the project has more than {most} instructions");
     let help = format!("no {} holds as many: check the file, and the CPU", family.series());
-    let fault = Diagnostic::line("too-many", &file.name, one.line, &*one.text, message, help);
+    let fault = Diagnostic::line(Code::TooMany, &file.name, one.line, &*one.text, message, help);
     Err(vec![fault.at_step(one.step)])
 }
 
@@ -310,13 +311,7 @@ impl<'a> Decoder<'a> {
     }
 
     /// Notes a fault at the instruction under way; `part` is a slice of it or a word of it.
-    pub fn fault(
-        &mut self,
-        code: &'static str,
-        part: &str,
-        message: impl Into<String>,
-        help: &str,
-    ) {
+    pub fn fault(&mut self, code: Code, part: &str, message: impl Into<String>, help: &str) {
         let Some(raw) = self.raw.filter(|_| !self.quiet) else { return };
         let file = &self.project.files[self.file];
         let found = raw.pointer(file).at(part, code, &file.name, message, help).at_step(raw.step);
@@ -384,7 +379,7 @@ impl<'a> Decoder<'a> {
         let message = format!("`{}` takes {}, here are {found}", raw.mnemonic, operands(count));
         let part = raw.operands.get(count).map_or(raw.mnemonic.as_str(), String::as_str);
         self.fault(
-            "operand-count",
+            Code::OperandCount,
             part,
             message,
             "compare the line with the instruction's description",

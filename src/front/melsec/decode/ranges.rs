@@ -1,6 +1,7 @@
 //! What the user states of words, their ranges: where the scan starts, and where a word counts something.
 
 use super::Decoder;
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
 use crate::front::melsec::device::Kind;
@@ -59,7 +60,7 @@ impl Decoder<'_> {
         let mut dropped = 0;
         let mut fault = |device: &str, part: Part, message: String, help: &str| {
             if faults.len() < MOST_FAULTS {
-                faults.push(facts.fault(["ranges", device], part, "fact", message, help));
+                faults.push(facts.fault(["ranges", device], part, Code::Fact, message, help));
             } else {
                 dropped += 1;
             }
@@ -90,7 +91,7 @@ impl Decoder<'_> {
         }
         if dropped > 0 {
             let message = format!("and {dropped} further stated ranges with faults, not listed");
-            faults.push(Diagnostic::file("fact", "", message, "mend those listed first"));
+            faults.push(Diagnostic::file(Code::Fact, "", message, "mend those listed first"));
         }
         self.program.facts.sort();
         self.program.facts.dedup();

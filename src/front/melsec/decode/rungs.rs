@@ -1,5 +1,6 @@
 //! Contacts and the stack: LD to ORI, edges, ANB, ORB, MPS, MRD, MPP, INV, MEP, MEF, EGP, EGF; where rungs begin.
 
+use crate::base::code::Code;
 use std::borrow::Cow;
 
 use super::compare::recognise;
@@ -83,7 +84,7 @@ impl Decoder<'_> {
                 if self.depth == 0 {
                     let message = format!("`{mnemonic}` has nothing in front of it");
                     self.fault(
-                        "no-rung",
+                        Code::NoRung,
                         mnemonic,
                         message,
                         "begin the rung with a contact such as LD",
@@ -140,7 +141,7 @@ impl Decoder<'_> {
     pub(super) fn check_rung(&mut self) {
         if !self.has_output && self.depth > 0 {
             self.fault(
-                "open-rung",
+                Code::OpenRung,
                 "",
                 "the rung before this line puts nothing out",
                 "end it with a coil or an instruction",
@@ -148,7 +149,7 @@ impl Decoder<'_> {
         }
         if self.saved > 0 {
             self.fault(
-                "open-branch",
+                Code::OpenBranch,
                 "",
                 "an MPS before this line has no MPP",
                 "close the branch with MPP",
@@ -162,7 +163,7 @@ impl Decoder<'_> {
         if self.depth == 0 {
             let message = format!("`{mnemonic}` needs a condition and has none");
             self.fault(
-                "no-rung",
+                Code::NoRung,
                 mnemonic,
                 message,
                 "begin the rung with a contact such as LD SM400",
@@ -173,7 +174,7 @@ impl Decoder<'_> {
         }
         if self.depth > 1 {
             let message = format!("{} blocks of contacts are not joined here", self.depth);
-            self.fault("unjoined", mnemonic, message, "join them with ANB or ORB");
+            self.fault(Code::Unjoined, mnemonic, message, "join them with ANB or ORB");
             self.depth = 1;
         }
         self.has_output = true;
@@ -190,7 +191,7 @@ impl Decoder<'_> {
                 "`{mnemonic}` joins two blocks of contacts, here {}",
                 if self.depth == 1 { "is one" } else { "is none" }
             );
-            self.fault("no-block", mnemonic, message, "begin the second block with LD");
+            self.fault(Code::NoBlock, mnemonic, message, "begin the second block with LD");
             return;
         }
         self.depth -= 1;
@@ -209,7 +210,7 @@ impl Decoder<'_> {
         if mnemonic == "MPS" {
             if self.depth == 0 {
                 self.fault(
-                    "no-rung",
+                    Code::NoRung,
                     mnemonic,
                     "`MPS` has nothing in front of it",
                     "begin the rung with a contact such as LD",
@@ -222,7 +223,7 @@ impl Decoder<'_> {
         }
         if self.saved == 0 {
             self.fault(
-                "no-branch",
+                Code::NoBranch,
                 mnemonic,
                 format!("`{mnemonic}` without an MPS before it"),
                 "save the result with MPS first",
@@ -246,7 +247,7 @@ impl Decoder<'_> {
         }
         if self.depth == 0 {
             let message = format!("`{mnemonic}` has nothing in front of it");
-            self.fault("no-rung", mnemonic, message, "begin the rung with a contact such as LD");
+            self.fault(Code::NoRung, mnemonic, message, "begin the rung with a contact such as LD");
             return;
         }
         let rising = mnemonic.ends_with('P');

@@ -63,7 +63,7 @@ fn program(text: &str) -> Program {
 /// The codes and lines of the faults.
 fn faults(text: &str) -> Vec<(&'static str, Option<u32>)> {
     let faults = on(Family::Q, text).expect_err("a fault");
-    faults.iter().map(|fault| (fault.code, fault.line)).collect()
+    faults.iter().map(|fault| (fault.code.name(), fault.line)).collect()
 }
 
 #[test]
@@ -336,7 +336,7 @@ fn a_count_told_by_a_special_register_is_refused() {
     let text = "LD X0\nSET M8164\nLD X1\nFROM K0 K5 D0 K4\nEND";
     let faults = on(Family::Fx, text).expect_err("a fault");
     assert_eq!(
-        faults.iter().map(|f| (f.code, f.line)).collect::<Vec<_>>(),
+        faults.iter().map(|f| (f.code.name(), f.line)).collect::<Vec<_>>(),
         [("not-modelled", Some(4))]
     );
     on(Family::Fx, &text.replace("M8164", "M8163")).expect("a program");

@@ -1,6 +1,7 @@
 //! Zones in which coils are off while a condition does not hold: master control and step ladders.
 
 use super::{Decoder, OPEN, key};
+use crate::base::code::Code;
 use crate::front::melsec::operand::{Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{Cell, Effect, Join, Logic, Step, TimingKey};
@@ -30,7 +31,7 @@ impl Decoder<'_> {
         let (Some(level), Some(effects)) = (level, effects) else { return };
         if self.zones.last().is_some_and(|&(open, _)| open >= level && open < STATE_LEVEL) {
             self.fault(
-                "nesting",
+                Code::Nesting,
                 &raw.operands[0],
                 format!("N{level} is open already"),
                 "nest master controls with rising numbers",
@@ -52,7 +53,7 @@ impl Decoder<'_> {
         let Some(level) = self.nesting(&raw.operands[0]) else { return };
         if !self.zones.iter().any(|&(open, _)| open == level) {
             self.fault(
-                "no-zone",
+                Code::NoZone,
                 &raw.operands[0],
                 format!("no MC has opened N{level}"),
                 "open the master control with MC",
@@ -68,7 +69,7 @@ impl Decoder<'_> {
             Operand::Nesting(level) => Some(level),
             _ => {
                 self.fault(
-                    "operand",
+                    Code::Operand,
                     text,
                     format!("`{text}` is no nesting level"),
                     "write N0 to N14",
@@ -101,7 +102,12 @@ impl Decoder<'_> {
             _ => None,
         };
         let Some(relay) = relay else {
-            self.fault("operand", text, format!("`{text}` is no step relay"), "write S0, S1 ...");
+            self.fault(
+                Code::Operand,
+                text,
+                format!("`{text}` is no step relay"),
+                "write S0, S1 ...",
+            );
             return;
         };
         relays.push(relay);
