@@ -92,6 +92,18 @@ fn a_report_takes_the_old_ones_place_whole() {
     let json = std::fs::read_to_string(report).expect("a report");
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(json["schema"], "scanbound.audit/1");
+    // Without --format the file's name says which it is; an unknown suffix means text.
+    for (name, begins) in [("a.csv", "group,"), ("a.log", "scanbound")] {
+        let file = directory.path().join(name);
+        let path = file.to_str().expect("a plain path");
+        assert_eq!(
+            scanbound(&[&arguments[..], &["-o", path]].concat(), root).status.code(),
+            Some(0)
+        );
+        let text = std::fs::read_to_string(&file).expect("a report");
+        assert!(text.starts_with(begins), "{name}: {text:.80}");
+        std::fs::remove_file(file).expect("removed");
+    }
     // A failing run leaves what is there.
     let failed = scanbound(&["audit", "nowhere.il", "-o", report], root);
     assert_eq!(failed.status.code(), Some(2));

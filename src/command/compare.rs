@@ -6,7 +6,6 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::base::column::{UNITS, Unit};
 use scanbound::measured::{Bounds, Comparison, Decimal, Edge, Selection, Threshold, capture};
-use scanbound::report::compare::{csv, json, text};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -122,11 +121,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some(found) = Comparison::new(audit.files, bounds, measurements, arguments.fit) else {
         return Err(Failure::Internal("measurements without a scan".to_owned()));
     };
-    let report = arguments.report.in_format(
-        || text::render(&found),
-        || json::render(&found),
-        || csv::render(&found),
-    );
-    target.write(&report)?;
+    target.write(&(arguments.report.format().compare)(&found))?;
     Ok(if found.above.is_some() { Outcome::Refuted } else { Outcome::Done })
 }

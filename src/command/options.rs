@@ -13,7 +13,8 @@ use scanbound::base::time::Picos;
 use scanbound::front::FRONTS;
 use scanbound::front::input::{Ignore, gather};
 use scanbound::passes::values::Trust;
-use scanbound::report::{csv, json, method, text};
+use scanbound::report::format::{self, FORMATS, Format};
+use scanbound::report::{method, text};
 use scanbound::solve::Method;
 use scanbound::timing::table::{Override, StatedClock, parse_override};
 use std::path::{Path, PathBuf};
@@ -126,9 +127,9 @@ impl TraceTarget {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Report")]
 pub struct ReportOptions {
-    /// How the report is written
-    #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    /// How the report is written [default: by the suffix of --output, else text]
+    #[arg(long, value_name = "FORMAT", value_parser = values::format())]
+    format: Option<String>,
     /// Write the report to a file, whole or not at all
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -153,16 +154,6 @@ enum MethodName {
     Subsets,
     /// Guided by unsatisfiable cores, on BatSat
     Cores,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Format {
-    /// To be read
-    Text,
-    /// For programs (docs/json.md)
-    Json,
-    /// A row a charge, for spreadsheets
-    Csv,
 }
 
 fn interrupt(text: &str) -> Result<(String, u32), String> {
@@ -264,18 +255,12 @@ impl ProjectOptions {
 }
 
 impl ReportOptions {
-    /// The report in the format asked for.
-    pub fn in_format(
-        &self,
-        text: impl FnOnce() -> String,
-        json: impl FnOnce() -> String,
-        csv: impl FnOnce() -> String,
-    ) -> String {
-        match self.format {
-            Format::Text => text(),
-            Format::Json => json(),
-            Format::Csv => csv(),
-        }
+    /// The format asked for: by name, else by what the report's file is called, else text.
+    pub fn format(&self) -> &'static Format {
+        let named = self.format.as_deref().and_then(|name| format::named(FORMATS, name));
+        let output = self.output.as_deref().and_then(Path::to_str);
+        let meant = || output.and_then(|file| format::by_suffix(FORMATS, file));
+        named.or_else(meant).unwrap_or(&FORMATS[0])
     }
 
     /// Where the report goes, and the trace, if one is asked for.
@@ -298,12 +283,7 @@ impl ReportOptions {
         target: Target,
     ) -> Result<(), Failure> {
         let extent = text::Extent { top: self.top, ..text::Extent::default() };
-        let report = self.in_format(
-            || text::render(audit, check, extent),
-            || json::render(audit, check),
-            || csv::render(audit),
-        );
-        target.write(&report)
+        target.write(&(self.format().audit)(audit, check, extent))
     }
 }
 

@@ -1,9 +1,10 @@
 //! Reads values of options, and says of a wrong one what would be right.
 
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use scanbound::base::time::Picos;
 use scanbound::front::minasec::Minasec;
 use scanbound::front::{Dialect, FRONTS, Front};
+use scanbound::report::format::{FORMATS, Format};
 use std::str::FromStr;
 
 /// No delay of a terminal is longer, in picoseconds: a thousand seconds. So sums with it stay within what is counted.
@@ -43,6 +44,12 @@ pub fn delay(text: &str) -> Result<Picos, String> {
 /// The name of a dialect.
 pub fn dialect() -> PossibleValuesParser {
     named(FRONTS.dialects())
+}
+
+/// The name of a format of reports.
+pub fn format() -> PossibleValuesParser {
+    let value = |format: &Format| PossibleValue::new(format.name).help(format.about);
+    PossibleValuesParser::new(FORMATS.iter().map(value))
 }
 
 /// The name of one of a MINASEC-U's dialects.

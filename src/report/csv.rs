@@ -1,8 +1,19 @@
 //! An audit as CSV: a row a charge, for spreadsheets.
 
+use super::compare;
+use super::format::Format;
 use crate::audit::{Audit, ChargeUse};
 use crate::base::time::Picos;
 use csv::Writer;
+
+/// A table for spreadsheets.
+pub const FORMAT: Format = Format {
+    name: "csv",
+    about: "A row a charge, for spreadsheets",
+    suffixes: &["csv"],
+    audit: |audit, _, _| render(audit),
+    compare: compare::csv::render,
+};
 
 const HEADS: [&str; 16] = [
     "group",

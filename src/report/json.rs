@@ -1,10 +1,21 @@
 //! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
 
+use super::compare;
+use super::format::Format;
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{self, Audit, Engine, Opinion};
 use crate::base::budget::{Cut, End};
 use serde::Serialize;
 use serde::ser::SerializeMap;
+
+/// JSON for programs.
+pub const FORMAT: Format = Format {
+    name: "json",
+    about: "For programs (docs/json.md)",
+    suffixes: &["json"],
+    audit: |audit, check, _| render(audit, check),
+    compare: compare::json::render,
+};
 
 #[derive(Serialize)]
 struct Report<'a> {

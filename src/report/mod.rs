@@ -1,8 +1,9 @@
-//! An audit as text, JSON or CSV. Reports are pure functions of the audit and compute nothing.
+//! Audits and comparisons in every format (`format`). Reports are pure functions of the audit and compute nothing.
 
 mod columns;
 pub mod compare;
 pub mod csv;
+pub mod format;
 pub mod json;
 pub mod method;
 pub mod render;

@@ -1,7 +1,8 @@
 //! An audit as text for people: the bound, its parts, the groups, the scan that attains it, what it rests on.
 
 use super::columns::{Cell, columns, left, paint, right};
-use super::{method, response};
+use super::format::Format;
+use super::{compare, method, response};
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{
     ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, UnstatedPoints, Value,
@@ -22,6 +23,15 @@ const FAINT: Style = Style::new().dimmed();
 
 /// Lists are wrapped to so many columns.
 const WIDTH: usize = 100;
+
+/// Text to be read.
+pub const FORMAT: Format = Format {
+    name: "text",
+    about: "To be read",
+    suffixes: &["txt"],
+    audit: render,
+    compare: compare::text::render,
+};
 
 /// How much is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

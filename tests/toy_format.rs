@@ -1,0 +1,44 @@
+//! A toy format of reports: what a new format takes is one file with a `FORMAT` such as this, and its line in
+//! `FORMATS`. All commands then write it; nothing else knows how many formats there are.
+
+use scanbound::audit::{Request, audit};
+use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
+use scanbound::front::Input;
+use scanbound::measured::{Bounds, Comparison, Selection, capture};
+use scanbound::report::format::{FORMATS, Format, by_suffix, named};
+
+/// One line each.
+const TOY: Format = Format {
+    name: "toy",
+    about: "One line",
+    suffixes: &["toy"],
+    audit: |audit, check, _| match check {
+        None => format!("at most {}\n", audit.bound.upper),
+        Some(check) => format!("at most {}, allowed {}\n", audit.bound.upper, check.limit),
+    },
+    compare: |found| format!("{} scans\n", found.measured.times.len()),
+};
+
+#[test]
+fn a_format_is_found_and_writes_every_kind_of_result() {
+    let formats = [FORMATS, &[TOY]].concat();
+    assert!(named(FORMATS, "toy").is_none());
+    let toy = named(&formats, "toy").expect("its name");
+    assert_eq!(by_suffix(&formats, "out/report.toy").map(|found| found.name), Some("toy"));
+
+    let program = b"LD X0\nMOV K1 D0\nEND\n".to_vec();
+    let inputs = [Input { name: "a.il".to_owned(), bytes: program }];
+    let facts = Facts::default();
+    let audit = audit(&Request { cpu: Some("Q26UDV"), ..Request::new(&inputs, &facts) });
+    let audit = audit.expect("an audit");
+    let upper = audit.bound.upper;
+    assert!(upper > Picos::ZERO);
+    assert_eq!((toy.audit)(&audit, None, Default::default()), format!("at most {upper}\n"));
+
+    let measured = capture::read("m.csv", b"scan_ms\n0.1\n0.2\n", &Selection::default());
+    let bounds = Bounds::of(&audit);
+    let measured = measured.expect("measurements");
+    let found = Comparison::new(audit.files, bounds, measured, false).expect("a comparison");
+    assert_eq!((toy.compare)(&found), "2 scans\n");
+}
