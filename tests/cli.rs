@@ -93,7 +93,7 @@ fn a_report_takes_the_old_ones_place_whole() {
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(json["schema"], "scanbound.audit/1");
     // Without --format the file's name says which it is; an unknown suffix means text.
-    for (name, begins) in [("a.csv", "group,"), ("a.log", "scanbound")] {
+    for (name, begins) in [("a.csv", "group,"), ("a.log", "longest scan")] {
         let file = directory.path().join(name);
         let path = file.to_str().expect("a plain path");
         assert_eq!(
