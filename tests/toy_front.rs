@@ -2,6 +2,7 @@
 //! all that a dialect takes, and everything behind `Program` serves it.
 
 use scanbound::audit::{Audit, Failure, Request, audit};
+use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::facts::Facts;
 use scanbound::base::location::Location;
@@ -108,7 +109,7 @@ impl Project for ToyProject {
                         });
                     }
                     Err(what) => faults.push(Diagnostic::line(
-                        "toy",
+                        Code::NotAnInstruction,
                         &file.name,
                         *line,
                         text,
@@ -224,8 +225,12 @@ fn a_toys_files_are_told_from_those_of_other_fronts() {
     assert_eq!(kind("toy\nwhen IN1\n"), Ok("toy"));
     assert_eq!(kind("toy's names\n"), Ok("beside"));
     assert_eq!(kind("LD X0\nOUT Y0\nEND\n"), Ok("melsec-list"));
-    assert_eq!(kind("LD 00000\nOUT 00100\n"), Err("unknown-dialect"), "a front that is not listed");
+    assert_eq!(
+        kind("LD 00000\nOUT 00100\n"),
+        Err(Code::UnknownDialect),
+        "a front that is not listed"
+    );
     let mixed = audited(&[("a.toy", "toy\nwhen IN1\n"), ("b.il", "LD X0\nOUT Y0\nEND\n")]);
     let Err(Failure::Input(faults)) = mixed else { panic!("two dialects") };
-    assert_eq!(faults[0].code, "mixed-dialects");
+    assert_eq!(faults[0].code, Code::MixedDialects);
 }
