@@ -6,7 +6,8 @@ use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::Input;
 use scanbound::measured::{Bounds, Comparison, Selection, capture};
-use scanbound::report::format::{FORMATS, Format, by_suffix, named};
+use scanbound::report::format::Format;
+use scanbound::report::formats::{FORMATS, by_suffix, named};
 
 /// One line each.
 const TOY: Format = Format {

@@ -13,8 +13,9 @@ use scanbound::base::time::Picos;
 use scanbound::front::FRONTS;
 use scanbound::front::input::{Ignore, gather};
 use scanbound::passes::values::Trust;
-use scanbound::report::format::{self, FORMATS, Format};
-use scanbound::report::{method, text};
+use scanbound::report::format::{Extent, Format};
+use scanbound::report::formats::{self, FORMATS};
+use scanbound::report::method;
 use scanbound::solve::Method;
 use scanbound::timing::table::{Override, StatedClock, parse_override};
 use std::path::{Path, PathBuf};
@@ -134,7 +135,7 @@ pub struct ReportOptions {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// How many groups, and rungs of each, the text shows
-    #[arg(long, value_name = "N", default_value_t = text::Extent::default().top, value_parser = values::count::<usize>, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = Extent::default().top, value_parser = values::count::<usize>, allow_negative_numbers = true)]
     top: usize,
 }
 
@@ -257,9 +258,9 @@ impl ProjectOptions {
 impl ReportOptions {
     /// The format asked for: by name, else by what the report's file is called, else text.
     pub fn format(&self) -> &'static Format {
-        let named = self.format.as_deref().and_then(|name| format::named(FORMATS, name));
+        let named = self.format.as_deref().and_then(|name| formats::named(FORMATS, name));
         let output = self.output.as_deref().and_then(Path::to_str);
-        let meant = || output.and_then(|file| format::by_suffix(FORMATS, file));
+        let meant = || output.and_then(|file| formats::by_suffix(FORMATS, file));
         named.or_else(meant).unwrap_or(&FORMATS[0])
     }
 
@@ -282,7 +283,7 @@ impl ReportOptions {
         check: Option<&Check>,
         target: Target,
     ) -> Result<(), Failure> {
-        let extent = text::Extent { top: self.top, ..text::Extent::default() };
+        let extent = Extent { top: self.top, ..Extent::default() };
         target.write(&(self.format().audit)(audit, check, extent))
     }
 }

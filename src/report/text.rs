@@ -1,7 +1,7 @@
 //! An audit as text for people: the bound, its parts, the groups, the scan that attains it, what it rests on.
 
 use super::columns::{Cell, columns, left, paint, right};
-use super::format::Format;
+use super::format::{Extent, Format};
 use super::{compare, method, response};
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{
@@ -32,21 +32,6 @@ pub const FORMAT: Format = Format {
     audit: render,
     compare: compare::text::render,
 };
-
-/// How much is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Extent {
-    /// Groups, and rungs a group.
-    pub top: usize,
-    /// Values of the scan a line, assumed times, kinds of approximations.
-    pub values: usize,
-}
-
-impl Default for Extent {
-    fn default() -> Self {
-        Extent { top: 10, values: 12 }
-    }
-}
 
 /// The audit, headed by the check's answer if there is one. Has colour codes.
 #[must_use]

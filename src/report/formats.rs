@@ -1,0 +1,49 @@
+//! The formats in which results are written, for all commands alike: a file and a line here each.
+
+use super::format::Format;
+use super::{csv, json, text};
+
+/// All formats; the first is taken where none is asked for.
+pub const FORMATS: &[Format] = &[text::FORMAT, json::FORMAT, csv::FORMAT];
+
+/// The format of this name.
+#[must_use]
+pub fn named<'f>(formats: &'f [Format], name: &str) -> Option<&'f Format> {
+    formats.iter().find(|format| format.name == name)
+}
+
+/// The format that a file's name means by its end.
+#[must_use]
+pub fn by_suffix<'f>(formats: &'f [Format], file: &str) -> Option<&'f Format> {
+    let (_, suffix) = file.rsplit_once('.')?;
+    let means =
+        |format: &&Format| format.suffixes.iter().any(|one| one.eq_ignore_ascii_case(suffix));
+    formats.iter().find(means)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn no_two_formats_share_a_name_or_a_suffix() {
+        let mut known = BTreeSet::new();
+        for format in FORMATS {
+            assert!(known.insert(format.name.to_owned()), "{}", format.name);
+            assert!(std::ptr::eq(named(FORMATS, format.name).expect(format.name), format));
+            for suffix in format.suffixes {
+                assert!(known.insert(format!(".{suffix}")), "{suffix}");
+                let found = by_suffix(FORMATS, &format!("a.b.{}", suffix.to_uppercase()));
+                assert_eq!(found.map(|found| found.name), Some(format.name));
+            }
+        }
+    }
+
+    #[test]
+    fn a_name_without_a_known_suffix_means_no_format() {
+        for file in ["report", "json", "report.", "report.log"] {
+            assert!(by_suffix(FORMATS, file).is_none(), "{file}");
+        }
+    }
+}
