@@ -81,11 +81,17 @@ impl Decoder<'_> {
                 continue;
             }
             let Amount::Counted { unit, .. } = amount else { return 0 };
-            let room = self.device(text).and_then(|device| {
-                let Place::At(kind @ Kind::Word(_), index) = device.place else { return None };
-                let cell = kind.cell(index)?;
-                certain_points(self.family, cell.area, device.name)?.checked_sub(cell.index)
-            });
+            let room = match parse(text, self.family) {
+                Ok(Operand::Device(device)) => match device.place {
+                    Place::At(kind @ Kind::Word(_), index) => kind.cell(index).and_then(|cell| {
+                        certain_points(self.family, cell.area, device.name)?.checked_sub(cell.index)
+                    }),
+                    _ => None,
+                },
+                // A constant in place of a block is there for every count.
+                Ok(Operand::Constant(_)) if operand.role == Role::Source => continue,
+                _ => None,
+            };
             let words = matches!(operand.extent, Extent::Words(_));
             let Some(room) = room.filter(|_| words && unit > 0) else { return 0 };
             let most = u64::from(room / unit);
