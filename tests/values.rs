@@ -58,6 +58,18 @@ fn an_index_of_known_range_writes_those_cells_and_no_more() {
 }
 
 #[test]
+fn an_index_to_an_extended_register_may_have_two_words() {
+    let write = |index: &str| {
+        format!(
+            "LD SM400; {index}; MOV K19 D50; MOV D9 D20000Z0; MOV K0 D30000; FOR D50; LD X0; Op1; NEXT; END"
+        )
+    };
+    assert_eq!(none(&write("DMOV K3 Z0")), 19);
+    // Z1 may be anything, and whether it counts is a parameter.
+    assert_eq!(none(&write("MOV K3 Z0")), 32_767);
+}
+
+#[test]
 fn counts_keep_within_what_instructions_can_give() {
     let of = |how: &str| none(&format!("LD SM400; {how}; FOR D50; LD X0; Op1; NEXT; END"));
     assert_eq!(of("WAND K12 D0 D50"), 12);
@@ -121,6 +133,9 @@ fn what_is_written_in_every_scan_is_trusted_and_nothing_else() {
     // Written at another place under a condition, too: that counts as well.
     let other = "FOR D50; LD X0; Op1; NEXT; LD X3; MOV K25 D50; LD X4; CJ P1; LD X5; MOV K30 D50; P1; LD SM400; MOV D50 D60; FOR D60; LD X0; Op1; NEXT; LD SM400; MOV K19 D50; LD X6; MOV K40 D50; END";
     assert_eq!(counts(other), 80);
+    // What stands there in the midst of a scan is what a power failure leaves of a latched word.
+    let midst = "FOR D50; LD X0; Op1; NEXT; LD SM400; MOV K30 D50; MOV K19 D50; END";
+    assert_eq!(counts(midst), 30);
     // An index that may be anything voids it all.
     let index = "FOR D50; LD X0; Op1; NEXT; LD SM400; MOV K19 D50; MOV D9 D100Z0; END";
     assert_eq!(counts(index), 32_767);

@@ -620,8 +620,8 @@ pub struct PowerUp {
 pub struct Indexed {
     /// The first cell if the index is 0.
     pub first: Cell,
-    /// The index: a signed number, its least word first.
-    pub index: Vec<WordSource>,
+    /// The index, each way in which it may be read: a signed number, its least word first. Which holds is not known.
+    pub readings: Vec<Vec<WordSource>>,
     /// How many cells are written from there on.
     pub length: Length,
 }

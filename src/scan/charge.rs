@@ -95,19 +95,7 @@ impl Run<'_> {
             let fires = self.memory.circuit().and(active, bit);
             let cost = turn.0.checked_mul(1 << place).map(Picos);
             let cost = cost.ok_or(ScanError::TooOften { instruction: at })?;
-            if fires != Lit::FALSE && cost > Picos::ZERO {
-                let (reached, frames) = (fires, self.frames.clone());
-                let charge = Charge {
-                    instruction: at,
-                    frames,
-                    reached,
-                    fires,
-                    on: cost,
-                    off: cost,
-                    counted: None,
-                };
-                self.memory.model.charges.push(charge);
-            }
+            self.charge_where(at, fires, cost);
         }
         Ok(())
     }
@@ -121,21 +109,24 @@ impl Run<'_> {
         for &(instruction, times) in charges {
             let cost = self.dearest(instruction).0.checked_mul(times).map(Picos);
             let cost = cost.ok_or(ScanError::TooOften { instruction })?;
-            if cost > Picos::ZERO {
-                let frames = self.frames.clone();
-                let (reached, fires) = (active, active);
-                let charge = Charge {
-                    instruction,
-                    frames,
-                    reached,
-                    fires,
-                    on: cost,
-                    off: cost,
-                    counted: None,
-                };
-                self.memory.model.charges.push(charge);
-            }
+            self.charge_where(instruction, active, cost);
         }
         Ok(())
+    }
+
+    /// Charges a time wherever this holds.
+    fn charge_where(&mut self, instruction: usize, holds: Lit, cost: Picos) {
+        if holds == Lit::FALSE || cost == Picos::ZERO {
+            return;
+        }
+        self.memory.model.charges.push(Charge {
+            instruction,
+            frames: self.frames.clone(),
+            reached: holds,
+            fires: holds,
+            on: cost,
+            off: cost,
+            counted: None,
+        });
     }
 }

@@ -6,7 +6,7 @@ use crate::program::meaning::{
     Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Unary,
 };
 use crate::program::{
-    ChoiceId, Compare, Length, Logic, Number, Program, Reading, Relation, WordSource,
+    ChoiceId, Compare, Indexed, Length, Logic, Number, Program, Reading, Relation, WordSource,
 };
 use std::rc::Rc;
 
@@ -207,19 +207,23 @@ impl Evaluation<'_> {
         Condition { surely, never, known: Some(known).filter(|known| !known.is_empty()) }
     }
 
-    /// The cells that an index may lead to: the least index and the largest.
-    pub fn indices(&self, first: u32, index: &[WordSource], length: &Length) -> Option<(u32, u32)> {
-        let words: Vec<Ring> = index.iter().map(|word| self.word(*word)).collect();
-        let (low, high) = range(&words)?;
-        let more = match length {
-            Length::Exactly(count) => i64::from(*count),
+    /// The cells that an indexed write may reach: the least number and the largest.
+    pub fn reach(&self, indexed: &Indexed) -> Option<(u32, u32)> {
+        let (mut low, mut high) = (i64::MAX, i64::MIN);
+        for reading in &indexed.readings {
+            let words: Vec<Ring> = reading.iter().map(|word| self.word(*word)).collect();
+            let (least, largest) = range(&words)?;
+            (low, high) = (low.min(least), high.max(largest));
+        }
+        let more = match indexed.length {
+            Length::Exactly(count) => i64::from(count),
             // Counts are unsigned.
-            Length::Counted(word, unit) => self.word(*word).unsigned().1 * i64::from(*unit),
+            Length::Counted(word, unit) => self.word(word).unsigned().1 * i64::from(unit),
             Length::Unknown => return None,
         };
-        let first = i64::from(first);
-        let last = first + high + more.max(1) - 1;
-        Some((u32::try_from(first + low).ok()?, u32::try_from(last).ok()?))
+        let first = i64::from(indexed.first.index);
+        let last = first.checked_add(high)?.checked_add(more.max(1) - 1)?;
+        Some((u32::try_from(first.checked_add(low)?).ok()?, u32::try_from(last).ok()?))
     }
 
     /// What an operation gives, if it surely gives something: its results, each its words.

@@ -5,8 +5,8 @@ use super::ring::Ring;
 use super::state::{Slots, State};
 use crate::program::meaning::{ChoiceKind, Target};
 use crate::program::{
-    BitTarget, Bulk, ChoiceId, Effect, Exit, Instruction, Join, Program, Region, Step, When,
-    WordSource, WordTarget, Write,
+    BitTarget, ChoiceId, Effect, Instruction, Join, Program, Region, Step, When, WordSource,
+    WordTarget, Write,
 };
 use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
@@ -29,9 +29,9 @@ pub struct Found {
     pub reaches: BTreeMap<ChoiceId, Option<(u32, u32)>>,
 }
 
-/// It took too much.
+/// It took too much, or something in it cannot be followed.
 #[derive(Debug)]
-pub struct TooMuch;
+pub struct NotFollowed;
 
 /// One activation of a routine.
 #[derive(Default)]
@@ -47,6 +47,14 @@ struct Activation {
     returned: Option<State>,
 }
 
+impl Activation {
+    /// Takes results that were left by whatever turn as not known.
+    fn forget_results(&mut self) {
+        (self.stack, self.lost) = (Vec::new(), true);
+        self.slots.values_mut().for_each(|saved| *saved = Condition::default());
+    }
+}
+
 /// A jump on its way.
 struct Landing {
     state: State,
@@ -60,6 +68,8 @@ pub struct Run<'p> {
     program: &'p Program,
     slots: &'p Slots,
     pub found: Found,
+    /// All that was written into each word at any moment.
+    pub written: Vec<Option<Ring>>,
     stamp: u32,
     work: u64,
     /// Where a main routine ended by itself, and where the scan was stopped.
@@ -79,14 +89,15 @@ impl<'p> Run<'p> {
     /// No scan yet.
     pub fn new(program: &'p Program, slots: &'p Slots) -> Run<'p> {
         let found = Found::default();
-        Run { program, slots, found, stamp: 0, work: 0, ended: None, stopped: None }
+        let written = vec![None; slots.cells().len()];
+        Run { program, slots, found, written, stamp: 0, work: 0, ended: None, stopped: None }
     }
 
     /// Runs the scan; what the words hold at its end, `None` if it has none.
     ///
     /// # Errors
-    /// If it takes too much.
-    pub fn scan(&mut self, start: State) -> Result<Option<State>, TooMuch> {
+    /// If it takes too much, or something in it cannot be followed.
+    pub fn scan(&mut self, start: State) -> Result<Option<State>, NotFollowed> {
         let program = self.program;
         let mut state = Some(start);
         for main in &program.mains {
@@ -115,7 +126,12 @@ impl<'p> Run<'p> {
         self.stamp
     }
 
-    fn routine(&mut self, from: usize, to: usize, state: State) -> Result<Option<State>, TooMuch> {
+    fn routine(
+        &mut self,
+        from: usize,
+        to: usize,
+        state: State,
+    ) -> Result<Option<State>, NotFollowed> {
         let mut act = Activation { state: Some(state), ..Activation::default() };
         self.span(&mut act, from, to)?;
         let mut back = act.returned.take();
@@ -125,7 +141,7 @@ impl<'p> Run<'p> {
         Ok(back)
     }
 
-    fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), TooMuch> {
+    fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), NotFollowed> {
         let mut at = from;
         while at < to {
             if let Some(landing) = act.landings.remove(&at) {
@@ -140,7 +156,7 @@ impl<'p> Run<'p> {
             }
             self.work += 1;
             if self.work > MOST_WORK {
-                return Err(TooMuch);
+                return Err(NotFollowed);
             }
             at = self.instruction(act, at)?;
         }
@@ -159,9 +175,12 @@ impl<'p> Run<'p> {
         for (here, there) in act.stack.iter_mut().zip(&stack) {
             *here = here.either(there);
         }
-        for (slot, there) in slots {
-            let here = act.slots.entry(slot).or_default();
-            *here = here.either(&there);
+        for (slot, here) in &mut act.slots {
+            // What one of the ways did not save is not what the other did.
+            *here = slots.get(slot).map_or_else(Condition::default, |there| here.either(there));
+        }
+        for slot in slots.into_keys() {
+            act.slots.entry(slot).or_default();
         }
     }
 
@@ -201,7 +220,7 @@ impl<'p> Run<'p> {
         act.stack.last().cloned().unwrap_or_else(Condition::always)
     }
 
-    fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, TooMuch> {
+    fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, NotFollowed> {
         let program = self.program;
         let instruction = &program.instructions[at];
         let Some(state) = &act.state else { return Ok(at + 1) };
@@ -296,6 +315,8 @@ impl<'p> Run<'p> {
                 for (slot, value, surely) in writes {
                     self.stamp += 1;
                     state.write(slot, value, surely, self.stamp);
+                    let all = &mut self.written[slot];
+                    *all = Some(all.map_or(value, |all| all.join(value)));
                 }
             } else {
                 for (slot, value) in before.into_iter().rev() {
@@ -311,7 +332,7 @@ impl<'p> Run<'p> {
         at: usize,
         step: &Step,
         fires: Condition,
-    ) -> Result<usize, TooMuch> {
+    ) -> Result<usize, NotFollowed> {
         let next = at + 1;
         match step {
             Step::Act { .. } | Step::Nothing => {}
@@ -369,10 +390,8 @@ impl<'p> Run<'p> {
                     self.turn(act, at, bulk.end, turns)?;
                     return Ok(bulk.end + 1);
                 }
-                None => {
-                    self.bulk(act, bulk);
-                    return Ok(bulk.end + 1);
-                }
+                // What is charged in bulk without turns was not laid out to be followed.
+                None => return Err(NotFollowed),
             },
             Step::ZoneBegin { level, .. } => {
                 let all = match act.zones.last() {
@@ -454,7 +473,7 @@ impl<'p> Run<'p> {
         at: usize,
         end: usize,
         (least, most): (u64, u64),
-    ) -> Result<(), TooMuch> {
+    ) -> Result<(), NotFollowed> {
         let Some(begun) = act.state.take() else { return Ok(()) };
         let mut exits: Option<State> = None;
         if least == 0 {
@@ -464,6 +483,7 @@ impl<'p> Run<'p> {
         let began = self.work;
         for turn in 1..=most {
             act.state = Some(head.clone());
+            act.forget_results();
             self.span(act, at + 1, end + 1)?;
             let Some(state) = act.state.take() else { break };
             if turn >= least || settled {
@@ -497,30 +517,8 @@ impl<'p> Run<'p> {
             head = wider;
         }
         act.state = exits;
+        act.forget_results();
         Ok(())
-    }
-
-    /// What is charged in bulk and has no turns: its writes, and its ways out.
-    fn bulk(&mut self, act: &mut Activation, bulk: &Bulk) {
-        let Some(state) = &mut act.state else { return };
-        for &region in &bulk.forgets {
-            for slot in self.slots.within(region) {
-                self.stamp += 1;
-                state.write(slot, Ring::TOP, false, self.stamp);
-            }
-        }
-        let state = state.clone();
-        act.stack.clear();
-        act.slots.clear();
-        for (_, exit) in &bulk.exits {
-            let state = state.clone();
-            match exit {
-                Exit::To(target) => self.leave(act, *target, state),
-                Exit::Return => join(self.fresh(), &mut act.returned, state),
-                Exit::End => join(self.fresh(), &mut self.ended, state),
-                Exit::Stop => join(self.fresh(), &mut self.stopped, state),
-            }
-        }
     }
 }
 
@@ -571,9 +569,9 @@ impl Writer<'_> {
                 {
                     // All effects with this choice are one writing.
                     if done.insert(*choice) {
-                        for (output, values) in meaning.outputs.iter().zip(&results) {
+                        for (place, output) in meaning.outputs.iter().enumerate() {
                             if let Target::Words(targets) = output {
-                                self.words(targets, values);
+                                self.words(targets, results.get(place).map_or(&[], Vec::as_slice));
                             }
                         }
                     }
@@ -603,7 +601,7 @@ impl Writer<'_> {
         if region != Region::Area(indexed.first.area) {
             return region;
         }
-        let found = evaluation.indices(indexed.first.index, &indexed.index, &indexed.length);
+        let found = evaluation.reach(indexed);
         let known = self.reaches.entry(choice).or_insert(found);
         *known = match (*known, found) {
             (Some((low, high)), Some((least, largest))) => {

@@ -37,7 +37,7 @@ pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
                 }
                 Write::Forget(_, choice) => {
                     if let Some(indexed) = program.indexed.get(choice) {
-                        slice.words(&indexed.index);
+                        indexed.readings.iter().for_each(|words| slice.words(words));
                     }
                     if let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(choice) {
                         for cell in results(meaning) {

@@ -111,7 +111,7 @@ impl Decoder<'_> {
     }
 
     /// Whether `R` may be any `ZR`: the block of the file register is switched.
-    fn is_switched(&self, name: &str) -> bool {
+    pub(super) fn is_switched(&self, name: &str) -> bool {
         name == "R" && self.switches_file_register
     }
 

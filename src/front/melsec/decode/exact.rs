@@ -197,57 +197,65 @@ impl Decoder<'_> {
 
     /// Notes which cells of an area a write is to whose device has an index.
     pub(super) fn note_indexed(&mut self, raw: &RawInstruction, entry: &Entry, effects: &[Effect]) {
-        let mut found: Vec<(AreaId, Indexed)> = Vec::new();
-        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
-            if matches!(operand.role, Role::Source | Role::Count | Role::Other) {
-                continue;
+        let written = raw.operands.iter().zip(&entry.operands).filter(|(_, operand)| {
+            !matches!(operand.role, Role::Source | Role::Count | Role::Other)
+        });
+        let mut found: Vec<(AreaId, Option<Indexed>)> = Vec::new();
+        for (text, operand) in written {
+            if let Ok(Written::Device(device)) = parse(text, self.family)
+                && let Place::Indexed(Kind::Word(area), false) = device.place
+            {
+                let length = self.written_length(raw, operand.extent);
+                found.push((area, self.indexed_cells(&device, area, length)));
             }
-            let Ok(Written::Device(device)) = parse(text, self.family) else { continue };
-            let (Place::Indexed(Kind::Word(area), false), Some(index)) =
-                (device.place, device.index)
-            else {
-                // Whatever else it writes lies elsewhere, or is not told apart.
-                continue;
-            };
-            let length = match operand.extent {
-                Extent::Words(Amount::Fixed(count)) => Length::Exactly(count),
-                Extent::Words(Amount::Counted { unit, operand }) => {
-                    match self.read_words(&raw.operands[operand], 1).as_deref() {
-                        Some([WordSource::Const(count)]) => {
-                            Length::Exactly(u32::from(*count).saturating_mul(unit))
-                        }
-                        Some([word]) => Length::Counted(*word, unit),
-                        _ => Length::Unknown,
-                    }
-                }
-                _ => Length::Unknown,
-            };
-            let register = Cell { area: const { self::area("Z") }, index: index.register };
-            let index = WordSource::Cell(register);
-            let first = Cell { area, index: device.index.map_or(0, |index| index.number) };
-            let indexed = Indexed { first, index: vec![index], length };
-            // Whether an index to a file register has 16 or 32 bits is a parameter; so with numbers of the FX.
-            let is_plain = device.index.is_some_and(|index| index.letters == "Z")
-                && device.name != "ZR"
-                && !(self.family == Family::Fx
-                    && operand.extent != Extent::Words(Amount::Fixed(1)));
-            let indexed =
-                if is_plain { indexed } else { Indexed { length: Length::Unknown, ..indexed } };
-            found.push((area, indexed));
         }
         for (area, indexed) in &found {
             let alone = found.iter().filter(|(other, _)| other == area).count() == 1;
-            let lost: Vec<ChoiceId> = effects
-                .iter()
-                .filter_map(|effect| match effect.write {
-                    Write::Forget(Region::Area(other), choice) if other == *area => Some(choice),
-                    _ => None,
-                })
-                .collect();
-            if let (true, [choice]) = (alone && indexed.length != Length::Unknown, &lost[..]) {
+            let lost = effects.iter().filter_map(|effect| match effect.write {
+                Write::Forget(Region::Area(other), choice) if other == *area => Some(choice),
+                _ => None,
+            });
+            let lost: Vec<ChoiceId> = lost.collect();
+            if let (true, Some(indexed), [choice]) = (alone, indexed, &lost[..]) {
                 self.program.indexed.insert(*choice, indexed.clone());
             }
         }
+    }
+
+    fn written_length(&mut self, raw: &RawInstruction, extent: Extent) -> Length {
+        match extent {
+            Extent::Words(Amount::Fixed(count)) => Length::Exactly(count),
+            Extent::Words(Amount::Counted { unit, operand }) => {
+                match self.read_words(&raw.operands[operand], 1).as_deref() {
+                    Some([WordSource::Const(count)]) => {
+                        Length::Exactly(u32::from(*count).saturating_mul(unit))
+                    }
+                    Some([word]) => Length::Counted(*word, unit),
+                    _ => Length::Unknown,
+                }
+            }
+            _ => Length::Unknown,
+        }
+    }
+
+    /// Where a write to an indexed word device goes, if the register is one whose readings are known.
+    fn indexed_cells(&self, device: &Device, area: AreaId, length: Length) -> Option<Indexed> {
+        let Index { number, letters, register, .. } = device.index?;
+        // On the FX the index of a double word has 32 bits; which file registers R are is switched.
+        let is_wide = self.family == Family::Fx && length != Length::Exactly(1);
+        if letters != "Z" || is_wide || self.is_switched(device.name) {
+            return None;
+        }
+        let at =
+            |register| WordSource::Cell(Cell { area: const { self::area("Z") }, index: register });
+        let mut readings = vec![vec![at(register)]];
+        // Whether an index to file registers and to extended D and W has 16 or 32 bits is a parameter.
+        let is_extended =
+            certain_points(self.family, area, device.name).is_none_or(|points| number >= points);
+        if is_extended && matches!(self.family, Family::Q | Family::L) {
+            readings.push(vec![at(register), at(register + 1)]);
+        }
+        Some(Indexed { first: Cell { area, index: number }, readings, length })
     }
 
     /// A special relay that the outside switches, but not twice within a scan: the clocks.
