@@ -7,7 +7,7 @@ use common::ir::{Taste, generate};
 use common::search::{holds, none_above};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::base::time::Times;
-use scanbound::program::bulk;
+use scanbound::program::summary;
 use scanbound::replay::replay;
 use scanbound::scan::reach::scan_model_fitted;
 use scanbound::solve::{Limits, Method};
@@ -57,7 +57,7 @@ fn rungs_of_bits() {
 }
 
 #[test]
-fn choices_and_forgotten_cells() {
+fn choices_and_havocked_cells() {
     let taste = Taste { choices: true, ..PLAIN };
     on_tapes(cases(200), 250, |tape| check(tape, taste, 300));
 }
@@ -121,14 +121,14 @@ fn an_early_end_leaves_valid_bounds() {
     });
 }
 
-/// Whatever is taken in bulk, no scan of the program as it stands takes longer than the bound.
+/// Whatever is summarised, no scan of the program as it stands takes longer than the bound.
 #[test]
-fn what_is_taken_in_bulk_bounds_every_scan() {
+fn what_is_summarised_bounds_every_scan() {
     on_tapes(cases(60), 400, |tape| {
         let (program, mut times) = generate(&mut Tape::new(tape), ALL);
         for most in [0, 3, 10, 40] {
             let mut fitted = program.clone();
-            bulk::fit(&mut fitted, most).map_err(|why| format!("{why:?}"))?;
+            summary::fit(&mut fitted, most).map_err(|why| format!("{why:?}"))?;
             let count = program.instructions.len();
             times.resize(fitted.instructions.len(), Times::default());
             // A rung that goes on behind a loop has no result there any more: refused, not misjudged.
@@ -154,7 +154,7 @@ fn what_is_given_up_bounds_every_scan() {
             times.truncate(count);
             let model = scan_model_fitted(&mut wider, &times, all, &|| false).map_err(told)?;
             if model.is_none() {
-                bulk::whole(&mut wider, "for the test").map_err(|why| format!("{why:?}"))?;
+                summary::whole(&mut wider, "for the test").map_err(|why| format!("{why:?}"))?;
                 times.resize(wider.instructions.len(), Times::default());
             }
             given_up += wider.approximations.len();

@@ -38,7 +38,7 @@ pub struct Closing<'a> {
 
 impl Closing<'_> {
     /// The model's dearest scan, and the dearest that was run really. Where that shows how often loops run which were
-    /// taken in bulk, the program has them again.
+    /// summarised, the program has them again.
     pub fn search(
         &self,
         program: &mut Program,
@@ -99,7 +99,7 @@ impl Closing<'_> {
         }
     }
 
-    /// How many turns loops taken in bulk make at most: by the looks of their counts, else as the solver finds.
+    /// How many turns summarised loops make at most: by the looks of their counts, else as the solver finds.
     fn turns(&self, model: &ScanModel) -> BTreeMap<usize, u32> {
         let mut turns = model.turns.clone();
         let mut asked: BTreeMap<usize, u32> = BTreeMap::new();

@@ -14,10 +14,10 @@ impl Executed {
     /// The executions of a scan. Those in a loop of which the model does not follow the turns count as one.
     pub fn of(program: &Program, real: &Real) -> Executed {
         let mut executed: BTreeMap<(usize, Vec<Frame>), (bool, Picos)> = BTreeMap::new();
-        let is_bulk =
-            |frame: &&Frame| !matches!(program.instructions[frame.at].step, Step::Bulk(_));
+        let is_summary =
+            |frame: &&Frame| !matches!(program.instructions[frame.at].step, Step::Summary(_));
         for event in &real.replay.events {
-            let frames: Vec<Frame> = event.frames.iter().take_while(is_bulk).copied().collect();
+            let frames: Vec<Frame> = event.frames.iter().take_while(is_summary).copied().collect();
             let known = executed.entry((event.instruction, frames)).or_default();
             *known = (known.0 | event.fired, known.1 + event.cost);
         }
@@ -41,8 +41,8 @@ pub fn started(model: &ScanModel, found: &Found) -> Assignment {
     let value = |origin: &Origin| match origin {
         Origin::Start(cell) => found.witness.start.get(cell).copied(),
         Origin::Choice(key) => found.witness.choices.get(key).copied(),
-        Origin::Forgotten(cell, moments) => moments.iter().rev().find_map(|&moment| {
-            let moment = &model.forgotten[moment as usize];
+        Origin::Havocked(cell, moments) => moments.iter().rev().find_map(|&moment| {
+            let moment = &model.havocs[moment as usize];
             let (frames, choice) = (moment.frames.clone(), moment.choice);
             found.witness.choices.get(&ChoiceKey { frames, choice, cell: Some(*cell) }).copied()
         }),

@@ -6,7 +6,7 @@ use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
 use crate::program::meaning::Knowledge;
-use crate::program::{Program, bulk};
+use crate::program::{Program, summary};
 use crate::scan::model::ScanModel;
 use crate::scan::reach::{Reach, scan_model_fitted};
 use crate::scan::{ScanError, Side, scan_model, scan_model_knowing};
@@ -56,7 +56,7 @@ pub fn keep_in_range(
 }
 
 /// The model of a scan, and whether it is no more than the sum of all that can run: where the time is over, or
-/// nothing less fits. What has too many turns and calls to be followed is taken in bulk; loops that were taken so since
+/// nothing less fits. What has too many turns and calls to be followed is summarised; loops that were taken so since
 /// their counts stand in words are followed after all where the scan tells what these can be.
 pub fn model_of(
     program: &mut Program,
@@ -68,7 +68,7 @@ pub fn model_of(
             // A loop that is followed may show the count of one that stands in it or behind it.
             for _ in 0..MOST_NESTED {
                 let mut closer = program.clone();
-                if !bulk::put_back(&mut closer, &model.turns) {
+                if !summary::put_back(&mut closer, &model.turns) {
                     break;
                 }
                 let mut priced = prices.clone();
@@ -86,14 +86,14 @@ pub fn model_of(
             "the time was over before the scan was followed"
         }
     };
-    let summed = bulk::whole(program, why);
+    let summed = summary::whole(program, why);
     summed.map_err(|error| cannot_follow(program, &too_often(error)))?;
     prices.instructions.resize(program.instructions.len(), None);
     let model = scan_model(program, &prices.times());
     Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
 }
 
-/// The program, its prices and its model with what was learned, where loops taken in bulk make no more turns than these;
+/// The program, its prices and its model with what was learned, where summarised loops make no more turns than these;
 /// `None` if that is no less than they were charged, or takes too much.
 pub fn put_back(
     program: &Program,
@@ -103,10 +103,10 @@ pub fn put_back(
     reach: &Reach<'_>,
 ) -> Option<(Program, Prices, ScanModel)> {
     let mut closer = program.clone();
-    if !bulk::put_back(&mut closer, turns) {
+    if !summary::put_back(&mut closer, turns) {
         return None;
     }
-    bulk::fit(&mut closer, MOST_UNROLLED).ok()?;
+    summary::fit(&mut closer, MOST_UNROLLED).ok()?;
     let mut priced = prices.clone();
     priced.instructions.resize(closer.instructions.len(), None);
     let times = priced.times();
@@ -128,7 +128,7 @@ fn follow(
     prices: &mut Prices,
     budget: &Budget<'_>,
 ) -> Result<Result<ScanModel, Unfollowed>, Failure> {
-    let fitted = bulk::fit(program, MOST_UNROLLED).map_err(too_often);
+    let fitted = summary::fit(program, MOST_UNROLLED).map_err(too_often);
     let executed = fitted.map_err(|error| cannot_follow(program, &error))?;
     // What the program got on top costs nothing by itself.
     prices.instructions.resize(program.instructions.len(), None);
@@ -142,7 +142,7 @@ fn follow(
     }
 }
 
-fn too_often(bulk::TooOften { instruction }: bulk::TooOften) -> ScanError {
+fn too_often(summary::TooOften { instruction }: summary::TooOften) -> ScanError {
     ScanError::TooOften { instruction }
 }
 

@@ -35,7 +35,7 @@ impl<'a> Names<'a> {
                 let turns = key.frames.iter().filter_map(|&frame| self.turn(frame));
                 turns.fold(variable.name.clone(), |name, turn| format!("{name}, {turn}"))
             }
-            Origin::Forgotten(..) => variable.name.clone(),
+            Origin::Havocked(..) => variable.name.clone(),
         }
     }
 
@@ -101,7 +101,7 @@ impl<'a> Names<'a> {
 /// The cell that a free variable is about.
 fn cell_of(variable: &Variable) -> Option<Cell> {
     match &variable.origin {
-        Origin::Start(cell) | Origin::Forgotten(cell, _) => Some(*cell),
+        Origin::Start(cell) | Origin::Havocked(cell, _) => Some(*cell),
         Origin::Choice(key) => key.cell,
     }
 }

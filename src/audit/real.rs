@@ -55,7 +55,7 @@ impl Search<'_> {
             learn(&mut found.knowledge, &mut one);
             better(&mut found, one, other.clone());
         }
-        let bulk = bulk_choices(self.program);
+        let summary = summary_choices(self.program);
         let reach = Reach { once: usize::MAX, all: MOST_GATES, ended: &|| self.is_late() };
         let mut gates = 0;
         for _ in 0..MOST_ROUNDS {
@@ -66,7 +66,7 @@ impl Search<'_> {
                 scan_model_knowing(self.program, self.least, &found.knowledge, Side::Below, &reach);
             let Ok(full) = model else { break };
             gates += full.circuit.nodes().len();
-            let standing = |variable| standing(self.program, &bulk, &full, variable);
+            let standing = |variable| standing(self.program, &summary, &full, variable);
             let mut model = certain(&full, &standing, true);
             gates += model.circuit.nodes().len();
             let mut dearest = self.dearest(&model);
@@ -169,12 +169,12 @@ fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
 /// What may be chosen of a variable's value.
 fn standing(
     program: &Program,
-    bulk: &BTreeSet<ChoiceId>,
+    summary: &BTreeSet<ChoiceId>,
     model: &ScanModel,
     variable: VarId,
 ) -> Standing {
     let of = |choice| match program.kinds.get(&choice) {
-        None if bulk.contains(&choice) => Standing::Free,
+        None if summary.contains(&choice) => Standing::Free,
         Some(
             ChoiceKind::World
             | ChoiceKind::Steady(_)
@@ -187,19 +187,19 @@ fn standing(
     match &model.variables[variable.0 as usize].origin {
         Origin::Start(_) => Standing::Free,
         Origin::Choice(key) => of(key.choice),
-        Origin::Forgotten(_, moments) => {
-            let choices = moments.iter().map(|&moment| model.forgotten[moment as usize].choice);
+        Origin::Havocked(_, moments) => {
+            let choices = moments.iter().map(|&moment| model.havocs[moment as usize].choice);
             let unknown = choices.into_iter().any(|choice| of(choice) == Standing::Unknown);
             if unknown { Standing::Unknown } else { Standing::Free }
         }
     }
 }
 
-/// The choices of loops that the model takes in bulk: running them tells what they write.
-fn bulk_choices(program: &Program) -> BTreeSet<ChoiceId> {
+/// The choices of loops that the model summarises: running them tells what they write.
+fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     let choices = program.instructions.iter().flat_map(|one| match &one.step {
-        Step::Bulk(bulk) if bulk.turns.is_some() => {
-            bulk.exits.iter().map(|exit| exit.0).chain([bulk.choice]).collect()
+        Step::Summary(summary) if summary.turns.is_some() => {
+            summary.exits.iter().map(|exit| exit.0).chain([summary.choice]).collect()
         }
         _ => Vec::new(),
     });
@@ -208,11 +208,11 @@ fn bulk_choices(program: &Program) -> BTreeSet<ChoiceId> {
 
 /// The words that count a loop of which the model does not follow the turns.
 fn counts(program: &Program) -> Vec<Cell> {
-    let bulk = |step: &Step| match step {
-        Step::Bulk(bulk) => bulk.turns.map(|(count, ..)| count),
+    let summary = |step: &Step| match step {
+        Step::Summary(summary) => summary.turns.map(|(count, ..)| count),
         _ => None,
     };
-    let counts = program.instructions.iter().filter_map(|one| bulk(&one.step));
+    let counts = program.instructions.iter().filter_map(|one| summary(&one.step));
     let cells = counts.filter_map(|count| match count {
         WordSource::Cell(cell) => Some(cell),
         WordSource::Free(choice) => match program.kinds.get(&choice) {

@@ -195,7 +195,7 @@ mod tests {
             effects: Vec::new(),
             step: crate::program::Step::Nothing,
         };
-        let write = crate::program::Write::Forget(
+        let write = crate::program::Write::Havoc(
             Region::Range { first: cell(2), count: 1 },
             crate::program::ChoiceId(0),
         );

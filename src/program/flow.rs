@@ -123,7 +123,7 @@ fn unrolled_between(
                 total = total.saturating_add(body.saturating_mul(u64::from(most)));
                 at = end;
             }
-            Step::Bulk(bulk) => at = bulk.end,
+            Step::Summary(summary) => at = summary.end,
             &Step::Call { target, .. } => {
                 let size = match (known.get(&target), extent(program, target)) {
                     (Some(&size), _) => size,
@@ -145,8 +145,8 @@ pub fn written(program: &Program, at: usize) -> Vec<Region> {
     let instruction = &program.instructions[at];
     let mut regions = Vec::new();
     instruction.effects.iter().for_each(|effect| regions.extend(written_by(&effect.write)));
-    if let Step::Bulk(bulk) = &instruction.step {
-        regions.extend(&bulk.forgets);
+    if let Step::Summary(summary) = &instruction.step {
+        regions.extend(&summary.havocs);
     }
     regions
 }
@@ -166,7 +166,7 @@ pub fn written_by(write: &Write) -> Vec<Region> {
             });
             regions.collect()
         }
-        Write::Forget(region, _) => vec![*region],
+        Write::Havoc(region, _) => vec![*region],
     }
 }
 

@@ -39,7 +39,7 @@ pub fn isolate(program: &mut Program, volatile: &[Region]) {
         let all = inside.contains(&at);
         let count = match &instruction.step {
             Step::ForBegin { count, .. } => Some(*count),
-            Step::Bulk(bulk) => bulk.turns.map(|(count, ..)| count),
+            Step::Summary(summary) => summary.turns.map(|(count, ..)| count),
             _ => None,
         };
         if let (true, Some(WordSource::Free(choice))) = (all, count) {

@@ -13,7 +13,7 @@
 //! # Exact choices
 //!
 //! A choice that is *read* (`BitSource::Free`, `WordSource::Free`) takes the first word of the operation's first result;
-//! its `outputs` are empty. A choice that is *forgotten to* (`Write::Forget`) writes the operation's results to the
+//! its `outputs` are empty. A choice that is *havocked to* (`Write::Havoc`) writes the operation's results to the
 //! `outputs`, one operand a result, and nothing else, in the place of the instruction's first effect with this choice;
 //! its other effects with the same choice are part of the same writing. All inputs are read before anything is written,
 //! in the state that the effects before have left. Everything written must lie in the regions of these effects, else

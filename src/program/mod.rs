@@ -31,12 +31,12 @@
 //! That is what the upper bound is found on. What a choice really is says [`meaning`].
 
 mod area;
-pub mod bulk;
 pub mod flow;
 pub mod interrupts;
 pub mod meaning;
 mod reads;
 pub mod spelled;
+pub mod summary;
 
 pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
 pub use meaning::ChoiceKind;
@@ -266,7 +266,7 @@ pub enum Write {
     Words(Vec<WordTarget>, Number),
     /// Every cell of the region takes any value: the choice, for each cell on its own (a bit cell takes
     /// bit 0).
-    Forget(Region, ChoiceId),
+    Havoc(Region, ChoiceId),
 }
 
 /// When an effect happens, once its instruction is reached.
@@ -370,11 +370,11 @@ pub enum Step {
     },
     /// Ends a turn.
     ForEnd,
-    /// A loop of which no sensible number of turns is known, taken in bulk: every instruction listed is
-    /// charged so often at its dearer time, then the regions are forgotten (under `choice`), then each exit whose
+    /// A loop of which no sensible number of turns is known, summarised: every instruction listed is
+    /// charged so often at its dearer time, then the regions are havocked (under `choice`), then each exit whose
     /// choice's bit 0 is true is taken (the first such), else control goes behind `end`. No result is left on the
     /// stack or in a slot.
-    Bulk(Box<Bulk>),
+    Summary(Box<Summary>),
     /// Opens a zone: until the zone ends, the zone's condition (whether this fired) holds off what stands in it.
     ZoneBegin {
         /// The zone's nesting level.
@@ -391,15 +391,15 @@ pub enum Step {
     Nothing,
 }
 
-/// What is taken in bulk. It stands apart: few steps are one, and all are as large as the largest.
+/// What is summarised. It stands apart: few steps are one, and all are as large as the largest.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Bulk {
+pub struct Summary {
     /// The matching `ForEnd`; what stands between is not run.
     pub end: usize,
     /// Instruction and how often it is charged.
     pub charges: Vec<(usize, u64)>,
     /// What the loop may have written.
-    pub forgets: Vec<Region>,
+    pub havocs: Vec<Region>,
     /// The choice of the values.
     pub choice: ChoiceId,
     /// Ways out of it other than its end.
@@ -408,7 +408,7 @@ pub struct Bulk {
     pub turns: Option<(WordSource, u32, u32)>,
 }
 
-/// A way out of what is taken in bulk.
+/// A way out of what is summarised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
     /// To a later instruction of the same routine, as a jump.
@@ -441,7 +441,7 @@ impl Step {
             | Step::Unbounded { .. }
             | Step::ForBegin { .. }
             | Step::ForEnd
-            | Step::Bulk(_)
+            | Step::Summary(_)
             | Step::ZoneEnd { .. }
             | Step::Nothing => None,
         }
@@ -745,14 +745,14 @@ pub struct Frame {
     pub turn: u32,
 }
 
-/// What a choice was made for: the frames, the choice, and the cell where a region was forgotten.
+/// What a choice was made for: the frames, the choice, and the cell where a region was havocked.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ChoiceKey {
     /// Outermost first; empty in the main routine outside loops.
     pub frames: Vec<Frame>,
     /// Which.
     pub choice: ChoiceId,
-    /// The cell, for `Write::Forget` and `Step::Bulk`'s forgotten regions.
+    /// The cell, for `Write::Havoc` and `Step::Summary`'s havocked regions.
     pub cell: Option<Cell>,
 }
 

@@ -22,14 +22,14 @@ pub enum SourceMut<'a> {
 
 impl Instruction {
     /// Shows every source of the step and of the effects, and what counts turns and units. The choices that
-    /// are not sources, those of real comparisons, forgotten regions and bulk loops, are not shown.
+    /// are not sources, those of real comparisons, havocked regions and loop summaries, are not shown.
     pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
         if let Some(fires) = self.step.fires() {
             logic(fires, see);
         }
         let count = match &self.step {
             Step::ForBegin { count, .. } => Some(*count),
-            Step::Bulk(bulk) => bulk.turns.map(|(count, ..)| count),
+            Step::Summary(summary) => summary.turns.map(|(count, ..)| count),
             _ => None,
         };
         if let Some(count) = count {
@@ -42,7 +42,7 @@ impl Instruction {
             match &effect.write {
                 Write::Bit(_, value) => logic(value, see),
                 Write::Words(_, value) => number(value, see),
-                Write::Forget(..) => {}
+                Write::Havoc(..) => {}
             }
         }
     }
@@ -57,8 +57,8 @@ impl Instruction {
             | Step::Stop { fires }
             | Step::ZoneBegin { fires, .. } => logic_mut(fires, change),
             Step::ForBegin { count, .. } => change(SourceMut::Word(count)),
-            Step::Bulk(bulk) => {
-                if let Some((count, ..)) = &mut bulk.turns {
+            Step::Summary(summary) => {
+                if let Some((count, ..)) = &mut summary.turns {
                     change(SourceMut::Word(count));
                 }
             }
@@ -80,7 +80,7 @@ impl Instruction {
             match &mut effect.write {
                 Write::Bit(_, value) => logic_mut(value, change),
                 Write::Words(_, value) => number_mut(value, change),
-                Write::Forget(..) => {}
+                Write::Havoc(..) => {}
             }
         }
     }

@@ -48,20 +48,20 @@ impl Spelled {
         // What an operation gives keeps to the cells that it gives.
         let mut ours = false;
         for effect in std::mem::take(effects) {
-            if let Write::Forget(..) = effect.write {
+            if let Write::Havoc(..) = effect.write {
                 wide.push(effect);
                 ours = false;
                 continue;
             }
             for region in written_by(&effect.write) {
                 let next_to = match wide.last_mut() {
-                    Some(Effect { when, write: Write::Forget(before, _) }) => {
+                    Some(Effect { when, write: Write::Havoc(before, _) }) => {
                         ours && *when == effect.when && joined(before, region)
                     }
                     _ => false,
                 };
                 if !next_to {
-                    let write = Write::Forget(region, choice());
+                    let write = Write::Havoc(region, choice());
                     wide.push(Effect { when: effect.when, write });
                     ours = true;
                 }
@@ -99,7 +99,7 @@ fn cells(write: &Write) -> usize {
     match write {
         Write::Bit(..) => 2,
         Write::Words(targets, number) => targets.len() + words(number),
-        Write::Forget(..) => 1,
+        Write::Havoc(..) => 1,
     }
 }
 
@@ -164,14 +164,14 @@ mod tests {
         };
         let mut effects = vec![copy(50), bit(1), bit(0), copy(1)];
         assert!(!spelled.effects(&mut effects, &mut choice));
-        let forgets = |when, first, count, choice| Effect {
+        let havocs = |when, first, count, choice| Effect {
             when,
-            write: Write::Forget(Region::Range { first: cell(first), count }, ChoiceId(choice)),
+            write: Write::Havoc(Region::Range { first: cell(first), count }, ChoiceId(choice)),
         };
         let expected = [
-            forgets(When::Fired, 0, 50, 1),
-            forgets(When::Always, 70, 1, 2),
-            forgets(When::Fired, 0, 1, 3),
+            havocs(When::Fired, 0, 50, 1),
+            havocs(When::Always, 70, 1, 2),
+            havocs(When::Fired, 0, 1, 3),
         ];
         assert_eq!(effects, expected);
         let mut few = vec![copy(8)];

@@ -3,8 +3,8 @@
 use super::*;
 use crate::base::location::Location;
 use crate::program::{
-    Area, AreaId, BitSource, BitTarget, Bulk, ChoiceId, Effect, Exit, Instruction, Interrupt, Join,
-    Logic, Radix, Region, Step, When, WordSource, Write,
+    Area, AreaId, BitSource, BitTarget, ChoiceId, Effect, Exit, Instruction, Interrupt, Join,
+    Logic, Radix, Region, Step, Summary, When, WordSource, Write,
 };
 
 const ON: u64 = 100;
@@ -370,16 +370,16 @@ fn a_jump_out_ends_the_loops_and_a_return_too() {
 }
 
 #[test]
-fn a_loop_in_bulk_charges_the_dearer_times_forgets_and_leaves_by_its_first_open_exit() {
-    let bulk = Step::Bulk(Box::new(Bulk {
+fn a_loop_summary_charges_the_dearer_times_havocs_and_leaves_by_its_first_open_exit() {
+    let summary = Step::Summary(Box::new(Summary {
         end: 2,
         charges: vec![(1, 7), (2, 3)],
-        forgets: vec![Region::Range { first: bit(0), count: 1 }],
+        havocs: vec![Region::Range { first: bit(0), count: 1 }],
         choice: ChoiceId(0),
         exits: vec![(ChoiceId(1), Exit::To(4)), (ChoiceId(2), Exit::To(3))],
         turns: None,
     }));
-    let p = program(vec![step(bulk), act(), step(Step::ForEnd), ld(0), ld(1)]);
+    let p = program(vec![step(summary), act(), step(Step::ForEnd), ld(0), ld(1)]);
     let times = [(5, 6), (1, 2), (20, 10), (100, 0), (1000, 0)]
         .map(|(on, off)| Times::new(Picos(on), Picos(off)));
     let go = |choices: &[(u32, Option<Cell>)]| {

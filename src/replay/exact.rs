@@ -77,7 +77,7 @@ impl<F: Free> State<'_, F> {
         }
     }
 
-    /// In a run of the model: writes what was learned of a choice that is forgotten to, if something was.
+    /// In a run of the model: writes what was learned of a choice that is havocked to, if something was.
     pub(super) fn write_learned(&mut self, choice: ChoiceId) -> bool {
         let Some(Fact { learned: Learned::Writes(writes), .. }) = self.learned_now(choice) else {
             return false;
@@ -112,7 +112,7 @@ impl<F: Free> State<'_, F> {
         let effects = self.program().instructions[self.at].effects.iter();
         effects
             .filter_map(|effect| match effect.write {
-                Write::Forget(region, own) if own == choice => Some(region),
+                Write::Havoc(region, own) if own == choice => Some(region),
                 _ => None,
             })
             .collect()

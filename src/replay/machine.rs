@@ -5,7 +5,7 @@ use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    Bulk, ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Step, When,
+    ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Step, Summary, When,
     WordSource, Write,
 };
 use std::collections::BTreeMap;
@@ -203,8 +203,8 @@ impl<'p, F: Free> Machine<'p, F> {
             | Step::Stop { fires }
             | Step::ZoneBegin { fires, .. } => (Some(fires), None),
             Step::ForBegin { count, .. } => (None, Some(*count)),
-            Step::Bulk(bulk) if self.state.mode == Mode::Real => {
-                (None, bulk.turns.map(|(count, ..)| count))
+            Step::Summary(summary) if self.state.mode == Mode::Real => {
+                (None, summary.turns.map(|(count, ..)| count))
             }
             _ => (None, None),
         };
@@ -262,7 +262,9 @@ impl<'p, F: Free> Machine<'p, F> {
     fn turns(&mut self, step: &Step, count: WordSource) -> Result<u32, Why> {
         let (least, most) = match step {
             Step::ForBegin { least, most, .. } => (*least, *most),
-            Step::Bulk(bulk) => bulk.turns.map_or((0, u32::MAX), |(_, least, most)| (least, most)),
+            Step::Summary(summary) => {
+                summary.turns.map_or((0, u32::MAX), |(_, least, most)| (least, most))
+            }
             _ => (0, u32::MAX),
         };
         let number = |count: u16| u32::try_from(count.cast_signed()).unwrap_or(0);
@@ -313,7 +315,7 @@ impl<'p, F: Free> Machine<'p, F> {
             | Step::End
             | Step::Unbounded { .. }
             | Step::Stop { .. }
-            | Step::Bulk(_)
+            | Step::Summary(_)
             | Step::ZoneBegin { .. }
             | Step::ZoneEnd { .. }
             | Step::Nothing => true,
@@ -338,7 +340,7 @@ impl<'p, F: Free> Machine<'p, F> {
         let mut exact: Vec<(ChoiceId, bool)> = Vec::new();
         for effect in &instruction.effects {
             let fired = if effect.when == When::Always { Truth::TRUE } else { fired };
-            if let Write::Forget(_, choice) = &effect.write
+            if let Write::Havoc(_, choice) = &effect.write
                 && let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(choice)
             {
                 if !fired.value && fired.doubt.is_none() {
@@ -398,20 +400,20 @@ impl<'p, F: Free> Machine<'p, F> {
                 self.routine().loops.push(Loop { begin: at, end: *end, turn: 0, turns });
                 self.state.enter(Frame { at, turn: 0 });
             }
-            Step::Bulk(bulk) if bulk.turns.is_some() && self.state.mode == Mode::Real => {
+            Step::Summary(summary) if summary.turns.is_some() && self.state.mode == Mode::Real => {
                 if turns == 0 {
-                    return Next::Go(bulk.end + 1);
+                    return Next::Go(summary.end + 1);
                 }
-                self.routine().loops.push(Loop { begin: at, end: bulk.end, turn: 0, turns });
+                self.routine().loops.push(Loop { begin: at, end: summary.end, turn: 0, turns });
                 self.state.enter(Frame { at, turn: 0 });
             }
-            Step::Bulk(_) if self.state.mode == Mode::Real => {
+            Step::Summary(_) if self.state.mode == Mode::Real => {
                 return self.stop(at, Why::Unknown(at));
             }
             Step::ForEnd => return self.end_turn(at),
-            Step::Bulk(bulk) => {
-                let Bulk { end, charges, forgets, choice, exits, .. } = &**bulk;
-                return self.bulk(*end, charges, forgets, *choice, exits);
+            Step::Summary(summary) => {
+                let Summary { end, charges, havocs, choice, exits, .. } = &**summary;
+                return self.summary(*end, charges, havocs, *choice, exits);
             }
             Step::ZoneBegin { level, .. } => {
                 let zones = &mut self.routine().zones;
@@ -486,12 +488,12 @@ impl<'p, F: Free> Machine<'p, F> {
         Next::Go(begin + 1)
     }
 
-    /// Charges what is taken in bulk and says where control goes on.
-    fn bulk(
+    /// Charges what is summarised and says where control goes on.
+    fn summary(
         &mut self,
         end: usize,
         charges: &[(usize, u64)],
-        forgets: &[Region],
+        havocs: &[Region],
         choice: ChoiceId,
         exits: &[(ChoiceId, Exit)],
     ) -> Next {
@@ -501,8 +503,8 @@ impl<'p, F: Free> Machine<'p, F> {
             let on = times.with(most.map_or(0, Counted::most_units));
             self.charge(instruction, on >= times.off, on.max(times.off).times(repetitions));
         }
-        for &region in forgets {
-            self.state.forget(region, choice, Truth::TRUE);
+        for &region in havocs {
+            self.state.havoc(region, choice, Truth::TRUE);
         }
         let routine = self.routine();
         routine.stack.clear();

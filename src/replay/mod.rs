@@ -29,9 +29,9 @@ pub struct Event {
     pub instruction: usize,
     /// Calls and loop turns on the way there, outermost first.
     pub frames: Arc<[Frame]>,
-    /// Whether it fired. For a charge of a loop taken in bulk: whether its on-time is the dearer.
+    /// Whether it fired. For a charge of a summarised loop: whether its on-time is the dearer.
     pub fired: bool,
-    /// What it cost; for a charge of a loop taken in bulk, all its repetitions.
+    /// What it cost; for a charge of a summarised loop, all its repetitions.
     pub cost: Picos,
 }
 

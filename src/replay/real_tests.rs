@@ -28,8 +28,8 @@ fn jump(target: usize) -> crate::program::Instruction {
 
 #[test]
 fn what_is_not_known_costs_the_lesser_time_and_decides_no_way() {
-    let forget = act(Write::Forget(Region::Range { first: bit(0), count: 1 }, ChoiceId(0)));
-    let mut p = program(vec![forget, contact(bit(0)), jump(3), contact(bit(1))]);
+    let havoc = act(Write::Havoc(Region::Range { first: bit(0), count: 1 }, ChoiceId(0)));
+    let mut p = program(vec![havoc, contact(bit(0)), jump(3), contact(bit(1))]);
     let found = run(&p);
     assert_eq!(found.stopped.as_ref().map(|stopped| stopped.at), Some(2));
     assert_eq!(found.stopped.map(|stopped| stopped.why), Some(Why::Unknown(0)));
@@ -41,24 +41,23 @@ fn what_is_not_known_costs_the_lesser_time_and_decides_no_way() {
 
 #[test]
 fn a_write_of_what_is_there_already_leaves_it_known() {
-    let forget = act(Write::Forget(Region::Range { first: bit(0), count: 1 }, ChoiceId(0)));
+    let havoc = act(Write::Havoc(Region::Range { first: bit(0), count: 1 }, ChoiceId(0)));
     let reset = Write::Bit(crate::program::BitTarget::Cell(bit(1)), Logic::Const(false));
     let perhaps = |write| {
         let effects = vec![Effect { when: When::Fired, write }];
         instruction(Step::Act { fires: Logic::cell(bit(0)) }, effects)
     };
-    let p =
-        program(vec![forget.clone(), perhaps(reset), contact(bit(1)), jump(4), contact(bit(2))]);
+    let p = program(vec![havoc.clone(), perhaps(reset), contact(bit(1)), jump(4), contact(bit(2))]);
     assert_eq!(run(&p).stopped, None);
     let set = Write::Bit(crate::program::BitTarget::Cell(bit(1)), Logic::Const(true));
-    let p = program(vec![forget, perhaps(set), contact(bit(1)), jump(4), contact(bit(2))]);
+    let p = program(vec![havoc, perhaps(set), contact(bit(1)), jump(4), contact(bit(2))]);
     assert_eq!(run(&p).stopped.map(|stopped| stopped.why), Some(Why::Unknown(0)));
 }
 
 #[test]
 fn an_operation_that_writes_beyond_its_effects_is_told() {
-    let forget = act(Write::Forget(Region::Range { first: word(0), count: 1 }, ChoiceId(0)));
-    let mut p = program(vec![forget]);
+    let havoc = act(Write::Havoc(Region::Range { first: word(0), count: 1 }, ChoiceId(0)));
+    let mut p = program(vec![havoc]);
     let meaning = |cell| Meaning {
         operation: Operation::Copy,
         inputs: vec![Operand::Words(vec![WordSource::Const(7)])],

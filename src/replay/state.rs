@@ -47,18 +47,18 @@ impl Truth {
 
 /// A region that took any value at one moment.
 #[derive(Clone)]
-struct Forgotten {
+struct Havoc {
     region: Region,
     choice: ChoiceId,
     frames: Arc<[Frame]>,
     doubt: Doubt,
 }
 
-/// A cell's value and how much of its area had been forgotten when it got it.
+/// A cell's value and how much of its area had been havocked when it got it.
 #[derive(Clone, Copy)]
 struct Held {
     value: u16,
-    forgotten: usize,
+    havocs: usize,
     doubt: Doubt,
     /// Which of its bits are not known; none where there is no doubt.
     unknown: u16,
@@ -73,7 +73,7 @@ pub(super) struct State<'p, F> {
     free: F,
     cells: BTreeMap<Cell, Held>,
     /// By area, in order.
-    forgotten: Vec<Vec<Forgotten>>,
+    havocs: Vec<Vec<Havoc>>,
     started: BTreeMap<Cell, u16>,
     frames: Arc<[Frame]>,
     pub(super) mode: Mode,
@@ -103,7 +103,7 @@ impl<'p, F: Free> State<'p, F> {
             program,
             free,
             cells: BTreeMap::new(),
-            forgotten: vec![Vec::new(); program.areas.len()],
+            havocs: vec![Vec::new(); program.areas.len()],
             started: BTreeMap::new(),
             frames: Arc::from([]),
             mode,
@@ -195,14 +195,14 @@ impl<'p, F: Free> State<'p, F> {
     /// What the cell holds now; what comes from outside is asked for here.
     fn held(&mut self, cell: Cell) -> Held {
         let held = self.cells.get(&cell).copied();
-        let since = held.map_or(0, |held| held.forgotten);
-        let forgotten = &self.forgotten[usize::from(cell.area.0)];
-        let lost = forgotten[since..].iter().rev().find(|lost| lost.region.holds(cell));
+        let since = held.map_or(0, |held| held.havocs);
+        let havocs = &self.havocs[usize::from(cell.area.0)];
+        let havoc = havocs[since..].iter().rev().find(|havoc| havoc.region.holds(cell));
         let kind = self.program.areas[usize::from(cell.area.0)].kind;
-        let (value, doubt, unknown) = match (lost, held) {
-            (Some(lost), _) => {
-                let (frames, doubt) = (lost.frames.to_vec(), lost.doubt);
-                let key = ChoiceKey { frames, choice: lost.choice, cell: Some(cell) };
+        let (value, doubt, unknown) = match (havoc, held) {
+            (Some(havoc), _) => {
+                let (frames, doubt) = (havoc.frames.to_vec(), havoc.doubt);
+                let key = ChoiceKey { frames, choice: havoc.choice, cell: Some(cell) };
                 (self.free.choice(&key, kind), doubt, u16::MAX)
             }
             (None, Some(held)) => (held.value, held.doubt, held.unknown),
@@ -224,9 +224,9 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt, unknown: u16) -> Held {
-        let forgotten = self.forgotten[usize::from(cell.area.0)].len();
+        let havocs = self.havocs[usize::from(cell.area.0)].len();
         let unknown = if doubt.is_some() { unknown } else { 0 };
-        let held = Held { value, forgotten, doubt: doubt.filter(|_| unknown != 0), unknown };
+        let held = Held { value, havocs, doubt: doubt.filter(|_| unknown != 0), unknown };
         self.cells.insert(cell, held);
         held
     }
@@ -363,7 +363,7 @@ impl<'p, F: Free> State<'p, F> {
                     self.put_word(*target, word, doubt, fired);
                 }
             }
-            Write::Forget(region, choice) => self.forget(*region, *choice, fired),
+            Write::Havoc(region, choice) => self.havoc(*region, *choice, fired),
         }
     }
 
@@ -387,20 +387,20 @@ impl<'p, F: Free> State<'p, F> {
         }
     }
 
-    /// Forgets a region if `fired`; what it holds then is known only where the outside gives it.
-    pub(super) fn forget(&mut self, region: Region, choice: ChoiceId, fired: Truth) {
+    /// Havocs a region if `fired`; what it holds then is known only where the outside gives it.
+    pub(super) fn havoc(&mut self, region: Region, choice: ChoiceId, fired: Truth) {
         let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::World);
         let doubt = match self.mode {
             Mode::Model => None,
             Mode::Real if world => fired.doubt,
             Mode::Real => fired.doubt.or(Some(self.at)),
         };
-        let lost = Forgotten { region, choice, frames: self.frames.clone(), doubt };
+        let havoc = Havoc { region, choice, frames: self.frames.clone(), doubt };
         match region {
-            Region::Range { first, .. } => self.forgotten[usize::from(first.area.0)].push(lost),
-            Region::Area(area) => self.forgotten[usize::from(area.0)].push(lost),
+            Region::Range { first, .. } => self.havocs[usize::from(first.area.0)].push(havoc),
+            Region::Area(area) => self.havocs[usize::from(area.0)].push(havoc),
             Region::Everything => {
-                self.forgotten.iter_mut().for_each(|area| area.push(lost.clone()));
+                self.havocs.iter_mut().for_each(|area| area.push(havoc.clone()));
             }
         }
     }

@@ -247,7 +247,7 @@ fn effects_of_what_does_not_fire_are_left_out() {
 }
 
 #[test]
-fn forgotten_cells_take_the_choice_until_they_are_written() {
+fn havocked_cells_take_the_choice_until_they_are_written() {
     let mut witness = start(&[(word(1), 5), (word(2), 5), (bit(0), 1)]);
     let choice = |n, cell, value| {
         (ChoiceKey { frames: vec![], choice: ChoiceId(n), cell: Some(cell) }, value)
@@ -259,24 +259,24 @@ fn forgotten_cells_take_the_choice_until_they_are_written() {
         choice(2, bit(0), 2),
     ]);
     let range = Region::Range { first: word(1), count: 2 };
-    let forget = |region, n| (When::Always, Write::Forget(region, ChoiceId(n)));
+    let havoc = |region, n| (When::Always, Write::Havoc(region, ChoiceId(n)));
     let keep = (When::Always, Write::Words(targets(&[word(2)]), constant(7, 1)));
     let ask = |writes, asked| ask(writes, asked, &witness);
 
     let asked = vec![holds(word(1), 11), holds(word(2), 12), holds(word(3), 0)];
-    assert_eq!(ask(vec![forget(range, 1)], asked.clone()), [true; 3]);
-    assert_eq!(ask(vec![forget(Region::Area(AreaId(1)), 1)], asked), [true; 3]);
-    assert_eq!(ask(vec![forget(range, 1), keep.clone()], vec![holds(word(2), 7)]), [true]);
-    let all = forget(Region::Everything, 2);
+    assert_eq!(ask(vec![havoc(range, 1)], asked.clone()), [true; 3]);
+    assert_eq!(ask(vec![havoc(Region::Area(AreaId(1)), 1)], asked), [true; 3]);
+    assert_eq!(ask(vec![havoc(range, 1), keep.clone()], vec![holds(word(2), 7)]), [true]);
+    let all = havoc(Region::Everything, 2);
     let asked = vec![holds(word(1), 22), holds(word(2), 0), Logic::cell(bit(0)).not()];
-    assert_eq!(ask(vec![forget(range, 1), keep, all], asked), [true; 3]);
-    // A bit written into a forgotten word leaves the other bits of the choice.
+    assert_eq!(ask(vec![havoc(range, 1), keep, all], asked), [true; 3]);
+    // A bit written into a havocked word leaves the other bits of the choice.
     let low = (When::Always, Write::Bit(BitTarget::WordBit(word(1), 2), Logic::Const(true)));
-    assert_eq!(ask(vec![forget(range, 1), low], vec![holds(word(1), 15)]), [true]);
-    // One word copied from a forgotten one is the same word ever after.
+    assert_eq!(ask(vec![havoc(range, 1), low], vec![holds(word(1), 15)]), [true]);
+    // One word copied from a havocked one is the same word ever after.
     let copy = (When::Always, Write::Words(targets(&[word(9)]), cells(&[word(1)])));
     let asked = vec![equal(cells(&[word(9)]), cells(&[word(1)]))];
-    assert_eq!(ask(vec![forget(range, 1), copy], asked), [true]);
+    assert_eq!(ask(vec![havoc(range, 1), copy], asked), [true]);
 }
 
 #[test]

@@ -184,7 +184,7 @@ fn head(audit: &Audit) -> String {
         ]);
     }
     rows.push(vec![
-        left("naive sum"),
+        left("structural bound"),
         time(bound.naive),
         left(format!(
             "everything at its dearer time; exclusion takes off {}{} ({})",
@@ -264,7 +264,7 @@ fn parts(audit: &Audit, extent: Extent) -> String {
     let (shown, rest) = audit.main_groups(extent.top);
     for group in shown {
         let exact = if group.exact() { "exact" } else { "at most" };
-        let what = format!("{exact}; naive {}", us(audit.bare(group.naive)));
+        let what = format!("{exact}; structural {}", us(audit.bare(group.naive)));
         rows.push(row(format!("group {}", group.id), audit.bare(group.upper), what));
     }
     let small: Picos = rest.iter().map(|group| audit.bare(group.upper)).sum();
@@ -458,7 +458,7 @@ fn approximations(audit: &Audit, extent: Extent) -> String {
     }
     kinds.sort_by_key(|(_, uses)| std::cmp::Reverse(uses.len()));
     let title = format!(
-        "Taken wider than the PLC does it ({}): the bound can only be too high by these",
+        "Over-approximated ({}): the bound can only be too high by these",
         count(audit.approximations.len(), "place", "places")
     );
     let mut text = heading(&title);

@@ -1,4 +1,4 @@
-//! What executions are charged: by their times, by the units that words count, and in bulk.
+//! What executions are charged: by their times, by the units that words count, and as a summary.
 
 use super::word::Word;
 use super::{Run, ScanError, Side, number};
@@ -77,7 +77,7 @@ impl Run<'_> {
         times.with(units).max(times.off)
     }
 
-    /// Charges a loop taken in bulk by what its count says, every turn at its dearest.
+    /// Charges a summarised loop by what its count says, every turn at its dearest.
     pub(super) fn counted(
         &mut self,
         active: Lit,
@@ -100,8 +100,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Charges a loop in bulk.
-    pub(super) fn charge_bulk(
+    /// Charges a loop as a summary.
+    pub(super) fn charge_summary(
         &mut self,
         active: Lit,
         charges: &[(usize, u64)],

@@ -137,8 +137,8 @@ pub fn witness(model: &ScanModel, assignment: &Assignment) -> Witness {
             Origin::Choice(key) => {
                 witness.choices.insert(key.clone(), value);
             }
-            Origin::Forgotten(cell, moments) => {
-                let moments = moments.iter().map(|&moment| &model.forgotten[moment as usize]);
+            Origin::Havocked(cell, moments) => {
+                let moments = moments.iter().map(|&moment| &model.havocs[moment as usize]);
                 if let Some(last) = moments.rev().find(|moment| values.get(moment.happened)) {
                     let key = ChoiceKey {
                         frames: last.frames.clone(),

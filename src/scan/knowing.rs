@@ -14,7 +14,7 @@ pub(super) struct Known {
     /// Values of choices that were read, by the moment.
     bits: FxHashMap<(Vec<Frame>, ChoiceId), Lit>,
     words: FxHashMap<(Vec<Frame>, ChoiceId), Word>,
-    /// Choices that the instruction under way forgets to: under which guard, and where it is not known what is written.
+    /// Choices that the instruction under way havocs to: under which guard, and where it is not known what is written.
     written: Vec<(ChoiceId, Lit, Lit)>,
     /// Its condition.
     condition: Lit,

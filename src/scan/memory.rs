@@ -1,22 +1,20 @@
-//! The symbolic memory: the newest version of every cell, guarded writes, and regions that were forgotten.
+//! The symbolic memory: the newest version of every cell, guarded writes, and regions that were havocked.
 
 use super::word::{Word, Words};
 use crate::program::{BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Program, Region, WordTarget};
-use crate::scan::model::{
-    Atom, Circuit, Forgotten, Lit, Origin, ScanModel, VarId, VarKind, Variable,
-};
+use crate::scan::model::{Atom, Circuit, Havoc, Lit, Origin, ScanModel, VarId, VarKind, Variable};
 use rustc_hash::FxHashMap;
 
-/// A cell's newest version, and how many of its area's forgotten regions it already takes into account.
+/// A cell's newest version, and how many of its area's havocked regions it already takes into account.
 #[derive(Debug, Clone, Copy)]
 struct Version<T> {
     value: T,
     seen: usize,
 }
 
-/// A region that was forgotten: which, and its index in `ScanModel::forgotten`.
+/// A region that was havocked: which, and its index in `ScanModel::havocs`.
 #[derive(Debug, Clone, Copy)]
-struct Hole {
+struct HavockedRegion {
     region: Region,
     index: u32,
 }
@@ -30,8 +28,8 @@ pub struct Memory<'p> {
     pub words: Words,
     bit_cells: FxHashMap<Cell, Version<Lit>>,
     word_cells: FxHashMap<Cell, Version<Word>>,
-    /// The forgotten regions that each area may have cells in, by the area's id.
-    holes: Vec<Vec<Hole>>,
+    /// The havocked regions that each area may have cells in, by the area's id.
+    havocs: Vec<Vec<HavockedRegion>>,
     choices: FxHashMap<ChoiceKey, VarId>,
     word_choices: Vec<bool>,
 }
@@ -46,7 +44,7 @@ impl<'p> Memory<'p> {
             words: Words::default(),
             bit_cells: FxHashMap::default(),
             word_cells: FxHashMap::default(),
-            holes: vec![Vec::new(); program.areas.len()],
+            havocs: vec![Vec::new(); program.areas.len()],
             choices: FxHashMap::default(),
             word_choices,
         }
@@ -161,47 +159,47 @@ impl<'p> Memory<'p> {
         value
     }
 
-    /// A version that takes all regions forgotten by now into account.
+    /// A version that takes all regions havocked by now into account.
     fn newest<T>(&self, cell: Cell, value: T) -> Version<T> {
-        Version { value, seen: self.holes[usize::from(cell.area.0)].len() }
+        Version { value, seen: self.havocs[usize::from(cell.area.0)].len() }
     }
 
-    /// Whether a region that holds the cell was forgotten since its version, and what the new value stands for.
+    /// Whether a region that holds the cell was havocked since its version, and what the new value stands for.
     fn holes_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
-        let holes = &self.holes[usize::from(cell.area.0)];
-        if holes.len() == seen {
+        let havocs = &self.havocs[usize::from(cell.area.0)];
+        if havocs.len() == seen {
             return None;
         }
         let mut indices = Vec::new();
-        let mut from = holes.len();
+        let mut from = havocs.len();
         while from > seen {
             from -= 1;
-            if holes[from].region.holds(cell) {
-                indices.push(holes[from].index);
-                if self.model.forgotten[holes[from].index as usize].happened == Lit::TRUE {
+            if havocs[from].region.holds(cell) {
+                indices.push(havocs[from].index);
+                if self.model.havocs[havocs[from].index as usize].happened == Lit::TRUE {
                     break;
                 }
             }
         }
         indices.reverse();
-        self.words.spent += (holes.len() - seen) / 64 + indices.len() / 8;
+        self.words.spent += (havocs.len() - seen) / 64 + indices.len() / 8;
         let happened = self.one_happened(cell, from);
-        (happened != Lit::FALSE).then_some((happened, Origin::Forgotten(cell, indices)))
+        (happened != Lit::FALSE).then_some((happened, Origin::Havocked(cell, indices)))
     }
 
-    /// Whether one of the regions forgotten from `from` on that hold the cell was forgotten really.
+    /// Whether one of the regions havocked from `from` on that hold the cell was havocked really.
     ///
     /// Cells were last looked at at all times, so that no two ask the same. They are asked in blocks that begin and end
     /// at multiples of their size, since these are the same for all.
     fn one_happened(&mut self, cell: Cell, from: usize) -> Lit {
-        let holes = &self.holes[usize::from(cell.area.0)];
+        let havocs = &self.havocs[usize::from(cell.area.0)];
         let (mut from, mut any) = (from, Lit::FALSE);
-        while from < holes.len() {
-            let left = holes.len() - from;
+        while from < havocs.len() {
+            let left = havocs.len() - from;
             let size = 1 << from.trailing_zeros().min(left.ilog2());
-            let happened = holes[from..from + size].iter().map(|hole| {
-                let holds = hole.region.holds(cell);
-                if holds { self.model.forgotten[hole.index as usize].happened } else { Lit::FALSE }
+            let happened = havocs[from..from + size].iter().map(|havoc| {
+                let holds = havoc.region.holds(cell);
+                if holds { self.model.havocs[havoc.index as usize].happened } else { Lit::FALSE }
             });
             let mut happened: Vec<Lit> = happened.collect();
             while happened.len() > 1 {
@@ -250,18 +248,18 @@ impl<'p> Memory<'p> {
         }
     }
 
-    /// Forgets a region where `guard` holds. Cells find out when they are next read.
-    pub fn forget(&mut self, region: Region, guard: Lit, frames: &[Frame], choice: ChoiceId) {
+    /// Havocs a region where `guard` holds. Cells find out when they are next read.
+    pub fn havoc(&mut self, region: Region, guard: Lit, frames: &[Frame], choice: ChoiceId) {
         if guard == Lit::FALSE {
             return;
         }
-        let index = u32::try_from(self.model.forgotten.len()).expect("too many forgotten regions");
-        self.model.forgotten.push(Forgotten { happened: guard, frames: frames.to_vec(), choice });
-        let hole = Hole { region, index };
+        let index = u32::try_from(self.model.havocs.len()).expect("too many havocked regions");
+        self.model.havocs.push(Havoc { happened: guard, frames: frames.to_vec(), choice });
+        let havoc = HavockedRegion { region, index };
         match region {
-            Region::Range { first, .. } => self.holes[usize::from(first.area.0)].push(hole),
-            Region::Area(area) => self.holes[usize::from(area.0)].push(hole),
-            Region::Everything => self.holes.iter_mut().for_each(|holes| holes.push(hole)),
+            Region::Range { first, .. } => self.havocs[usize::from(first.area.0)].push(havoc),
+            Region::Area(area) => self.havocs[usize::from(area.0)].push(havoc),
+            Region::Everything => self.havocs.iter_mut().for_each(|havocs| havocs.push(havoc)),
         }
     }
 }

@@ -17,8 +17,8 @@ mod word;
 use crate::base::time::Times;
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    BitSource, Bulk, Cell, Effect, Exit, Frame, Join, Logic, Program, Relation, Source, Step, When,
-    WordSource, Write,
+    BitSource, Cell, Effect, Exit, Frame, Join, Logic, Program, Relation, Source, Step, Summary,
+    When, WordSource, Write,
 };
 use crate::scan::model::{Lit, ScanModel, Turns, Unbounded};
 use memory::Memory;
@@ -371,9 +371,9 @@ impl Run<'_> {
                     self.memory.write_word(target, guard, word);
                 }
             }
-            Write::Forget(region, choice) => {
+            Write::Havoc(region, choice) => {
                 let guard = self.unlearned(*choice, guard, at);
-                self.memory.forget(*region, guard, &self.frames, *choice);
+                self.memory.havoc(*region, guard, &self.frames, *choice);
             }
         }
     }
@@ -446,20 +446,20 @@ impl Run<'_> {
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
-            Step::Bulk(bulk) => {
-                let Bulk { end, charges, forgets, choice, exits, turns } = &**bulk;
+            Step::Summary(summary) => {
+                let Summary { end, charges, havocs, choice, exits, turns } = &**summary;
                 match *turns {
                     Some(turns) if self.side == Side::Below => {
                         self.counted(act.active, at, charges, turns)?;
                     }
                     Some(turns) => {
                         self.most_turns(act.active, at, turns);
-                        self.charge_bulk(act.active, charges)?;
+                        self.charge_summary(act.active, charges)?;
                     }
-                    None => self.charge_bulk(act.active, charges)?,
+                    None => self.charge_summary(act.active, charges)?,
                 }
-                for &region in forgets {
-                    self.memory.forget(region, act.active, &self.frames, *choice);
+                for &region in havocs {
+                    self.memory.havoc(region, act.active, &self.frames, *choice);
                 }
                 act.results = Results::default();
                 for &(choice, exit) in exits {
@@ -538,7 +538,7 @@ impl Run<'_> {
         act.landings.insert(target, landing);
     }
 
-    /// Takes control out of what was taken in bulk where `fires` holds.
+    /// Takes control out of what was summarised where `fires` holds.
     fn leave(&mut self, act: &mut Activation, exit: Exit, fires: Lit, fired: Lit) {
         if let Exit::To(target) = exit {
             return self.jump(act, target, fires, fired);
@@ -599,7 +599,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Notes how many turns a loop taken in bulk can make here.
+    /// Notes how many turns a summarised loop can make here.
     fn most_turns(
         &mut self,
         reached: Lit,

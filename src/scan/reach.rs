@@ -82,7 +82,7 @@ fn widen(program: &mut Program, dear: &BTreeSet<usize>) -> bool {
         });
         for effect in &mut instruction.effects {
             if let Write::Bit(BitTarget::WordBit(first, _), _) = effect.write {
-                effect.write = Write::Forget(Region::Range { first, count: 1 }, choice());
+                effect.write = Write::Havoc(Region::Range { first, count: 1 }, choice());
                 read = true;
             }
         }

@@ -4,9 +4,9 @@ use super::tape::Tape;
 use scanbound::base::location::Location;
 use scanbound::base::time::{Picos, Times};
 use scanbound::program::{
-    Area, AreaId, AreaKind, BitSource, BitTarget, Bulk, Cell, ChoiceId, Compare, Counted, Effect,
-    Exit, Instruction, Interrupt, Join, Logic, Number, Program, Radix, Reading, Region, Relation,
-    StartRange, Step, TimingKey, Touched, Units, When, WordSource, WordTarget, Write,
+    Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Compare, Counted, Effect, Exit,
+    Instruction, Interrupt, Join, Logic, Number, Program, Radix, Reading, Region, Relation,
+    StartRange, Step, Summary, TimingKey, Touched, Units, When, WordSource, WordTarget, Write,
 };
 
 const BITS: u32 = 6;
@@ -29,7 +29,7 @@ pub struct Taste {
     pub arithmetic: bool,
     /// Real comparisons.
     pub reals: bool,
-    /// Choices and forgotten regions.
+    /// Choices and havocked regions.
     pub choices: bool,
     /// Jumps, calls, loops, zones, stops and interrupts.
     pub control: bool,
@@ -40,7 +40,7 @@ pub struct Taste {
 /// Where a jump that is not yet placed will go.
 struct Pending {
     at: usize,
-    /// The exit of a loop in bulk, or the jump's own target.
+    /// The exit of a loop summary, or the jump's own target.
     exit: Option<usize>,
     items: usize,
 }
@@ -248,7 +248,7 @@ impl Generator<'_, '_> {
                 self.put(Step::ZoneEnd { level }, vec![]);
             }
             13 => self.loops(depth, callable),
-            14 if self.taste.choices && self.tape.percent(40) => self.bulk(pending),
+            14 if self.taste.choices && self.tape.percent(40) => self.summary(pending),
             14 => {
                 self.contacts();
                 let fires = self.fires();
@@ -286,14 +286,14 @@ impl Generator<'_, '_> {
         }
     }
 
-    fn bulk(&mut self, pending: &mut Vec<Pending>) {
+    fn summary(&mut self, pending: &mut Vec<Pending>) {
         let begin = self.put(Step::Nothing, vec![]);
         let first = self.instructions.len();
         self.rung();
         let end = self.put(Step::ForEnd, vec![]);
         let charged = first + self.tape.below(end - first);
         let charges = vec![(charged, 1 + self.tape.below(3) as u64), (end, 2)];
-        let forgets = (0..self.tape.below(3)).map(|_| self.region()).collect();
+        let havocs = (0..self.tape.below(3)).map(|_| self.region()).collect();
         let choice = self.fresh();
         let exits: Vec<_> = (0..self.tape.below(3)).map(|_| (self.fresh(), Exit::To(0))).collect();
         for exit in 0..exits.len() {
@@ -301,7 +301,7 @@ impl Generator<'_, '_> {
             pending.push(Pending { at: begin, exit: Some(exit), items });
         }
         self.instructions[begin].step =
-            Step::Bulk(Box::new(Bulk { end, charges, forgets, choice, exits, turns: None }));
+            Step::Summary(Box::new(Summary { end, charges, havocs, choice, exits, turns: None }));
     }
 
     /// Contacts that leave one result, then what acts on it.
@@ -394,13 +394,13 @@ impl Generator<'_, '_> {
                 Write::Words(targets, self.number(words, 2))
             }
             7 if self.taste.choices => {
-                // Forgettings of one instruction may share their choice.
+                // Havocs of one instruction may share their choice.
                 let choice = if self.choices > self.shareable && self.tape.percent(50) {
                     ChoiceId(self.choices - 1)
                 } else {
                     self.fresh()
                 };
-                Write::Forget(self.region(), choice)
+                Write::Havoc(self.region(), choice)
             }
             _ => {
                 let target = if self.taste.words && self.tape.percent(20) {
@@ -541,7 +541,7 @@ impl Generator<'_, '_> {
 fn aim(step: &mut Step, exit: Option<usize>, to: usize) {
     match (step, exit) {
         (Step::Jump { target, .. }, None) => *target = to,
-        (Step::Bulk(bulk), Some(exit)) => bulk.exits[exit].1 = Exit::To(to),
-        _ => unreachable!("only jumps and loops in bulk are aimed"),
+        (Step::Summary(summary), Some(exit)) => summary.exits[exit].1 = Exit::To(to),
+        _ => unreachable!("only jumps and loop summaries are aimed"),
     }
 }

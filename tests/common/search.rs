@@ -132,7 +132,7 @@ pub fn words(program: &Program) -> Vec<u16> {
             match &effect.write {
                 Write::Bit(_, logic) => in_logic(logic, &mut constants),
                 Write::Words(_, number) => in_number(number, &mut constants),
-                Write::Forget(..) => {}
+                Write::Havoc(..) => {}
             }
         }
     }

@@ -121,8 +121,7 @@ fn refreshed(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
             (role, operand)
             && Memory::is_refreshed(*first)
         {
-            writes
-                .push(Write::Forget(Region::Range { first: *first, count: *count }, asm.choice()));
+            writes.push(Write::Havoc(Region::Range { first: *first, count: *count }, asm.choice()));
         }
     }
     writes

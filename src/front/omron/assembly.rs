@@ -151,7 +151,7 @@ impl Assembly {
         if timing.is_some() {
             for first in std::mem::take(&mut self.moved) {
                 let choice = self.choice();
-                effects.push(always(Write::Forget(Region::Range { first, count: 2 }, choice)));
+                effects.push(always(Write::Havoc(Region::Range { first, count: 2 }, choice)));
             }
         }
         let choices = &mut self.program.choices;

@@ -37,7 +37,7 @@ pub(super) fn note_unknown(asm: &mut Assembly, item: &Item<'_>) {
 }
 
 /// Writes of any value to all that the instruction may write.
-pub(super) fn forget(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Write> {
+pub(super) fn havoc(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Write> {
     let regions: Vec<Region> = match item.row {
         // A user's instruction may write its operands and what belongs to them, however long that is.
         None => item.operands.iter().flat_map(|operand| whole(operand, asm.memory)).collect(),
@@ -62,7 +62,7 @@ pub(super) fn forget(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<W
     regions
         .into_iter()
         .filter(|region| !matches!(region, Region::Range { count: 0, .. }))
-        .map(|region| Write::Forget(region, choice))
+        .map(|region| Write::Havoc(region, choice))
         .collect()
 }
 
@@ -99,7 +99,7 @@ pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
     let refused = item.meaning().starts_with("flags-zone") && !limits_in_order(item);
     if named == "*" || indirect || refused {
         let (first, count) = asm.memory.flags();
-        return vec![Write::Forget(Region::Range { first, count }, asm.choice())];
+        return vec![Write::Havoc(Region::Range { first, count }, asm.choice())];
     }
     let left: &[&str] = match asm.memory.family {
         super::source::Family::Cs => &["EQ", "NE", "GE", "LE", "N"],

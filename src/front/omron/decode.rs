@@ -331,7 +331,7 @@ impl Decoder {
             let flags = Region::Range { first, count };
             let registers = self.asm.memory.registers().iter().copied().map(Region::Area);
             let effects = [flags].into_iter().chain(registers).map(|region| {
-                let write = Write::Forget(region, self.asm.choice());
+                let write = Write::Havoc(region, self.asm.choice());
                 Effect { when: When::Always, write }
             });
             let effects = effects.collect();

@@ -229,7 +229,7 @@ impl<'a> Emitter<'a> {
                 && let Some(target) = operand.bit_target()
             {
                 let region = Region::Range { first: *cell, count: 1 };
-                effects.push(always(Write::Forget(region, self.asm.choice())));
+                effects.push(always(Write::Havoc(region, self.asm.choice())));
                 effects.push(always(Write::Bit(target, fresh.clone())));
             }
             value = fresh;
@@ -427,7 +427,7 @@ impl<'a> Emitter<'a> {
             let regions =
                 item.operands.first().map(|operand| operand.regions(Some(1))).unwrap_or_default();
             let effects =
-                regions.into_iter().map(|region| always(Write::Forget(region, choice))).collect();
+                regions.into_iter().map(|region| always(Write::Havoc(region, choice))).collect();
             let fires = self.asm.fires(item.raw.edge);
             self.asm.act(fires, effects, Some(key));
             self.asm.note(format!(
@@ -504,7 +504,7 @@ impl<'a> Emitter<'a> {
                 operand
                     .regions(Some(1))
                     .into_iter()
-                    .map(|region| always(Write::Forget(region, choice))),
+                    .map(|region| always(Write::Havoc(region, choice))),
             );
         }
         self.zones.push(level);
@@ -571,14 +571,14 @@ impl<'a> Emitter<'a> {
         // The words for parameters and results differ by CPU: all that it may be take any value.
         let choice = self.asm.choice();
         for (first, count) in memory.parameters() {
-            effects.push(fired(Write::Forget(Region::Range { first, count }, choice)));
+            effects.push(fired(Write::Havoc(Region::Range { first, count }, choice)));
         }
         self.call(at, item, fires.clone(), effects, key);
         let choice = self.asm.choice();
         let results =
             item.operands.get(2).map(|operand| operand.regions(Some(4))).unwrap_or_default();
         let effects =
-            results.into_iter().map(|region| fired(Write::Forget(region, choice))).collect();
+            results.into_iter().map(|region| fired(Write::Havoc(region, choice))).collect();
         self.asm.act(fires, effects, None);
         self.asm.note("the parameters and results of the macro take any value");
     }

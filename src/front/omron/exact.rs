@@ -40,7 +40,7 @@ pub(super) fn writes(asm: &mut Assembly, item: &Item<'_>) -> (Vec<Write>, Outcom
         false => meaning(asm, item),
     };
     let choice = asm.choice();
-    let mut writes = data::forget(asm, item, choice);
+    let mut writes = data::havoc(asm, item, choice);
     let Some(Exactly { mut meaning, carries }) = exactly else {
         return (writes, Outcome::Unknown);
     };
@@ -57,7 +57,7 @@ pub(super) fn writes(asm: &mut Assembly, item: &Item<'_>) -> (Vec<Write>, Outcom
     asm.exactly(choice, meaning);
     writes.extend(flags.into_iter().map(|flag| {
         let (BitTarget::Cell(first) | BitTarget::WordBit(first, _)) = flag;
-        Write::Forget(Region::Range { first, count: 1 }, choice)
+        Write::Havoc(Region::Range { first, count: 1 }, choice)
     }));
     (writes, Outcome::Worked)
 }

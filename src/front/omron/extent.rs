@@ -5,7 +5,7 @@ use super::memory::Memory;
 use super::resolve::Item;
 use crate::program::Cell;
 
-/// Blocks of more words are forgotten rather than followed.
+/// Blocks of more words are havocked rather than followed.
 pub(super) const MOST_WORDS: u32 = 256;
 
 /// How many words an operand reaches over; `None` if that is not known.

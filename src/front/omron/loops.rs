@@ -2,13 +2,13 @@
 
 use super::assembly::Assembly;
 use crate::base::code::Code;
-use crate::program::{Approximation, Step, WordSource, bulk, flow};
+use crate::program::{Approximation, Step, WordSource, flow, summary};
 use std::collections::BTreeSet;
 
-/// Loops of more executed instructions are taken in bulk.
+/// Loops of more executed instructions are summarised.
 const MOST_UNROLLED: u64 = 200_000;
 
-/// Holds counts to the ranges that are stated of their words, and takes in bulk what is too large. A stated range is
+/// Holds counts to the ranges that are stated of their words, and summarises what is too large. A stated range is
 /// one of the scan's start, so it says something of words that the program does not write.
 pub(super) fn settle(asm: &mut Assembly) {
     let mut unknown = BTreeSet::new();
@@ -38,7 +38,7 @@ pub(super) fn settle(asm: &mut Assembly) {
             continue;
         }
         behind = end;
-        let Some(step) = bulk::bulk(&mut asm.program, begin, end, u64::from(most)) else {
+        let Some(step) = summary::of_loop(&mut asm.program, begin, end, u64::from(most)) else {
             let instruction = &asm.program.instructions[begin];
             let message = "loops and calls multiply to more turns here than can be counted";
             let help = "state the range of its count in the facts file";
@@ -47,7 +47,7 @@ pub(super) fn settle(asm: &mut Assembly) {
             continue;
         };
         asm.program.instructions[begin].step = step;
-        let what = bulk::charged(most).into();
+        let what = summary::charged(most).into();
         asm.program.approximations.push(Approximation { instruction: begin, what });
     }
 }

@@ -294,7 +294,7 @@ fn a_shift_register_shifts_on_the_rising_edge() {
 }
 
 #[test]
-fn what_is_not_followed_is_forgotten_and_noted() {
+fn what_is_not_followed_is_havocked_and_noted() {
     for (text, what) in [
         ("ADD(30) DM 0 #5 DM 10", "DM 10 takes any value"),
         ("MUL(32) DM 0 #5 DM 10", "DM 10 and the word behind it takes any value"),
@@ -320,7 +320,7 @@ fn a_refresh_of_units_may_write_wherever_their_links_lie() {
     assert!(
         writes
             .into_iter()
-            .any(|effect| matches!(effect.write, Write::Forget(Region::Everything, _)))
+            .any(|effect| matches!(effect.write, Write::Havoc(Region::Everything, _)))
     );
 }
 

@@ -15,8 +15,8 @@ fn present(flag: Cell) -> Cell {
     Cell { area: AreaId(flag.area.0 + 1), index: flag.index }
 }
 
-fn forget_present(flag: Cell, choice: ChoiceId) -> Write {
-    Write::Forget(Region::Range { first: present(flag), count: 1 }, choice)
+fn havoc_present(flag: Cell, choice: ChoiceId) -> Write {
+    Write::Havoc(Region::Range { first: present(flag), count: 1 }, choice)
 }
 
 /// Whether the system counts the timer on between instructions: those of 10 ms and less.
@@ -103,7 +103,7 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
             let done = Logic::All(vec![Logic::Condition, setting.over(asm)]);
             let value = setting.unless_wrong(asm, done, *flag);
             effects.push(always(Write::Bit(BitTarget::Cell(*flag), value)));
-            effects.push(always(forget_present(*flag, choice)));
+            effects.push(always(havoc_present(*flag, choice)));
             if asm.fast.contains(flag) {
                 let runs = asm.memory.runs(*flag);
                 let value = setting.unless_wrong(asm, Logic::Condition, runs);
@@ -114,7 +114,7 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
         ("timer-unknown", Some(Operand::Flag(flag))) => {
             let value = asm.free();
             effects.push(always(Write::Bit(BitTarget::Cell(*flag), value)));
-            effects.push(always(forget_present(*flag, choice)));
+            effects.push(always(havoc_present(*flag, choice)));
         }
         ("reset-timers", _) => {
             let reset = reset_range(&item.operands);
@@ -122,14 +122,14 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
                 Some(flags) => {
                     for flag in flags {
                         effects.push(fired(Write::Bit(BitTarget::Cell(flag), Logic::Const(false))));
-                        effects.push(fired(forget_present(flag, choice)));
+                        effects.push(fired(havoc_present(flag, choice)));
                     }
                 }
-                None => effects.push(fired(Write::Forget(Region::Everything, choice))),
+                None => effects.push(fired(Write::Havoc(Region::Everything, choice))),
             }
         }
         _ => {
-            let writes = data::forget(asm, item, choice);
+            let writes = data::havoc(asm, item, choice);
             effects.extend(writes.into_iter().map(always));
         }
     }
@@ -192,7 +192,7 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
             let done = Logic::Any(vec![Logic::cell(*flag), setting.over(asm)]);
             asm.product(&[(0, true), (reset, false)]);
             let effects =
-                vec![fired(Write::Bit(target, done)), fired(forget_present(*flag, choice))];
+                vec![fired(Write::Bit(target, done)), fired(havoc_present(*flag, choice))];
             asm.act(Logic::Condition, effects, None);
             reset_flag(asm, reset, *flag, &setting);
         }
@@ -203,7 +203,7 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
                 let value = setting.over(asm);
                 let choice = asm.choice();
                 let effects =
-                    vec![fired(Write::Bit(target, value)), fired(forget_present(*flag, choice))];
+                    vec![fired(Write::Bit(target, value)), fired(havoc_present(*flag, choice))];
                 asm.act(Logic::Condition, effects, None);
             }
             reset_flag(asm, reset, *flag, &setting);
@@ -213,7 +213,7 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
             let regions =
                 item.operands.first().map(|operand| operand.regions(Some(1))).unwrap_or_default();
             let effects =
-                regions.into_iter().map(|region| always(Write::Forget(region, choice))).collect();
+                regions.into_iter().map(|region| always(Write::Havoc(region, choice))).collect();
             asm.act(Logic::Condition, effects, None);
             asm.note("what this writes is not known: all it may be takes any value");
         }
@@ -225,7 +225,7 @@ fn reset_flag(asm: &mut Assembly, reset: u32, flag: Cell, setting: &Setting) {
     asm.product(&[(reset, true)]);
     let value = setting.unless_wrong(asm, Logic::Const(false), flag);
     let effects =
-        vec![fired(Write::Bit(BitTarget::Cell(flag), value)), fired(forget_present(flag, choice))];
+        vec![fired(Write::Bit(BitTarget::Cell(flag), value)), fired(havoc_present(flag, choice))];
     asm.act(Logic::Condition, effects, None);
     setting.note(asm);
 }
@@ -248,7 +248,7 @@ fn shift_register(asm: &mut Assembly, item: &Item<'_>, reset: u32) {
     asm.product(&[(1, true), (reset, false)]);
     let Some((first, count)) = words else {
         let choice = asm.choice();
-        let effects = data::forget(asm, item, choice).into_iter().map(always).collect();
+        let effects = data::havoc(asm, item, choice).into_iter().map(always).collect();
         asm.act(moves, effects, None);
         asm.note("which words are shifted is not known: all they may be take any value");
         return;

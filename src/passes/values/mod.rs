@@ -15,7 +15,7 @@ mod run;
 mod slice;
 mod state;
 
-use crate::program::bulk::{self, UNKNOWN_COUNT};
+use crate::program::summary::{self, UNKNOWN_COUNT};
 use crate::program::{Cell, ChoiceId, Program, Region, StartRange, Step, Units, Write};
 use ring::Ring;
 use run::{Found, Run};
@@ -186,7 +186,7 @@ fn apply(program: &mut Program, found: &Found) {
     let mut counted: BTreeSet<usize> = BTreeSet::new();
     for (at, instruction) in program.instructions.iter_mut().enumerate() {
         for effect in &mut instruction.effects {
-            if let Write::Forget(region, choice) = &mut effect.write
+            if let Write::Havoc(region, choice) = &mut effect.write
                 && let Some(closer) = reach(*choice, *region)
             {
                 *region = closer;
@@ -201,7 +201,7 @@ fn apply(program: &mut Program, found: &Found) {
         }
         let turns = match &instruction.step {
             Step::ForBegin { most, .. } => Some(*most),
-            Step::Bulk(bulk) => bulk.turns.map(|(.., most)| most),
+            Step::Summary(summary) => summary.turns.map(|(.., most)| most),
             _ => None,
         };
         if let (Some(most), Some(&known)) = (turns, found.turns.get(&at))
@@ -213,7 +213,7 @@ fn apply(program: &mut Program, found: &Found) {
     program
         .approximations
         .retain(|one| !(counted.contains(&one.instruction) && one.what.contains(UNKNOWN_COUNT)));
-    bulk::lower(program, &found.turns);
+    summary::lower(program, &found.turns);
 }
 
 /// How many devices of each area there are at least: up to the last that the program names.

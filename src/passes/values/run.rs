@@ -384,13 +384,13 @@ impl<'p> Run<'p> {
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
-            Step::Bulk(bulk) => match bulk.turns {
+            Step::Summary(summary) => match summary.turns {
                 Some((count, least, most)) => {
                     let turns = self.turns(act, at, count, least, most);
-                    self.turn(act, at, bulk.end, turns)?;
-                    return Ok(bulk.end + 1);
+                    self.turn(act, at, summary.end, turns)?;
+                    return Ok(summary.end + 1);
                 }
-                // What is charged in bulk without turns was not laid out to be followed.
+                // What is summarised without turns was not laid out to be followed.
                 None => return Err(NotFollowed),
             },
             Step::ZoneBegin { level, .. } => {
@@ -556,7 +556,7 @@ impl Writer<'_> {
                 let values = evaluation.number(number);
                 self.words(targets, &values);
             }
-            Write::Forget(region, choice) => {
+            Write::Havoc(region, choice) => {
                 let exact = match self.program.kinds.get(choice) {
                     Some(ChoiceKind::Exact(meaning)) => Some(meaning),
                     _ => None,

@@ -20,7 +20,7 @@ pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
     for (at, instruction) in program.instructions.iter().enumerate() {
         match &instruction.step {
             Step::ForBegin { count, .. } => slice.word(*count),
-            Step::Bulk(bulk) => bulk.turns.iter().for_each(|(count, ..)| slice.word(*count)),
+            Step::Summary(summary) => summary.turns.iter().for_each(|(count, ..)| slice.word(*count)),
             _ => {}
         }
         if let Some(counted) = instruction.counted() {
@@ -35,7 +35,7 @@ pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
                         }
                     }
                 }
-                Write::Forget(_, choice) => {
+                Write::Havoc(_, choice) => {
                     if let Some(indexed) = program.indexed.get(choice) {
                         indexed.readings.iter().for_each(|words| slice.words(words));
                     }
@@ -58,7 +58,7 @@ pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
                             slice.number(number);
                         }
                     }
-                    Write::Forget(_, choice) => slice.choice(*choice),
+                    Write::Havoc(_, choice) => slice.choice(*choice),
                     Write::Bit(..) => {}
                 }
             }

@@ -87,9 +87,9 @@ pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: 
     found.constraints.retain(|&holds| holds != Lit::TRUE);
     found.constraints.sort_unstable();
     found.constraints.dedup();
-    found.forgotten = model.forgotten.clone();
-    for forgotten in &mut found.forgotten {
-        forgotten.happened = of(&pairs, forgotten.happened).0;
+    found.havocs = model.havocs.clone();
+    for havoc in &mut found.havocs {
+        havoc.happened = of(&pairs, havoc.happened).0;
     }
     found.circuit = circuit;
     found

@@ -27,14 +27,14 @@ pub enum Origin {
     Start(Cell),
     /// A choice of the program.
     Choice(ChoiceKey),
-    /// The cell's value after it was forgotten by the last of these to have happened: indices into
-    /// `ScanModel::forgotten`, in order of execution.
-    Forgotten(Cell, Vec<u32>),
+    /// The cell's value after it was havocked by the last of these to have happened: indices into
+    /// `ScanModel::havocs`, in order of execution.
+    Havocked(Cell, Vec<u32>),
 }
 
 /// A write of any value to a region: a moment from which on cells hold what no one can tell.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Forgotten {
+pub struct Havoc {
     /// Whether it happened.
     pub happened: Lit,
     /// Calls and loop turns on the way there.
@@ -160,16 +160,16 @@ pub struct ScanModel {
     /// What holds in every scan.
     pub constraints: Vec<Lit>,
     /// The writes of any value, in order of execution.
-    pub forgotten: Vec<Forgotten>,
+    pub havocs: Vec<Havoc>,
     /// Where a scan goes round for ever.
     pub unbounded: Vec<Unbounded>,
-    /// How many turns loops taken in bulk make at most, by what their counts can say.
+    /// How many turns summarised loops make at most, by what their counts can say.
     pub turns: BTreeMap<usize, u32>,
     /// The counts of these, each time control may get there.
     pub counts: Vec<Turns>,
 }
 
-/// The count of a loop taken in bulk.
+/// The count of a summarised loop.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Turns {
     /// The loop, an index into `Program::instructions`.

@@ -133,8 +133,8 @@ pub fn each_region(instruction: &Instruction, each: &mut impl FnMut(Region)) {
                 WordTarget::Bits { first, count } => range(*first, u32::from(*count)),
                 WordTarget::Discard => {}
             }),
-            Write::Forget(Region::Range { first, count }, _) => range(*first, *count),
-            Write::Forget(..) => {}
+            Write::Havoc(Region::Range { first, count }, _) => range(*first, *count),
+            Write::Havoc(..) => {}
         }
     }
     for region in instruction.timing.iter().flat_map(|key| &key.touched.regions) {

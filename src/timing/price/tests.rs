@@ -231,12 +231,12 @@ fn words_of_an_area_and_bits_of_words_add_what_they_cost() {
     let mut bit = load(2, 1, cell(X, 0));
     let value = Logic::Bit(BitSource::WordBit(cell(ZR, 7), 3));
     bit.step = Step::Logic { join: Join::Start, value };
-    let mut forgets = instruction(3, 1, "BMOV D0 ZR0 K3", "block");
-    forgets.timing.as_mut().unwrap().units = Units::Exactly(3);
-    let region = |count| Write::Forget(Region::Range { first: cell(ZR, 0), count }, ChoiceId(0));
-    forgets.effects = vec![Effect { when: When::Fired, write: region(30_000) }];
+    let mut havocs = instruction(3, 1, "BMOV D0 ZR0 K3", "block");
+    havocs.timing.as_mut().unwrap().units = Units::Exactly(3);
+    let region = |count| Write::Havoc(Region::Range { first: cell(ZR, 0), count }, ChoiceId(0));
+    havocs.effects = vec![Effect { when: When::Fired, write: region(30_000) }];
     let table = table("DMOV,1,\nLD,1,\nBMOV,1,\n@+ZR,10,0\n@+wordbit,100,\n");
-    let prices = price(&program(vec![moved, bit, forgets]), &table, &Facts::default()).unwrap();
+    let prices = price(&program(vec![moved, bit, havocs]), &table, &Facts::default()).unwrap();
     let expected = [(21, 1), (111, 101), (81, 1)].map(|(on, off)| Times::new(us(on), us(off)));
     assert_eq!(prices.times(), expected);
     assert_eq!(&*prices.instructions[1].as_ref().unwrap().row, "LD + @+wordbit + @+ZR");

@@ -54,7 +54,7 @@ impl Cells {
                         }
                     }
                 }
-                Write::Forget(region, _) => cells.region(*region),
+                Write::Havoc(region, _) => cells.region(*region),
             }
         }
         if let Some(key) = &instruction.timing {

@@ -17,7 +17,7 @@ use crate::program::{
 
 /// What makes all devices of a part of the program indexed ones.
 const INDEXES_ALL: [&str; 4] = ["IX", "IXEND", "IXDEV", "IXSET"];
-/// Blocks of more words than this are forgotten rather than followed.
+/// Blocks of more words than this are havocked rather than followed.
 const MOST_WORDS: u32 = 512;
 
 impl Decoder<'_> {
@@ -73,7 +73,7 @@ impl Decoder<'_> {
         for text in &raw.operands {
             let Ok(Written::Device(_)) = parse(text, self.family) else { continue };
             for region in self.regions(text, Some(1)).unwrap_or_default() {
-                effects.push(fired(Write::Forget(region, self.choice())));
+                effects.push(fired(Write::Havoc(region, self.choice())));
             }
         }
         if !effects.is_empty() {
@@ -124,7 +124,7 @@ impl Decoder<'_> {
         for name in &entry.also {
             let everywhere = name == EVERYWHERE;
             let region = if everywhere { Region::Everything } else { Region::Area(area(name)) };
-            effects.push(fired(Write::Forget(region, self.choice())));
+            effects.push(fired(Write::Havoc(region, self.choice())));
             if entry.operation == Operation::Anytime {
                 self.volatile.push(region);
             }
@@ -161,11 +161,11 @@ impl Decoder<'_> {
     fn operation(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Vec<Effect>> {
         let exact = match entry.operation {
             Operation::Nothing | Operation::Free => return Some(Vec::new()),
-            Operation::Always => return Some(self.forget_all(raw, entry, When::Always)),
+            Operation::Always => return Some(self.havoc_all(raw, entry, When::Always)),
             Operation::Anytime => {
-                let effects = self.forget_all(raw, entry, When::Fired);
+                let effects = self.havoc_all(raw, entry, When::Fired);
                 self.volatile.extend(effects.iter().filter_map(|effect| match effect.write {
-                    Write::Forget(region, _) => Some(region),
+                    Write::Havoc(region, _) => Some(region),
                     _ => None,
                 }));
                 return Some(effects);
@@ -194,7 +194,7 @@ impl Decoder<'_> {
         Some(match exact {
             Some(effects) => effects,
             None => {
-                let mut effects = self.forget_all(raw, entry, When::Fired);
+                let mut effects = self.havoc_all(raw, entry, When::Fired);
                 self.mean(raw, entry, &mut effects);
                 effects
             }
@@ -212,7 +212,7 @@ impl Decoder<'_> {
             WordPlace::All(targets) => vec![fired(Write::Words(targets, number))],
             WordPlace::Somewhere(region) => {
                 let choice = self.indexed_write(text, Operand::Number(number), words);
-                vec![fired(Write::Forget(region, choice))]
+                vec![fired(Write::Havoc(region, choice))]
             }
             WordPlace::Nowhere => Vec::new(),
         })
@@ -315,7 +315,7 @@ impl Decoder<'_> {
         let mut effects = Vec::new();
         for text in &raw.operands[..2] {
             for region in self.reach(raw, entry, text, entry.operands[1].extent) {
-                effects.push(fired(Write::Forget(region, self.choice())));
+                effects.push(fired(Write::Havoc(region, self.choice())));
             }
         }
         Some(Some(effects))
@@ -374,7 +374,7 @@ impl Decoder<'_> {
         self.approximate(format!("what {} writes is taken as any value", raw.mnemonic));
         let mut regions = self.regions(&raw.operands[0], count)?;
         regions.extend(self.regions(&raw.operands[1], Some(1))?);
-        let lost = |region| fired(Write::Forget(region, self.choice()));
+        let lost = |region| fired(Write::Havoc(region, self.choice()));
         Some(Some(regions.into_iter().map(lost).collect()))
     }
 
@@ -408,7 +408,7 @@ impl Decoder<'_> {
     }
 
     /// Every operand that is written takes any value, as far as it reaches.
-    fn forget_all(&mut self, raw: &RawInstruction, entry: &Entry, when: When) -> Vec<Effect> {
+    fn havoc_all(&mut self, raw: &RawInstruction, entry: &Entry, when: When) -> Vec<Effect> {
         let mut effects = Vec::new();
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
             match operand.role {
@@ -416,13 +416,13 @@ impl Decoder<'_> {
                 Role::Axis if self.is_bit(text) => {}
                 Role::Axis => {
                     let region = Region::Area(const { area("Y") });
-                    effects.push(Effect { when, write: Write::Forget(region, self.choice()) });
+                    effects.push(Effect { when, write: Write::Havoc(region, self.choice()) });
                     continue;
                 }
                 Role::Source | Role::Count | Role::Other => continue,
             }
             for region in self.reach(raw, entry, text, operand.extent) {
-                effects.push(Effect { when, write: Write::Forget(region, self.choice()) });
+                effects.push(Effect { when, write: Write::Havoc(region, self.choice()) });
             }
         }
         if !effects.is_empty() {

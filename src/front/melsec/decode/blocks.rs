@@ -13,7 +13,7 @@ use crate::program::{
     WordSource, WordTarget, Write,
 };
 
-/// Blocks of more places than this are forgotten rather than followed.
+/// Blocks of more places than this are havocked rather than followed.
 const MOST_PLACES: i64 = 512;
 /// No constant text is longer.
 const LONGEST_CONSTANT: usize = 32;
@@ -169,7 +169,7 @@ impl Decoder<'_> {
         }
         if let Some(WordTarget::Cell(cell)) = last {
             let region = Region::Range { first: cell, count: 1 };
-            effects.push(fired(Write::Forget(region, self.choice())));
+            effects.push(fired(Write::Havoc(region, self.choice())));
             let no_bit = |bit| Write::Bit(BitTarget::WordBit(cell, bit), Logic::Const(false));
             effects.extend((0..8).map(|bit| fired(no_bit(bit))));
         }

@@ -195,9 +195,8 @@ impl Decoder<'_> {
         if !passed.is_empty() {
             // What is handed over stands in function devices; what comes back is copied behind the call.
             let choice = self.choice();
-            effects.extend(
-                FUNCTION_AREAS.map(|area| fired(Write::Forget(Region::Area(area), choice))),
-            );
+            effects
+                .extend(FUNCTION_AREAS.map(|area| fired(Write::Havoc(Region::Area(area), choice))));
         }
         let handed = (!passed.is_empty()).then_some("arguments");
         let timing = timing(mnemonic, pulsed, handed, "call", Units::None, false);
@@ -213,29 +212,29 @@ impl Decoder<'_> {
             let at = self.add(Some(timing), effects, Step::Call { fires: runs, target: OPEN });
             self.calls_with_coils_off.push(at);
             let choice = self.choice();
-            let forget = always(Write::Forget(Region::Everything, choice));
-            self.add(None, vec![forget], Step::Nothing);
+            let havoc = always(Write::Havoc(Region::Everything, choice));
+            self.add(None, vec![havoc], Step::Nothing);
             at
         } else {
             self.add(Some(timing), effects, Step::Call { fires, target: OPEN })
         };
         self.fix(at, label, file, by_file);
-        self.forget_passed(&passed);
+        self.havoc_passed(&passed);
     }
 
     /// What a routine may hand back behind its call takes any value.
-    fn forget_passed(&mut self, passed: &[String]) {
+    fn havoc_passed(&mut self, passed: &[String]) {
         let mut effects = Vec::new();
         for text in passed {
             // A function device hands back four words at most.
             for region in self.regions(text, Some(4)).unwrap_or_default() {
-                effects.push(always(Write::Forget(region, self.choice())));
+                effects.push(always(Write::Havoc(region, self.choice())));
             }
         }
         if !passed.is_empty() {
             // Whether a routine's own function devices come back with it is not known.
             for area in FUNCTION_AREAS {
-                effects.push(always(Write::Forget(Region::Area(area), self.choice())));
+                effects.push(always(Write::Havoc(Region::Area(area), self.choice())));
             }
         }
         if !effects.is_empty() {
@@ -362,7 +361,7 @@ impl Decoder<'_> {
                 let left = Number::Words(targets.iter().map(|_| self.free_word()).collect());
                 vec![fired(Write::Words(targets, left))]
             }
-            WordPlace::Somewhere(region) => vec![fired(Write::Forget(region, self.choice()))],
+            WordPlace::Somewhere(region) => vec![fired(Write::Havoc(region, self.choice()))],
             WordPlace::Nowhere => Vec::new(),
         };
         let pulsed = mnemonic.ends_with('P');

@@ -212,7 +212,7 @@ impl Decoder<'_> {
         for (area, indexed) in &found {
             let alone = found.iter().filter(|(other, _)| other == area).count() == 1;
             let lost = effects.iter().filter_map(|effect| match effect.write {
-                Write::Forget(Region::Area(other), choice) if other == *area => Some(choice),
+                Write::Havoc(Region::Area(other), choice) if other == *area => Some(choice),
                 _ => None,
             });
             let lost: Vec<ChoiceId> = lost.collect();
@@ -293,7 +293,7 @@ impl Decoder<'_> {
         self.quiet = false;
         if entry.class == "module" && self.reads_module(raw, entry) {
             for effect in effects.iter() {
-                if let Write::Forget(_, choice) = effect.write {
+                if let Write::Havoc(_, choice) = effect.write {
                     self.program.kinds.insert(choice, ChoiceKind::World);
                 }
             }
@@ -301,7 +301,7 @@ impl Decoder<'_> {
         let Some(meaning) = meaning else { return };
         let choice = self.exactly(meaning);
         for effect in effects {
-            if let (When::Fired, Write::Forget(_, own)) = (effect.when, &mut effect.write) {
+            if let (When::Fired, Write::Havoc(_, own)) = (effect.when, &mut effect.write) {
                 *own = choice;
             }
         }

@@ -1,15 +1,15 @@
-//! What can only be settled when all files are read: labels, recursion, jumps' limits, loops taken in bulk, interrupts.
+//! What can only be settled when all files are read: labels, recursion, jumps' limits, summarised loops, interrupts.
 
 use super::control::{MOST_NESTED, MOST_TURNS};
 use super::{Counts, Decoder};
 use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
-use crate::program::bulk;
 use crate::program::flow;
+use crate::program::summary;
 use crate::program::{Program, Step};
 use std::collections::BTreeMap;
 
-/// Loops that unroll to more executed instructions than this are taken in bulk.
+/// Loops that unroll to more executed instructions than this are summarised.
 const MOST_UNROLLED: u64 = 200_000;
 
 impl Decoder<'_> {
@@ -26,7 +26,7 @@ impl Decoder<'_> {
         if !self.has_faults() {
             self.hold_off();
             self.loosen_edges();
-            self.take_in_bulk();
+            self.summarise_loops();
         }
         let mut found = self.project.warnings.clone();
         let faults = std::mem::take(&mut self.faults);
@@ -173,13 +173,13 @@ impl Decoder<'_> {
         }
     }
 
-    /// Takes loops in bulk whose number of turns is not known, and then those that unroll to too much all the same.
+    /// Summarises loops whose number of turns is not known, and then those that unroll to too much all the same.
     /// Of each kind outer loops first: what they hold needs no care of its own.
-    fn take_in_bulk(&mut self) {
+    fn summarise_loops(&mut self) {
         let loops = flow::loops(&self.program);
         let (unknown, known): (Vec<_>, Vec<_>) =
             loops.into_iter().partition(|(begin, _)| self.unbounded.contains(begin));
-        // Where loops taken in bulk begin and end; of those that stand in each other the outer one alone.
+        // Where summarised loops begin and end; of those that stand in each other the outer one alone.
         let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
         let (mut behind, unknowns) = (0, unknown.len());
         for (place, (begin, end)) in unknown.into_iter().chain(known).enumerate() {
@@ -204,7 +204,8 @@ impl Decoder<'_> {
             if unknown {
                 taken.insert(begin, end);
             }
-            let Some(step) = bulk::bulk(&mut self.program, begin, end, u64::from(turns)) else {
+            let Some(step) = summary::of_loop(&mut self.program, begin, end, u64::from(turns))
+            else {
                 let message =
                     "loops and calls multiply to more turns here than can be counted".to_owned();
                 self.fault_at(
@@ -218,7 +219,7 @@ impl Decoder<'_> {
             self.program.instructions[begin].step = step;
             self.program.approximations.push(crate::program::Approximation {
                 instruction: begin,
-                what: bulk::charged(turns).into(),
+                what: summary::charged(turns).into(),
             });
         }
     }

@@ -34,7 +34,7 @@ impl Decoder<'_> {
             let_hold_off(&mut self.program.instructions[at], choice);
             // What an operation takes from the rung's condition is held off, too.
             for effect in &self.program.instructions[at].effects {
-                if let (When::Always, Write::Forget(_, own)) = (effect.when, &effect.write)
+                if let (When::Always, Write::Havoc(_, own)) = (effect.when, &effect.write)
                     && let Some(ChoiceKind::Exact(_)) = self.program.kinds.get(own)
                 {
                     self.program.kinds.remove(own);

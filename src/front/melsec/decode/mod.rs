@@ -294,7 +294,7 @@ impl<'a> Decoder<'a> {
         }
         self.approximate("a direct input refreshes X: any X is taken as any value".to_owned());
         let choice = self.choice();
-        let lost = always(Write::Forget(Region::Area(area("X")), choice));
+        let lost = always(Write::Havoc(Region::Area(area("X")), choice));
         self.add(None, vec![lost], Step::Nothing);
     }
 

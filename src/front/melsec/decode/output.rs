@@ -36,7 +36,7 @@ impl Decoder<'_> {
             BitPlace::One(target) => Write::Bit(target, value),
             BitPlace::Somewhere(region) => {
                 let choice = self.indexed_write(text, meaning::Operand::Truth(value), 1);
-                Write::Forget(region, choice)
+                Write::Havoc(region, choice)
             }
             BitPlace::Nowhere => return Some(Vec::new()),
         };
@@ -113,7 +113,7 @@ impl Decoder<'_> {
                 ));
                 let choice = self.choice();
                 return [contact, coil, value]
-                    .map(|area| always(Write::Forget(Region::Area(area), choice)))
+                    .map(|area| always(Write::Havoc(Region::Area(area), choice)))
                     .to_vec();
             }
             _ => return Vec::new(),
@@ -193,7 +193,7 @@ impl Decoder<'_> {
                 ));
                 let choice = self.choice();
                 let areas = [timed.contact, timed.coil, timed.value];
-                areas.map(|area| fired(Write::Forget(Region::Area(area), choice))).to_vec()
+                areas.map(|area| fired(Write::Havoc(Region::Area(area), choice))).to_vec()
             }
             Place::At(Kind::Word(_) | Kind::VolatileWord, _)
             | Place::Indexed(Kind::Word(_) | Kind::VolatileWord, false)

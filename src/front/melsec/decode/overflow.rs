@@ -40,7 +40,7 @@ impl Decoder<'_> {
             WordPlace::All(targets) => targets,
             // What is stored there is not known: it may be no ring's.
             WordPlace::Somewhere(region) => {
-                return Some(vec![fired(Write::Forget(region, self.choice()))]);
+                return Some(vec![fired(Write::Havoc(region, self.choice()))]);
             }
             WordPlace::Nowhere => return Some(Vec::new()),
         };
@@ -65,7 +65,7 @@ impl Decoder<'_> {
         let Some(lost) = self.lost.take() else { return };
         let mut effects = Vec::new();
         for region in lost.regions {
-            effects.push(fired(Write::Forget(region, self.choice())));
+            effects.push(fired(Write::Havoc(region, self.choice())));
         }
         self.add(None, effects, Step::Act { fires: Logic::cell(lost.overflow) });
     }

@@ -6,7 +6,7 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
 use crate::front::melsec::device::Kind;
 use crate::front::melsec::operand::{Operand, Place, parse};
-use crate::program::bulk::UNKNOWN_COUNT;
+use crate::program::summary::UNKNOWN_COUNT;
 use crate::program::{Cell, StartRange};
 
 /// More faults than this are counted, not listed.

@@ -7,7 +7,7 @@ use crate::front::Places;
 use crate::front::melsec::catalog::{Extent, Role, find};
 use crate::front::melsec::device::Family;
 use crate::front::melsec::source::{RawFile, RawInstruction, RawProject};
-use crate::program::{Bulk, Cell, Program, Step, Units, When, WordTarget, Write};
+use crate::program::{Cell, Program, Step, Summary, Units, When, WordTarget, Write};
 use std::fmt::Write as _;
 
 fn raw_file(name: &str, text: &str) -> RawFile {
@@ -148,19 +148,19 @@ fn pointers_that_files_share_are_found_in_the_other_file() {
 }
 
 #[test]
-fn a_loop_of_unknown_length_is_taken_in_bulk_and_a_stated_one_is_not() {
+fn a_loop_of_unknown_length_is_summarised_and_a_stated_one_is_not() {
     let text = "FOR D0; LD X0; INC D5; LD X1; BREAK D9 P0; NEXT; P0; LD X0; OUT Y0; END";
     let p = program(text);
-    let bulk = p.instructions.iter().find_map(|one| match &one.step {
-        Step::Bulk(bulk) => Some(bulk),
+    let summary = p.instructions.iter().find_map(|one| match &one.step {
+        Step::Summary(summary) => Some(summary),
         _ => None,
     });
-    let Some(Bulk { charges, exits, forgets, .. }) = bulk.map(|bulk| &**bulk) else {
+    let Some(Summary { charges, exits, havocs, .. }) = summary.map(|summary| &**summary) else {
         panic!("{p:?}")
     };
     assert!(charges.iter().all(|&(_, times)| times == 32_767));
     assert_eq!(exits.len(), 1);
-    assert!(!forgets.is_empty() && !p.approximations.is_empty());
+    assert!(!havocs.is_empty() && !p.approximations.is_empty());
     let facts = Facts { ranges: [("D0".to_owned(), (1, 4))].into(), ..Facts::default() };
     let p = decode_files(&[("main", text)], Family::Q, &facts).expect("a stated count");
     assert!(
@@ -187,7 +187,7 @@ fn user_instructions_lose_their_operands() {
     let p = program("LD X0; FB7 D5; END");
     assert!(matches!(
         p.instructions[1].effects[..],
-        [crate::program::Effect { when: When::Fired, write: Write::Forget(..) }]
+        [crate::program::Effect { when: When::Fired, write: Write::Havoc(..) }]
     ));
     assert_eq!(p.approximations.len(), 1);
 }
@@ -277,7 +277,7 @@ fn a_stated_range_does_not_bound_a_count_that_the_scan_overwrites() {
     let text = "LD X0; MOV K100 D0; FOR D0; LD X1; FB1 D9; NEXT; LD X0; BMOV D10 D20 D0; END";
     let facts = Facts { ranges: [("D0".to_owned(), (1, 3))].into(), ..Facts::default() };
     let p = decode_files(&[("main", text)], Family::Q, &facts).expect("a program");
-    assert!(p.instructions.iter().any(|i| matches!(i.step, Step::Bulk(_))));
+    assert!(p.instructions.iter().any(|i| matches!(i.step, Step::Summary(_))));
     let units = p.instructions.iter().filter_map(|i| i.timing.as_ref()).map(|key| &key.units);
     let most = |units: &Units| match units {
         Units::Counted(counted) => counted.most,
@@ -298,7 +298,7 @@ fn loses(p: &Program, area: &str, index: u32) -> bool {
     p.instructions[1]
         .effects
         .iter()
-        .any(|effect| matches!(effect.write, Write::Forget(region, _) if region.holds(cell)))
+        .any(|effect| matches!(effect.write, Write::Havoc(region, _) if region.holds(cell)))
 }
 
 #[test]

@@ -1,22 +1,22 @@
-//! Loops and routines taken in bulk: charged as often as they can run, at their dearest, without being followed.
+//! Loop summaries: loops and routines charged as often as they can run, at their dearest, without being followed.
 //!
 //! Loops in loops and calls in calls multiply, so what a scan executes is counted before it is followed. Where the
-//! count is beyond what can be followed, the innermost loops and routines that are too large are taken in bulk.
+//! count is beyond what can be followed, the innermost loops and routines that are too large are summarised.
 
 use super::flow::{self, written};
 use super::{
-    Approximation, BitSource, Bulk, ChoiceId, Exit, Instruction, Logic, Program, Region, Step,
+    Approximation, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step, Summary,
     WordSource,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// More single ranges of an area than this are forgotten as the whole area.
+/// More single ranges of an area than this are havocked as the whole area.
 const MOST_RANGES: usize = 256;
 
-/// Below this size nothing is taken in bulk by itself: then it is the whole program.
+/// Below this size nothing is summarised by itself: then it is the whole program.
 const SMALLEST: u64 = 64;
 
-/// All charges of what is taken in bulk together are at most so many; beyond, the whole program is taken in bulk.
+/// All charges of what is summarised together are at most so many; beyond, the whole program is summarised.
 const MOST_CHARGES: usize = 4_000_000;
 
 /// Loops and calls multiply beyond all numbers here.
@@ -28,14 +28,14 @@ pub struct TooOften {
 
 /// The loop between two instructions as one step that charges everything in it `turns` times; `None` if it runs
 /// more often than can be counted.
-pub fn bulk(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
+pub fn of_loop(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
     let gathered = Shape::of(program).gather(program, begin + 1, end, turns).ok()?;
     let turns = turns_of(program, begin);
     Some(gathered.step(program, end, turns))
 }
 
-/// Takes loops, routines and interrupts in bulk, so that at most `most` instructions more than the program has are
-/// executed in a scan: how many there are at most. What was taken in bulk is listed as an approximation.
+/// Summarises loops, routines and interrupts, so that at most `most` instructions more than the program has are
+/// executed in a scan: how many there are at most. What was summarised is listed as an approximation.
 ///
 /// # Errors
 /// Where loops and calls multiply beyond all numbers.
@@ -59,34 +59,34 @@ pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
     }
 }
 
-/// Puts back loops that were taken in bulk where their counts say less than was charged: `turns` tells how many turns
+/// Puts back summarised loops where their counts say less than was charged: `turns` tells how many turns
 /// each makes at most wherever a scan was followed to it. Whether there were any.
 ///
-/// A loop that also runs within something else that is taken in bulk, as in a routine that is called there, stays: how
+/// A loop that also runs within something else that is summarised, as in a routine that is called there, stays: how
 /// often it turns there was not followed.
 pub fn put_back(program: &mut Program, turns: &BTreeMap<usize, u32>) -> bool {
-    let bulks = program.instructions.iter().filter_map(|one| match &one.step {
-        Step::Bulk(bulk) => Some(bulk),
+    let summaries = program.instructions.iter().filter_map(|one| match &one.step {
+        Step::Summary(summary) => Some(summary),
         _ => None,
     });
     let unfollowed: BTreeSet<usize> =
-        bulks.flat_map(|bulk| bulk.charges.iter().map(|&(at, _)| at)).collect();
+        summaries.flat_map(|summary| summary.charges.iter().map(|&(at, _)| at)).collect();
     let mut any = false;
     for (&begin, &known) in turns.iter().filter(|(begin, _)| !unfollowed.contains(begin)) {
-        let Step::Bulk(bulk) = &program.instructions[begin].step else { continue };
-        let (end, Some((count, least, most))) = (bulk.end, bulk.turns) else { continue };
+        let Step::Summary(summary) = &program.instructions[begin].step else { continue };
+        let (end, Some((count, least, most))) = (summary.end, summary.turns) else { continue };
         if known < most {
             program.instructions[begin].step = Step::ForBegin { count, least, most: known, end };
             program
                 .approximations
-                .retain(|one| one.instruction != begin || !one.what.contains(IN_BULK));
+                .retain(|one| one.instruction != begin || !one.what.contains(SUMMARISED));
             any = true;
         }
     }
     any
 }
 
-/// Lowers how many turns loops make at most to what was found, over all ways to them. Those that were taken in bulk
+/// Lowers how many turns loops make at most to what was found, over all ways to them. Those that were summarised
 /// since their counts were not known are followed if they are known now.
 pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
     let lowered = |at: usize, most: u32| {
@@ -95,7 +95,7 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
     };
     let is_lowered = |(at, one): (usize, &Instruction)| match &one.step {
         Step::ForBegin { most, .. } => lowered(at, *most).is_some(),
-        Step::Bulk(bulk) => bulk.turns.is_some_and(|(.., most)| lowered(at, most).is_some()),
+        Step::Summary(summary) => summary.turns.is_some_and(|(.., most)| lowered(at, most).is_some()),
         _ => false,
     };
     if !program.instructions.iter().enumerate().any(is_lowered) {
@@ -107,8 +107,8 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
             Step::ForBegin { least, most, .. } => {
                 *most = lowered(at, *most).map_or(*most, |known| known.max(*least));
             }
-            Step::Bulk(bulk) => {
-                let (end, Some((count, least, most))) = (bulk.end, bulk.turns) else { continue };
+            Step::Summary(summary) => {
+                let (end, Some((count, least, most))) = (summary.end, summary.turns) else { continue };
                 let known = lowered(at, most).map(|known| known.max(least));
                 if known.is_none() {
                     unknown.push((at, end, most));
@@ -120,14 +120,14 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
         }
     }
     let mut behind = 0;
-    program.approximations.retain(|one| !one.what.starts_with(IN_BULK));
+    program.approximations.retain(|one| !one.what.starts_with(SUMMARISED));
     for (begin, end, most) in unknown {
-        // What stands in a loop that is taken in bulk is in it.
+        // What stands in a loop that is summarised is in it.
         if begin < behind {
             continue;
         }
         behind = end;
-        let Some(step) = bulk(program, begin, end, u64::from(most)) else { continue };
+        let Some(step) = of_loop(program, begin, end, u64::from(most)) else { continue };
         program.instructions[begin].step = step;
         let what = charged(most).into();
         program.approximations.push(Approximation { instruction: begin, what });
@@ -137,16 +137,16 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
 /// What is said of a count that stands in a word, behind its name and in front of the most that is taken.
 pub const UNKNOWN_COUNT: &str = "is not known: taken as up to";
 
-/// How an approximation says that a loop was taken in bulk: so many times.
-const IN_BULK: &str = "the loop is charged ";
+/// How an approximation says that a loop was summarised: so many times.
+const SUMMARISED: &str = "the loop is charged ";
 
 /// What is said of a loop that is charged so many times.
 #[must_use]
 pub fn charged(turns: u32) -> String {
-    format!("{IN_BULK}{turns} times at its dearest, and what it writes is taken as any value")
+    format!("{SUMMARISED}{turns} times at its dearest, and what it writes is taken as any value")
 }
 
-/// Takes the whole program in bulk: the sum of all that can run, each at its dearest. Whether it can run together,
+/// Summarises the whole program: the sum of all that can run, each at its dearest. Whether it can run together,
 /// or run at all, is left open.
 ///
 /// # Errors
@@ -180,7 +180,7 @@ pub fn whole(program: &mut Program, why: &str) -> Result<(), TooOften> {
     Ok(())
 }
 
-/// What is to be taken in bulk.
+/// What is to be summarised.
 #[derive(Default)]
 struct Plan {
     loops: BTreeSet<usize>,
@@ -232,7 +232,7 @@ impl Shape {
         Shape { ends, order, place }
     }
 
-    /// What to take in bulk so that nothing by itself executes more than `limit` instructions.
+    /// What to summarise so that nothing by itself executes more than `limit` instructions.
     fn plan(&self, program: &Program, limit: u64) -> Plan {
         let mut plan = Plan::default();
         let mut sizes: BTreeMap<usize, u64> = BTreeMap::new();
@@ -289,9 +289,9 @@ impl Shape {
                         all
                     }
                 }
-                Step::Bulk(bulk) => {
-                    at = bulk.end;
-                    bulk.charges.len() as u64
+                Step::Summary(summary) => {
+                    at = summary.end;
+                    summary.charges.len() as u64
                 }
                 Step::Call { target, .. } => sizes.get(target).copied().unwrap_or(0),
                 _ => 0,
@@ -382,7 +382,7 @@ impl Shape {
         Ok(())
     }
 
-    /// Takes all runs of an interrupt routine in bulk.
+    /// Summarises all runs of an interrupt routine.
     fn interrupt(&self, program: &mut Program, index: usize) -> Result<(), TooOften> {
         let (entry, times) = (program.interrupts[index].entry, program.interrupts[index].times);
         if times == 0 {
@@ -446,12 +446,12 @@ impl Shape {
                     self.span(program, at + 1, *end, turns, gathered, called)?;
                     at = *end;
                 }
-                Step::Bulk(bulk) => {
-                    for &(charged, often) in &bulk.charges {
+                Step::Summary(summary) => {
+                    for &(charged, often) in &summary.charges {
                         let often = often.checked_mul(times).ok_or(too_often)?;
                         add(gathered.charges.entry(charged).or_default(), often)?;
                     }
-                    at = bulk.end;
+                    at = summary.end;
                 }
                 Step::Call { target, .. } => {
                     let place = *self.place.get(target).ok_or(too_often)?;
@@ -465,7 +465,7 @@ impl Shape {
     }
 }
 
-/// What is taken in bulk.
+/// What is summarised.
 #[derive(Default)]
 struct Gathered {
     /// How often each instruction is charged.
@@ -492,12 +492,14 @@ impl Gathered {
                 Step::Return => {
                     found.insert(Exit::Return);
                 }
-                Step::Bulk(bulk) => found.extend(bulk.exits.iter().map(|&(_, exit)| exit).filter(
-                    |exit| match exit {
-                        Exit::To(target) => *target > to,
-                        _ => true,
-                    },
-                )),
+                Step::Summary(summary) => {
+                    found.extend(summary.exits.iter().map(|&(_, exit)| exit).filter(|exit| {
+                        match exit {
+                            Exit::To(target) => *target > to,
+                            _ => true,
+                        }
+                    }))
+                }
                 _ => {}
             }
         }
@@ -514,8 +516,8 @@ impl Gathered {
                 Step::Stop { .. } => {
                     self.out.insert(Exit::Stop);
                 }
-                Step::Bulk(bulk) => {
-                    let out = bulk.exits.iter().map(|&(_, exit)| exit);
+                Step::Summary(summary) => {
+                    let out = summary.exits.iter().map(|&(_, exit)| exit);
                     self.out.extend(out.filter(|exit| matches!(exit, Exit::End | Exit::Stop)));
                 }
                 Step::Unbounded { .. } => self.endless = true,
@@ -536,10 +538,10 @@ impl Gathered {
         };
         let exits = self.own.union(&self.out).map(|&exit| (choice(), exit)).collect();
         let choice = choice();
-        Step::Bulk(Box::new(Bulk {
+        Step::Summary(Box::new(Summary {
             end,
             charges: self.charges.into_iter().collect(),
-            forgets: merged(self.regions),
+            havocs: merged(self.regions),
             choice,
             exits,
             turns,
@@ -558,8 +560,8 @@ fn turns_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u32)> {
 /// Puts what was gathered behind the program, followed by `then`, which costs nothing there.
 fn stub(program: &mut Program, gathered: Gathered, of: usize, then: Step) {
     let at = program.instructions.len();
-    let bulk = gathered.step(program, at, None);
-    [bulk, then].into_iter().for_each(|step| append(program, of, step));
+    let summary = gathered.step(program, at, None);
+    [summary, then].into_iter().for_each(|step| append(program, of, step));
 }
 
 /// Puts a step behind the program that belongs to an instruction of it.
