@@ -1,7 +1,8 @@
 //! A model's dearest scan: searched, and replayed by the interpreter.
 
 use super::assemble::constant_charges;
-use super::pipeline::{Failure, Progress, Request, confirm, together};
+use super::confirmed::{confirm, together};
+use super::request::{Failure, Progress, Request};
 use super::search::Search;
 use crate::base::budget::Budget;
 use crate::base::time::Picos;

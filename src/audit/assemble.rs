@@ -1,15 +1,20 @@
 //! Puts together what a report shows from what the stages found.
 
 use super::deciding::{deciding, depends_on};
-use super::executed::{Executed, started};
+use super::executed::{Executed, stands_between, started};
 use super::method::SearchUse;
 use super::names::Names;
 use super::real::Found;
-use super::response::Delay;
+use super::request::Request;
+use super::response::Delays;
+use super::stated;
+use super::unbounded::Loops;
 use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
-    GroupUse, NetworkUse, OverheadUse, PathStep, RungUse, Share, TableUse, Tie, Value,
+    GroupUse, NetworkUse, OverheadUse, PathStep, RunScan, RungUse, Share, TableUse, Tie, Value,
+    possible,
 };
+use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
 use crate::program::Program;
@@ -21,13 +26,14 @@ use crate::timing::table::{Evidence, Table};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::Instant;
 
 /// For so many rungs a group it is asked why they don't cost their most.
 const MOST_EXPLAINED: usize = 20;
 
-/// What the stages found.
+/// What the search found, and in what.
 pub struct Findings<'a> {
+    pub request: &'a Request<'a>,
     pub program: &'a Program,
     pub table: &'a Table,
     pub prices: &'a Prices,
@@ -38,8 +44,36 @@ pub struct Findings<'a> {
     pub assignment: &'a Assignment,
     /// What ends the search for reasons.
     pub limits: &'a Limits<'a>,
-    /// The dearest scan that was run really, and from what it starts; `None` if it is that of the assignment.
-    pub real: Option<&'a Found>,
+    /// The dearest scan that was run really, and from what it starts.
+    pub found: &'a Found,
+    /// Whether that takes as long as the assignment's.
+    pub same: bool,
+}
+
+/// The bound, what its parts cost in the scan that is shown, and why rungs don't cost their most there.
+pub struct Explained {
+    bound: Bound,
+    overhead: Vec<OverheadUse>,
+    always: Vec<ChargeUse>,
+    /// Of each group, its charges and its rungs.
+    groups: Vec<(Vec<ChargeUse>, Vec<RungUse>)>,
+}
+
+/// What the stages behind the search found.
+pub struct Finished {
+    /// When the audit began.
+    pub start: Instant,
+    pub warnings: Vec<Diagnostic>,
+    pub cuts: Vec<Cut>,
+    pub ended_early: bool,
+    pub explained: Explained,
+    /// How each group's maximum was found.
+    pub searches: Vec<SearchUse>,
+    pub loops: Loops,
+    /// A run from power-up, if one was found.
+    pub run: Vec<RunScan>,
+    /// The delays around the scan, if a response time is asked for.
+    pub delays: Option<Delays>,
 }
 
 /// The charges that no assignment changes.
@@ -48,17 +82,20 @@ pub fn constant_charges(model: &ScanModel) -> Vec<usize> {
 }
 
 impl Findings<'_> {
-    /// The audit, but for the time it took.
-    pub fn audit(&self, warnings: Vec<Diagnostic>) -> Audit {
+    /// The scan that is shown, where it is not that of the assignment.
+    fn real(&self) -> Option<&Found> {
+        Some(self.found).filter(|_| !self.same)
+    }
+
+    /// Shares out the bound, and asks why rungs don't cost their most.
+    pub fn explain(&self) -> Explained {
         let names = Names::new(self.program);
-        let constant = constant_charges(self.model);
         let values = self.model.circuit.evaluate(self.assignment);
-        let executed = self.real.map(|found| Executed::of(self.program, &found.best));
-        let pick = |charges: &[usize], executed: Option<&Executed>| {
+        let executed = self.real().map(|found| Executed::of(self.program, &found.best));
+        let pick = |charges: &[usize], executed: Option<&Executed>| -> Vec<ChargeUse> {
             charges.iter().map(|&charge| self.charge(charge, &values, executed, &names)).collect()
         };
-        let always: Vec<ChargeUse> = pick(&constant, None);
-        let uses = self.uses();
+        let always = pick(&constant_charges(self.model), None);
         let overhead: Vec<OverheadUse> = self
             .prices
             .overhead
@@ -71,50 +108,79 @@ impl Findings<'_> {
             })
             .collect();
         let bound = self.bound(&always, &overhead);
-        let mut groups: Vec<GroupUse> = self
-            .groups
-            .iter()
-            .zip(self.maxima)
-            .map(|(group, maximum)| {
-                let explain = Audit::is_main(maximum.upper, &bound);
-                {
-                    let charges = pick(&group.charges, executed.as_ref());
-                    self.group(group, maximum, charges, &names, &uses, explain)
-                }
-            })
+        let explained = |(group, maximum): (&Group, &Maximum)| {
+            let charges = pick(&group.charges, executed.as_ref());
+            let rungs = self.rungs(group, &charges, &names, Audit::is_main(maximum.upper, &bound));
+            (charges, rungs)
+        };
+        let groups = self.groups.iter().zip(self.maxima).map(explained).collect();
+        Explained { bound, overhead, always, groups }
+    }
+
+    /// The audit.
+    pub fn audit(&self, finished: Finished) -> Audit {
+        let Finished {
+            start,
+            warnings,
+            cuts,
+            ended_early,
+            explained,
+            searches,
+            loops,
+            run,
+            delays,
+        } = finished;
+        let Explained { bound, overhead, always, groups } = explained;
+        let names = Names::new(self.program);
+        let uses = self.uses();
+        let groups = groups.into_iter().zip(searches).enumerate();
+        let groups = groups
+            .map(|(index, (explained, search))| self.group(index, explained, search, &names, &uses))
             .collect();
-        for (index, group) in groups.iter_mut().enumerate() {
-            group.id = index + 1;
-        }
+        let table = self.table(&bound, &overhead);
+        let clocked = self.program.clocked;
+        let possible = possible(&bound, table.factor.as_ref(), clocked.is_some());
+        let real = self.real().filter(|_| bound.lower < bound.model);
+        let response = delays.map(|delays| delays.around(bound.upper));
         Audit {
             files: self.program.files.iter().map(|file| file.name.clone()).collect(),
             dialect: self.program.dialect.clone(),
             cpu: self.program.cpu.clone(),
             instructions: self.program.files.iter().map(|file| file.count).sum(),
             blocks: self.program.blocks,
-            clocked: None,
-            table: self.table(&values, executed.as_ref(), &bound, &overhead),
+            clocked,
+            table,
+            doubts: self.doubts(&loops, &bound),
             bound,
             overhead,
             always,
             groups,
             witness: self.witness(&names),
-            witness_run: Vec::new(),
-            stands_between: None,
-            path: Vec::new(),
-            unbounded: Vec::new(),
-            facts: self.program.facts.clone(),
+            witness_run: match clocked {
+                None => run,
+                // Every scan takes as long; the clock may be slower, and is not known to be.
+                Some(_) => {
+                    let at_most = |scan: RunScan| RunScan { took: scan.took.min(possible), ..scan };
+                    run.into_iter().map(at_most).collect()
+                }
+            },
+            stands_between: real.map(|found| stands_between(self.program, &found.best)),
+            path: match self.program.shows_way {
+                true => self.path(&self.found.best.replay, &names),
+                false => Vec::new(),
+            },
+            unbounded: loops.found,
+            facts: stated::in_words(self.request, self.program),
             points: self.prices.points.clone(),
             bases: self.prices.bases.clone(),
             networks: self.networks(),
-            doubts: self.doubts(),
             approximations: self.approximations(),
             warnings,
-            response: None,
-            ended_early: false,
-            trust: crate::passes::values::Trust::None,
-            cuts: Vec::new(),
-            elapsed: Duration::ZERO,
+            response,
+            ended_early,
+            trust: self.request.trust,
+            cuts,
+            elapsed: start.elapsed(),
         }
     }
 
@@ -124,7 +190,7 @@ impl Findings<'_> {
         let groups: Picos = self.maxima.iter().map(|maximum| maximum.upper).sum();
         let lower: Picos = self.maxima.iter().map(|maximum| maximum.lower).sum();
         let model = always + overhead + lower;
-        let real = self.real.map(|found| overhead + found.best.replay.total);
+        let real = self.real().map(|found| overhead + found.best.replay.total);
         Bound {
             upper: always + overhead + groups,
             lower: real.unwrap_or(model),
@@ -137,8 +203,7 @@ impl Findings<'_> {
     }
 
     /// The way of a scan through the program, instruction by instruction.
-    pub fn path(&self, replayed: &Replay) -> Vec<PathStep> {
-        let names = Names::new(self.program);
+    fn path(&self, replayed: &Replay, names: &Names<'_>) -> Vec<PathStep> {
         let priced = |event: &&Event| self.prices.instructions[event.instruction].is_some();
         let step = |event: &Event| {
             let instruction = &self.program.instructions[event.instruction];
@@ -184,13 +249,13 @@ impl Findings<'_> {
 
     fn group(
         &self,
-        group: &Group,
-        maximum: &Maximum,
-        charges: Vec<ChargeUse>,
+        index: usize,
+        (charges, rungs): (Vec<ChargeUse>, Vec<RungUse>),
+        search: SearchUse,
         names: &Names<'_>,
         uses: &[usize],
-        explain: bool,
     ) -> GroupUse {
+        let (group, maximum) = (&self.groups[index], &self.maxima[index]);
         let mut by_device: BTreeMap<String, (usize, usize, String)> = BTreeMap::new();
         for (order, variable) in group.variables.iter().enumerate() {
             let index = variable.0 as usize;
@@ -211,20 +276,20 @@ impl Findings<'_> {
         ties.sort_by_key(|tie| Reverse(tie.uses));
         let blocks: BTreeSet<u32> = charges.iter().map(|charge| charge.block).collect();
         GroupUse {
-            id: 0,
+            id: index + 1,
             blocks: blocks.into_iter().collect(),
             devices: devices.into_iter().map(|(device, _)| device).collect(),
             ties,
             upper: maximum.upper,
-            lower: match self.real {
+            lower: match self.real() {
                 Some(_) => charges.iter().map(|charge| charge.cost).sum(),
                 None => maximum.lower,
             },
             naive: charges.iter().map(|charge| charge.on.max(charge.off)).sum(),
             solver_calls: maximum.calls,
-            rungs: self.rungs(group, &charges, names, explain),
+            rungs,
             charges,
-            search: SearchUse::by(maximum.engine),
+            search,
         }
     }
 
@@ -319,7 +384,7 @@ impl Findings<'_> {
     fn witness(&self, names: &Names<'_>) -> Vec<FreeValue> {
         let charges: Vec<usize> =
             self.groups.iter().flat_map(|group| group.charges.iter().copied()).collect();
-        let started = self.real.map(|found| started(self.model, found));
+        let started = self.real().map(|found| started(self.model, found));
         let assignment = started.as_ref().unwrap_or(self.assignment);
         let matters = deciding(self.model, assignment, &charges);
         let mut variables: Vec<usize> = self
@@ -356,13 +421,7 @@ impl Findings<'_> {
         found
     }
 
-    fn table(
-        &self,
-        values: &Values,
-        executed: Option<&Executed>,
-        bound: &Bound,
-        overhead: &[OverheadUse],
-    ) -> TableUse {
+    fn table(&self, bound: &Bound, overhead: &[OverheadUse]) -> TableUse {
         let assumed = |price: &&Arc<Price>| price.evidence == Evidence::Assumed;
         let mut rows: Vec<AssumedUse> = Vec::new();
         let mut known: BTreeMap<&str, usize> = BTreeMap::new();
@@ -387,12 +446,13 @@ impl Findings<'_> {
             });
             row_of.push(row);
         }
-        let costs: Vec<(usize, Picos)> = match executed {
+        let costs: Vec<(usize, Picos)> = match self.real() {
             None => {
+                let values = self.model.circuit.evaluate(self.assignment);
                 let charges = self.model.charges.iter();
-                charges.map(|charge| (charge.instruction, charge.cost(values))).collect()
+                charges.map(|charge| (charge.instruction, charge.cost(&values))).collect()
             }
-            Some(executed) => executed.costs().collect(),
+            Some(found) => Executed::of(self.program, &found.best).costs().collect(),
         };
         for (instruction, cost) in costs {
             if let Some(row) = row_of[instruction] {
@@ -444,8 +504,6 @@ impl Findings<'_> {
                     part: bound.upper.checked_sub(bare).unwrap_or_default(),
                 }
             }),
-            input_delay: self.table.row("@input-delay").map(Delay::of_row),
-            output_delay: self.table.row("@output-delay").map(Delay::of_row),
             assumed_share: Share::of(assumed_time, bound.lower),
             assumed,
             assumed_time,
@@ -471,7 +529,8 @@ impl Findings<'_> {
         ))
     }
 
-    fn doubts(&self) -> Vec<String> {
+    /// Why the bound may be too low, but for points that are not stated.
+    fn doubts(&self, loops: &Loops, bound: &Bound) -> Vec<String> {
         let interrupts = self
             .program
             .interrupts
@@ -483,7 +542,11 @@ impl Findings<'_> {
                     "how often {name} interrupts a scan is not stated, {times} was taken: give --interrupts {name}=N"
                 )
             });
-        interrupts.chain(self.network_doubt()).collect()
+        let outlasts = self.program.shortest_timer.filter(|&shortest| bound.upper >= shortest);
+        let outlasts = outlasts.map(|shortest| {
+            format!("a scan may last longer than the shortest timer ({shortest}), which is taken not to run out within the scan that starts it")
+        });
+        interrupts.chain(self.network_doubt()).chain(loops.doubts()).chain(outlasts).collect()
     }
 
     fn approximations(&self) -> Vec<ApproximationUse> {

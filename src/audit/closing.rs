@@ -2,8 +2,8 @@
 
 use super::asked::{Asked, Searched};
 use super::modelling::put_back;
-use super::pipeline::{Failure, Progress, Request};
 use super::real::{self, Found};
+use super::request::{Failure, Progress, Request};
 use crate::base::budget::Budget;
 use crate::base::time::Picos;
 use crate::program::meaning::Knowledge;

@@ -84,8 +84,6 @@ pub fn fixture() -> Audit {
             notes: vec!["not included: communication".to_owned()],
             watchdog: Some(us(200_000)),
             factor: None,
-            input_delay: None,
-            output_delay: None,
             assumed: vec![AssumedUse {
                 name: "BMOV".to_owned(),
                 row: "@block".to_owned(),

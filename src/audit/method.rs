@@ -3,8 +3,7 @@
 use super::condition;
 use super::deciding::depends_on;
 use super::names::Names;
-use super::pipeline::{Failure, Request};
-use super::{Audit, GroupUse};
+use super::request::{Failure, Request};
 use crate::base::budget::Budget;
 use crate::base::location::Location;
 use crate::base::time::Picos;
@@ -71,16 +70,31 @@ pub struct ConditionUse {
     pub condition: String,
 }
 
-/// Puts the steps of all searches into an audit.
-pub fn trace(
-    audit: &mut Audit,
+/// How each group's maximum was found, with what of it was asked for.
+pub fn searches(
+    maxima: &[Maximum],
+    traces: Option<Vec<TraceUse>>,
+    opinions: Option<Vec<Opinion>>,
+) -> Vec<SearchUse> {
+    let mut traces = traces.map(Vec::into_iter);
+    let mut opinions = opinions.map(Vec::into_iter);
+    let search = |maximum: &Maximum| SearchUse {
+        engine: maximum.engine,
+        opinion: opinions.as_mut().and_then(Iterator::next),
+        trace: traces.as_mut().and_then(Iterator::next),
+    };
+    maxima.iter().map(search).collect()
+}
+
+/// The steps of each group's search.
+pub fn traces(
     program: &Program,
     model: &ScanModel,
     groups: &[Group],
     maxima: &[Maximum],
-) {
+) -> Vec<TraceUse> {
     let names = Names::new(program);
-    for ((shown, group), maximum) in audit.groups.iter_mut().zip(groups).zip(maxima) {
+    let trace = |(group, maximum): (&Group, &Maximum)| {
         let problem = Problem::new(model, group);
         let name = |own: crate::scan::model::VarId| {
             names.free(&model.variables[problem.variable(own).0 as usize])
@@ -112,13 +126,14 @@ pub fn trace(
                     .map_or_else(|| devices(model, item, &names), |words| format!("if {words}")),
             }
         });
-        shown.search.trace = Some(TraceUse {
+        TraceUse {
             constant: Picos(problem.constant),
             deducted: Picos(problem.deducted),
             conditions: conditions.collect(),
             trace: maximum.trace.clone(),
-        });
-    }
+        }
+    };
+    groups.iter().zip(maxima).map(trace).collect()
 }
 
 /// On what it depends whether a condition holds that is too long to be written out.
@@ -145,37 +160,36 @@ fn letters(number: usize) -> String {
     format!("{before}{last}")
 }
 
-/// Asks Z3 about every group and puts its opinions into an audit.
+/// What Z3 says of every group's maximum.
 ///
 /// # Errors
 /// If Z3 contradicts a search.
-pub fn confirm(
-    audit: &mut Audit,
+pub fn opinions(
     request: &Request<'_>,
     model: &ScanModel,
     groups: &[Group],
     maxima: &[Maximum],
     budget: &Budget<'_>,
-) -> Result<(), Failure> {
+) -> Result<Vec<Opinion>, Failure> {
     let deadline = budget.deadline();
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
-    let opinions: Vec<Result<Opinion, String>> = groups
+    let told: Vec<Result<Opinion, String>> = groups
         .par_iter()
         .zip(maxima)
         .map(|(group, maximum)| second_opinion(model, group, maximum, &limits))
         .collect();
-    for (shown, opinion) in audit.groups.iter_mut().zip(opinions) {
-        let number = shown.id;
-        let opinion = opinion.map_err(|why| Failure::Internal(format!("group {number}: {why}")))?;
-        shown.search.opinion = Some(opinion);
-    }
-    let ran_out = |group: &&GroupUse| group.search.opinion == Some(Opinion::RanOut);
-    let open = audit.groups.iter().filter(ran_out).count();
+    let numbered = told.into_iter().enumerate();
+    let opinions = numbered
+        .map(|(index, told)| {
+            told.map_err(|why| Failure::Internal(format!("group {}: {why}", index + 1)))
+        })
+        .collect::<Result<Vec<Opinion>, Failure>>()?;
+    let open = opinions.iter().filter(|opinion| **opinion == Opinion::RanOut).count();
     if open > 0 {
-        let all = audit.groups.len();
+        let all = opinions.len();
         budget.cut("confirming", format!("{open} of {all} groups were not asked to the end"));
     }
-    Ok(())
+    Ok(opinions)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod asked;
 mod assemble;
 mod closing;
 mod condition;
+mod confirmed;
 mod deciding;
 mod executed;
 #[cfg(test)]
@@ -13,16 +14,20 @@ mod modelling;
 mod names;
 mod pipeline;
 mod power_up;
+mod priced;
 mod questions;
 mod real;
+mod request;
 pub mod response;
 mod search;
 mod stated;
 mod unbounded;
+mod understood;
 pub mod verdict;
 
-pub use pipeline::{Concluded, Failure, Followed, Progress, Request, audit, conclude, follow};
+pub use pipeline::{Concluded, Followed, audit, conclude, follow};
 pub use questions::{File, Form, certificates, question};
+pub use request::{Failure, Progress, Request};
 
 use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;
@@ -104,10 +109,7 @@ impl Audit {
     /// tolerance, since no scan is known to need that.
     #[must_use]
     pub fn possible(&self) -> Picos {
-        match &self.table.factor {
-            Some(factor) if self.clocked.is_some() => self.bound.lower.min(factor.without),
-            _ => self.bound.lower,
-        }
+        possible(&self.bound, self.table.factor.as_ref(), self.clocked.is_some())
     }
 
     /// Whether a run from power-up to the scan that costs `Bound::lower` was found.
@@ -182,6 +184,14 @@ impl Audit {
     }
 }
 
+/// So long a scan takes as is known to happen: of a machine with a clock, without what its tolerance allows for.
+fn possible(bound: &Bound, factor: Option<&FactorUse>, is_clocked: bool) -> Picos {
+    match factor {
+        Some(factor) if is_clocked => bound.lower.min(factor.without),
+        _ => bound.lower,
+    }
+}
+
 /// The bound and its parts: `upper` = `always` + `overhead` + the groups' `upper`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bound {
@@ -248,10 +258,6 @@ pub struct TableUse {
     pub watchdog: Option<Picos>,
     /// The factor on the whole scan.
     pub factor: Option<FactorUse>,
-    /// The longest time from an input terminal to the scan.
-    pub input_delay: Option<response::Delay>,
-    /// The longest time from the scan to an output terminal.
-    pub output_delay: Option<response::Delay>,
     /// The assumed times that the program uses, those that weigh most in the worst scan first.
     pub assumed: Vec<AssumedUse>,
     /// How much of the worst scan found rests on assumed times, overhead included.

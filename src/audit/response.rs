@@ -1,8 +1,11 @@
 //! The worst time from an input's edge to an output's.
 
-use super::Audit;
+use super::request::Failure;
+use crate::base::code::Code;
+use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
-use crate::timing::table::{Evidence, Row};
+use crate::program::Program;
+use crate::timing::table::{Evidence, Row, Table};
 
 /// A delay outside the scan, and how it is known.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,7 +20,7 @@ pub struct Delay {
 
 impl Delay {
     /// A table's row.
-    pub(super) fn of_row(row: &Row) -> Delay {
+    fn of_row(row: &Row) -> Delay {
         Delay { time: row.on, evidence: row.evidence, source: row.source.clone() }
     }
 
@@ -43,58 +46,97 @@ pub struct Response {
     pub total: Picos,
 }
 
-impl Response {
-    /// The response of an audited program. Delays that are given take the place of the table's.
+/// What the user gave in place of the table's delays.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Given {
+    /// From an input terminal to the scan.
+    pub input: Option<Picos>,
+    /// From the scan to an output terminal.
+    pub output: Option<Picos>,
+}
+
+/// The delays on both sides of the scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Delays {
+    input: Delay,
+    output: Delay,
+}
+
+impl Delays {
+    /// Those that are given, else the table's.
     ///
     /// # Errors
-    /// The sides, `input` and `output`, of which no delay is known.
-    pub fn of(
-        audit: &Audit,
-        input: Option<Picos>,
-        output: Option<Picos>,
-    ) -> Result<Response, Vec<&'static str>> {
-        let known = |given: Option<Picos>, table: &Option<Delay>| {
-            given.map(Delay::stated).or_else(|| table.clone())
+    /// That one of them is not known, or that the program is none of which a response time is.
+    pub(super) fn of(given: Given, program: &Program, table: &Table) -> Result<Delays, Failure> {
+        if program.shows_way {
+            let message = "no response time is known for a program of which not every pass asks for every input";
+            let help = "leave --response out";
+            let file = program.files.first().map_or("", |file| &file.name);
+            return Err(Failure::from(Diagnostic::file(Code::NoResponse, file, message, help)));
+        }
+        let side = |name: &str, given: Option<Picos>| {
+            let known = table.row(&format!("@{name}-delay")).map(Delay::of_row);
+            given.map(Delay::stated).or(known).ok_or_else(|| unknown(&table.name, name))
         };
-        let input = known(input, &audit.table.input_delay);
-        let output = known(output, &audit.table.output_delay);
-        match (input, output) {
-            (Some(input), Some(output)) => {
-                let scan = audit.bound.upper;
-                let total = input.time + scan.times(SCANS) + output.time;
-                Ok(Response { input, output, scan, total })
-            }
+        match (side("input", given.input), side("output", given.output)) {
+            (Ok(input), Ok(output)) => Ok(Delays { input, output }),
             (input, output) => {
-                let sides = [("input", input.is_none()), ("output", output.is_none())];
-                Err(sides.into_iter().filter(|side| side.1).map(|side| side.0).collect())
+                Err(Failure::Input(input.err().into_iter().chain(output.err()).collect()))
             }
         }
     }
+
+    /// The response of a program whose longest scan is this.
+    pub(super) fn around(self, scan: Picos) -> Response {
+        let Delays { input, output } = self;
+        let total = input.time + scan.times(SCANS) + output.time;
+        Response { input, output, scan, total }
+    }
+}
+
+fn unknown(table: &str, side: &str) -> Diagnostic {
+    let message = format!("the table does not say how long an {side} takes (@{side}-delay)");
+    let help = format!(
+        "give it with --{side}-delay, such as --{side}-delay 10ms: the module's manual has it"
+    );
+    Diagnostic::file(Code::NoDelay, table, message, help)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::audit::fixture::fixture;
+
+    /// The delays by a table with these further rows; if they are not known, the findings' texts.
+    fn delays(rows: &str, given: Given) -> Result<Delays, Vec<String>> {
+        let text =
+            format!("instruction,on_us,off_us,evidence,source\nLD,1,1,published,manual\n{rows}");
+        let table = Table::parse("t.csv", text.as_bytes()).expect("a table").table;
+        Delays::of(given, &Program::default(), &table).map_err(|failure| match failure {
+            Failure::Input(faults) => faults.into_iter().map(|fault| fault.message).collect(),
+            Failure::Internal(told) => vec![told],
+        })
+    }
 
     #[test]
     fn an_edge_waits_for_a_scan_and_takes_another() {
-        let audit = fixture();
-        let response = Response::of(&audit, Some(Picos(10)), Some(Picos(1))).expect("delays");
-        assert_eq!(response.total, audit.bound.upper.times(2) + Picos(11));
-        assert_eq!(Response::of(&audit, None, Some(Picos(1))), Err(vec!["input"]));
-        assert_eq!(Response::of(&audit, None, None), Err(vec!["input", "output"]));
+        let given = Given { input: Some(Picos(10)), output: Some(Picos(1)) };
+        let response = delays("", given).expect("delays").around(Picos(1000));
+        assert_eq!((response.scan, response.total), (Picos(1000), Picos(2011)));
+    }
+
+    #[test]
+    fn what_is_not_known_is_told_of_both_sides() {
+        let sides = |given| delays("", given).expect_err("unknown").len();
+        assert_eq!(sides(Given { output: Some(Picos(1)), ..Given::default() }), 1);
+        assert_eq!(sides(Given::default()), 2);
     }
 
     #[test]
     fn the_tables_delays_are_taken_unless_others_are_given() {
-        let mut audit = fixture();
-        let table =
-            Delay { time: Picos(5), evidence: Evidence::Published, source: "manual".to_owned() };
-        audit.table.input_delay = Some(table.clone());
-        audit.table.output_delay = Some(table.clone());
-        let response = Response::of(&audit, None, Some(Picos(7))).expect("delays");
-        assert_eq!(response.input, table);
-        assert_eq!((response.output.time, response.output.evidence), (Picos(7), Evidence::Stated));
+        let rows = "@input-delay,5,5,published,manual\n@output-delay,5,5,published,manual\n";
+        let given = Given { output: Some(Picos(7)), ..Given::default() };
+        let Delays { input, output } = delays(rows, given).expect("delays");
+        assert_eq!((input.time, input.evidence), (Picos(5_000_000), Evidence::Published));
+        assert_eq!((output.time, output.evidence), (Picos(7), Evidence::Stated));
     }
 }

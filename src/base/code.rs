@@ -168,6 +168,8 @@ codes! {
     NoOperand = "no-operand",
     /// No program was given
     NoProgram = "no-program",
+    /// No response time is known for the program
+    NoResponse = "no-response",
     /// A subroutine or an interrupt program has no end
     NoReturn = "no-return",
     /// A return ends no subroutine

@@ -3,12 +3,10 @@
 use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::output::Target;
 use super::{Failure, Outcome, values};
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use clap::Args;
-use scanbound::audit::response::Response;
-use scanbound::audit::{self, Audit};
-use scanbound::base::code::Code;
-use scanbound::base::diagnostic::Diagnostic;
+use scanbound::audit::response::Given;
+use scanbound::audit::{self, Request};
 use scanbound::base::time::Picos;
 use std::path::{Path, PathBuf};
 
@@ -47,8 +45,10 @@ pub struct Arguments {
 /// Audits the project and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (target, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
-    let mut concluded = arguments.project.with_request(|request| {
-        let request = arguments.search.of(request);
+    let concluded = arguments.project.with_request(|request| {
+        let given = Given { input: arguments.input_delay, output: arguments.output_delay };
+        let response = arguments.response.then_some(given);
+        let request = Request { response, ..arguments.search.of(request) };
         let followed = audit::follow(&request)?;
         Ok(audit::conclude(followed, &request)?)
     })?;
@@ -56,32 +56,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(directory) = &arguments.certificate {
         certify(&concluded, directory)?;
     }
-    let audit = &mut concluded.audit;
-    if arguments.response {
-        if !audit.path.is_empty() {
-            return Err(anyhow!("no response time is known for a program of which not every pass asks for every input").into());
-        }
-        let response = Response::of(audit, arguments.input_delay, arguments.output_delay);
-        audit.response = Some(response.map_err(|sides| unknown(audit, &sides))?);
-    }
-    arguments.report.write(audit, None, target)?;
+    arguments.report.write(&concluded.audit, None, target)?;
     // The process ends here, and all of its memory with it: taking it apart piece by piece takes longer.
     std::mem::forget(concluded);
     Ok(Outcome::Done)
-}
-
-fn unknown(audit: &Audit, sides: &[&str]) -> Failure {
-    let fault = |side: &&str| {
-        Diagnostic::file(
-            Code::NoDelay,
-            &audit.table.name,
-            format!("the table does not say how long an {side} takes (@{side}-delay)"),
-            format!(
-                "give it with --{side}-delay, such as --{side}-delay 10ms: the module's manual has it"
-            ),
-        )
-    };
-    Failure::Input(sides.iter().map(fault).collect())
 }
 
 fn certify(concluded: &audit::Concluded, directory: &Path) -> Result<(), Failure> {

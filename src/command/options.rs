@@ -241,6 +241,7 @@ impl ProjectOptions {
             },
             trace: false,
             confirm: false,
+            response: None,
             time_limit: Some(self.time_limit),
             limit: None,
             cancelled: &|| stop.load(Ordering::Relaxed),

@@ -1,0 +1,122 @@
+//! What an audit is asked, what it tells on its way, and why there may be none.
+
+use super::response::Given;
+use crate::base::diagnostic::Diagnostic;
+use crate::base::facts::Facts;
+use crate::base::time::Picos;
+use crate::front::{FRONTS, Fronts, Input};
+use crate::passes::values::Trust;
+use crate::solve::Method;
+use crate::timing::table::{Override, StatedClock, Table};
+use std::time::Duration;
+
+/// What to audit and how.
+pub struct Request<'a> {
+    /// The project's files.
+    pub inputs: &'a [Input],
+    /// What reads them.
+    pub fronts: Fronts,
+    /// The dialect, if not to be found from the content.
+    pub dialect: Option<&'a str>,
+    /// The CPU, if the source does not name it or names it wrongly.
+    pub cpu: Option<&'a str>,
+    /// The timing table, if not to be found by the CPU.
+    pub table: Option<&'a Table>,
+    /// Times that the user stated.
+    pub times: &'a [Override],
+    /// The clock that the user stated, for a machine that runs one word a clock.
+    pub clock: Option<&'a StatedClock>,
+    /// What the user stated about the plant.
+    pub facts: &'a Facts,
+    /// Whose writes between scans are reckoned with.
+    pub trust: Trust,
+    /// Whether assumed times are refused.
+    pub strict_times: bool,
+    /// Which search to use.
+    pub method: Method,
+    /// Whether each search's steps are kept.
+    pub trace: bool,
+    /// Whether Z3 is asked for a second opinion on each group's maximum.
+    pub confirm: bool,
+    /// The delays given for a worst response time, if one is asked for.
+    pub response: Option<Given>,
+    /// How long the search may take; the bound is valid whenever it stops.
+    pub time_limit: Option<Duration>,
+    /// What was noticed before, told in front of what the audit notices.
+    pub warnings: &'a [Diagnostic],
+    /// If given, the search may end as soon as it is decided whether a scan takes longer than this.
+    pub limit: Option<Picos>,
+    /// Asked now and then; true stops the search as the time limit does.
+    pub cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// Told how far the audit is.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+impl<'a> Request<'a> {
+    /// All of a project's longest scan, by what its source names, with no limit.
+    #[must_use]
+    pub fn new(inputs: &'a [Input], facts: &'a Facts) -> Request<'a> {
+        Request {
+            inputs,
+            fronts: FRONTS,
+            dialect: None,
+            cpu: None,
+            table: None,
+            times: &[],
+            clock: None,
+            facts,
+            trust: Trust::None,
+            strict_times: false,
+            method: Method::Auto,
+            trace: false,
+            confirm: false,
+            response: None,
+            time_limit: None,
+            warnings: &[],
+            limit: None,
+            cancelled: &|| false,
+            progress: &|_| {},
+        }
+    }
+}
+
+/// How far an audit is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// A stage begins.
+    Stage(&'static str),
+    /// The bounds of the whole scan have come closer.
+    Bounds {
+        /// No scan takes longer.
+        upper: Picos,
+        /// Some scan takes as long.
+        lower: Picos,
+        /// The group at work, as reports number it.
+        group: usize,
+        /// Groups whose maximum is known.
+        solved: usize,
+        /// All groups.
+        groups: usize,
+    },
+}
+
+/// Why there is no audit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Failure {
+    /// The input can't be taken; all faults that were found.
+    Input(Vec<Diagnostic>),
+    /// The program contradicts itself: the analysis and the interpreter disagree.
+    Internal(String),
+}
+
+impl From<Vec<Diagnostic>> for Failure {
+    fn from(faults: Vec<Diagnostic>) -> Failure {
+        Failure::Input(faults)
+    }
+}
+
+impl From<Diagnostic> for Failure {
+    fn from(fault: Diagnostic) -> Failure {
+        Failure::Input(vec![fault])
+    }
+}

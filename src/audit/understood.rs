@@ -1,0 +1,142 @@
+//! The first stage: the project's files become a program, and a table is found that prices it.
+
+use super::request::{Failure, Progress, Request};
+use super::stated;
+use crate::base::code::Code;
+use crate::base::diagnostic::Diagnostic;
+use crate::base::facts::{Part, StatedFactor};
+use crate::front::{Options, Project};
+use crate::program::Program;
+use crate::timing::table::{Evidence, Factor, StatedClock, Table};
+use std::collections::BTreeSet;
+
+/// So many wrong facts of a kind are told.
+const MOST_TOLD: usize = 100;
+
+/// A program that is understood, and what prices it.
+pub struct Understood {
+    pub program: Program,
+    pub table: Table,
+    /// What was noticed on the way.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Understood {
+    /// Reads the files; holds what is stated of interrupts and words against the program.
+    pub fn of(request: &Request<'_>) -> Result<Understood, Failure> {
+        (request.progress)(Progress::Stage("reading"));
+        let project = request.fronts.read(request.inputs, request.dialect)?;
+        let (program, table) = understand(&*project, request)?;
+        let warnings = project.warnings();
+        // The source takes as much memory as the program, which is all that the stages behind look at.
+        drop(project);
+        know_interrupts(&program, request)?;
+        stated::know_words(&program, request.facts)?;
+        Ok(Understood { program, table, warnings })
+    }
+}
+
+/// The program that the source means, and the table that prices it.
+fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, Table), Failure> {
+    let open = project.open();
+    if request.clock.is_some() && !open.clock {
+        return Err(Failure::from(no_clock()));
+    }
+    if request.facts.latched.is_some() && !open.latched {
+        let message = "[io] latched is stated, but of this PLC it is known";
+        let fault =
+            request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "leave it out");
+        return Err(Failure::from(fault));
+    }
+    if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
+        let message = format!("--clock and --time {} both state how long a word takes", time.name);
+        let found = Diagnostic::file(Code::NoClock, "", message, "leave one of the two out");
+        return Err(Failure::from(found));
+    }
+    let mut table = choose_table(request, project.cpu())?;
+    request.clock.into_iter().for_each(|clock| table.set_clock(clock));
+    let program = project.decode(&Options {
+        cpu: request.cpu,
+        family: table.family.as_deref(),
+        is_user_instruction: &|name| table.knows(name),
+        facts: request.facts,
+    })?;
+    for area in program.areas.iter().filter(|area| !area.aliases.is_empty()) {
+        table.join_cells(&[&[area.name.as_str()], area.aliases].concat());
+    }
+    Ok((program, table))
+}
+
+/// A count for a routine that is not there is a slip of the pen, and another is left without.
+fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
+    let known: BTreeSet<String> =
+        program.interrupts.iter().map(|one| one.name.to_ascii_uppercase()).collect();
+    let faults: Vec<Diagnostic> = request
+        .facts
+        .interrupts
+        .keys()
+        .filter(|label| !known.contains(*label))
+        .take(MOST_TOLD)
+        .map(|label| {
+            let message = format!("how often {label} interrupts a scan is stated, but the program has no interrupt routine of that name");
+            let names: Vec<&str> =
+                program.interrupts.iter().take(MOST_TOLD).map(|one| one.name.as_str()).collect();
+            let help = match names.as_slice() {
+                [] => "it has no interrupt routines at all".to_owned(),
+                names => format!("its interrupt routines are {}", names.join(", ")),
+            };
+            request.facts.fault(["interrupts", label], Part::Key, Code::NoInterrupt, message, &help)
+        })
+        .collect();
+    if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
+}
+
+/// The table that the user names, else the built-in one for the CPU, with the user's times in it.
+fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table, Failure> {
+    let file = request.inputs.first().map_or("", |input| &input.name);
+    let cpu = request.cpu.or(source_cpu);
+    let mut table = match (request.table, cpu) {
+        (Some(table), _) => table.clone(),
+        (None, Some(cpu)) => Table::for_cpu(cpu).and_then(Table::builtin).ok_or_else(|| {
+            let (file, message) = match request.cpu {
+                Some(cpu) => ("", format!("--cpu {cpu}: there is no timing table for this CPU")),
+                None => (
+                    file,
+                    format!("the program's CPU is {cpu}, for which there is no timing table"),
+                ),
+            };
+            Diagnostic::file(Code::NoTable, file, message, Table::advice(cpu))
+        })?,
+        (None, None) => {
+            let names = crate::timing::table::builtin::names().join(", ");
+            return Err(Failure::from(Diagnostic::file(
+                Code::NoTable,
+                file,
+                "the source does not name its CPU, so its instructions have no times",
+                format!(
+                    "name the CPU with --cpu, or a table with --table: one of {names}, or a file of your own"
+                ),
+            )));
+        }
+    };
+    if request.strict_times {
+        table.refuse_assumed_points();
+    }
+    if let Some(StatedFactor { millionths, text }) = &request.facts.factor {
+        table.factor = Some(Factor {
+            millionths: *millionths,
+            text: text.clone(),
+            evidence: Evidence::Stated,
+            source: "stated in the facts".to_owned(),
+        });
+    }
+    for time in request.times {
+        table.amend(&time.name, time.on, time.off);
+    }
+    Ok(table)
+}
+
+fn no_clock() -> Diagnostic {
+    let message = "--clock says nothing about this CPU: its instructions take different times";
+    Diagnostic::file(Code::NoClock, "", message, "leave --clock out; --table and --time give times")
+}
