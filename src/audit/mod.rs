@@ -93,9 +93,9 @@ pub struct Audit {
     pub warnings: Vec<Diagnostic>,
     /// The worst response time, if it was asked for.
     pub response: Option<response::Response>,
-    /// Whether the search ended before the longest scan was known, since it was decided whether any takes longer
     /// Whose writes between scans were reckoned with.
     pub trust: crate::passes::values::Trust,
+    /// Whether the search ended before the longest scan was known, since it was decided whether any takes longer
     /// than the request's limit.
     pub ended_early: bool,
     /// The stages that the time limit or the user cut short, and what they left open.

@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_tables_delays_are_taken_unless_others_are_given() {
-        let rows = "@input-delay,5,5,published,manual\n@output-delay,5,5,published,manual\n";
+        let rows = "@input-delay,5,,published,manual\n@output-delay,5,,published,manual\n";
         let given = Given { output: Some(Picos(7)), ..Given::default() };
         let Delays { input, output } = delays(rows, given).expect("delays");
         assert_eq!((input.time, input.evidence), (Picos(5_000_000), Evidence::Published));

@@ -95,7 +95,9 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
     };
     let is_lowered = |(at, one): (usize, &Instruction)| match &one.step {
         Step::ForBegin { most, .. } => lowered(at, *most).is_some(),
-        Step::Summary(summary) => summary.turns.is_some_and(|(.., most)| lowered(at, most).is_some()),
+        Step::Summary(summary) => {
+            summary.turns.is_some_and(|(.., most)| lowered(at, most).is_some())
+        }
         _ => false,
     };
     if !program.instructions.iter().enumerate().any(is_lowered) {
@@ -108,7 +110,9 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
                 *most = lowered(at, *most).map_or(*most, |known| known.max(*least));
             }
             Step::Summary(summary) => {
-                let (end, Some((count, least, most))) = (summary.end, summary.turns) else { continue };
+                let (end, Some((count, least, most))) = (summary.end, summary.turns) else {
+                    continue;
+                };
                 let known = lowered(at, most).map(|known| known.max(least));
                 if known.is_none() {
                     unknown.push((at, end, most));

@@ -20,7 +20,9 @@ pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
     for (at, instruction) in program.instructions.iter().enumerate() {
         match &instruction.step {
             Step::ForBegin { count, .. } => slice.word(*count),
-            Step::Summary(summary) => summary.turns.iter().for_each(|(count, ..)| slice.word(*count)),
+            Step::Summary(summary) => {
+                summary.turns.iter().for_each(|(count, ..)| slice.word(*count))
+            }
             _ => {}
         }
         if let Some(counted) = instruction.counted() {
