@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// The rooms of the library in the order in which data flows. None imports a later one.
 const ORDER: &[&str] = &[
-    "base", "program", "passes", "front", "minasec", "timing", "scan", "solve", "replay", "audit",
+    "base", "program", "front", "minasec", "passes", "timing", "scan", "solve", "replay", "audit",
     "measured", "report", "command",
 ];
 

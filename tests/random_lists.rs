@@ -5,6 +5,7 @@ mod common;
 
 use common::bound::{Bound, bound_knowing, bound_within};
 use common::list::{Part, Taste, generate};
+use common::passed::passed;
 use common::plc::{Device, Executed, Line, Luck, Plc, line};
 use common::search::{holds, none_above};
 use common::tape::{Tape, cases, on_tapes};
@@ -46,7 +47,7 @@ fn program(files: &[Vec<String>], facts: &Facts) -> Result<Program, String> {
         is_user_instruction: &|name| name.starts_with("SwOp"),
         facts,
     };
-    decode(&project, &options).map_err(told)
+    decode(&project, &options).and_then(passed).map_err(told)
 }
 
 /// Times for every instruction: both the same where tables cannot tell when which of them counts.

@@ -4,6 +4,7 @@
 mod common;
 
 use common::bound::bound;
+use common::passed::passed;
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
@@ -464,7 +465,8 @@ fn program(source: &str) -> Result<Program, String> {
     let input = Input { name: "a.txt".to_owned(), bytes: source.as_bytes().to_vec() };
     let project = read(&[input], None).map_err(|faults| format!("{faults:#?}"))?;
     let facts = Facts::default();
-    let program = project.decode(&Options::new(&facts)).map_err(|faults| format!("{faults:#?}"))?;
+    let program = project.decode(&Options::new(&facts)).and_then(passed);
+    let program = program.map_err(|faults| format!("{faults:#?}"))?;
     match program.dialect.as_str() {
         "omron-c200h" | "omron-cx" => Ok(program),
         other => Err(format!("taken for {other}")),

@@ -7,7 +7,7 @@ use common::ir::{Taste, generate};
 use common::search::{holds, none_above};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::base::time::Times;
-use scanbound::program::summary;
+use scanbound::passes::loops;
 use scanbound::replay::replay;
 use scanbound::scan::reach::scan_model_fitted;
 use scanbound::solve::{Limits, Method};
@@ -128,7 +128,7 @@ fn what_is_summarised_bounds_every_scan() {
         let (program, mut times) = generate(&mut Tape::new(tape), ALL);
         for most in [0, 3, 10, 40] {
             let mut fitted = program.clone();
-            summary::fit(&mut fitted, most).map_err(|why| format!("{why:?}"))?;
+            loops::fit(&mut fitted, most).map_err(|why| format!("{why:?}"))?;
             let count = program.instructions.len();
             times.resize(fitted.instructions.len(), Times::default());
             // A rung that goes on behind a loop has no result there any more: refused, not misjudged.
@@ -154,7 +154,7 @@ fn what_is_given_up_bounds_every_scan() {
             times.truncate(count);
             let model = scan_model_fitted(&mut wider, &times, all, &|| false).map_err(told)?;
             if model.is_none() {
-                summary::whole(&mut wider, "for the test").map_err(|why| format!("{why:?}"))?;
+                loops::whole(&mut wider, "for the test").map_err(|why| format!("{why:?}"))?;
                 times.resize(wider.instructions.len(), Times::default());
             }
             given_up += wider.approximations.len();

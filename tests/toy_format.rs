@@ -1,13 +1,14 @@
 //! A toy format of reports: what a new format takes is one file with a `FORMAT` such as this, and its line in
-//! `FORMATS`. All commands then write it; nothing else knows how many formats there are.
+//! `formats!`. All commands then write it; nothing else knows how many formats there are.
 
 use scanbound::audit::{Request, audit};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::Input;
 use scanbound::measured::{Bounds, Comparison, Selection, capture};
+use scanbound::report::FORMATS;
 use scanbound::report::format::Format;
-use scanbound::report::formats::{FORMATS, by_suffix, named};
+use scanbound::report::formats::{by_suffix, named};
 
 /// One line each.
 const TOY: Format = Format {

@@ -5,8 +5,9 @@ use crate::base::budget::Budget;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
+use crate::passes::loops;
+use crate::program::Program;
 use crate::program::meaning::Knowledge;
-use crate::program::{Program, summary};
 use crate::scan::model::ScanModel;
 use crate::scan::reach::{Reach, scan_model_fitted};
 use crate::scan::{ScanError, Side, scan_model, scan_model_knowing};
@@ -68,7 +69,7 @@ pub fn model_of(
             // A loop that is followed may show the count of one that stands in it or behind it.
             for _ in 0..MOST_NESTED {
                 let mut closer = program.clone();
-                if !summary::put_back(&mut closer, &model.turns) {
+                if !loops::put_back(&mut closer, &model.turns) {
                     break;
                 }
                 let mut priced = prices.clone();
@@ -86,7 +87,7 @@ pub fn model_of(
             "the time was over before the scan was followed"
         }
     };
-    let summed = summary::whole(program, why);
+    let summed = loops::whole(program, why);
     summed.map_err(|error| cannot_follow(program, &too_often(error)))?;
     prices.instructions.resize(program.instructions.len(), None);
     let model = scan_model(program, &prices.times());
@@ -103,10 +104,10 @@ pub fn put_back(
     reach: &Reach<'_>,
 ) -> Option<(Program, Prices, ScanModel)> {
     let mut closer = program.clone();
-    if !summary::put_back(&mut closer, turns) {
+    if !loops::put_back(&mut closer, turns) {
         return None;
     }
-    summary::fit(&mut closer, MOST_UNROLLED).ok()?;
+    loops::fit(&mut closer, MOST_UNROLLED).ok()?;
     let mut priced = prices.clone();
     priced.instructions.resize(closer.instructions.len(), None);
     let times = priced.times();
@@ -128,7 +129,7 @@ fn follow(
     prices: &mut Prices,
     budget: &Budget<'_>,
 ) -> Result<Result<ScanModel, Unfollowed>, Failure> {
-    let fitted = summary::fit(program, MOST_UNROLLED).map_err(too_often);
+    let fitted = loops::fit(program, MOST_UNROLLED).map_err(too_often);
     let executed = fitted.map_err(|error| cannot_follow(program, &error))?;
     // What the program got on top costs nothing by itself.
     prices.instructions.resize(program.instructions.len(), None);
@@ -142,7 +143,7 @@ fn follow(
     }
 }
 
-fn too_often(summary::TooOften { instruction }: summary::TooOften) -> ScanError {
+fn too_often(loops::TooOften { instruction }: loops::TooOften) -> ScanError {
     ScanError::TooOften { instruction }
 }
 

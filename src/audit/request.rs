@@ -6,6 +6,7 @@ use crate::base::facts::Facts;
 use crate::base::time::Picos;
 use crate::front::{FRONTS, Fronts, Input};
 use crate::passes::values::Trust;
+use crate::passes::{PASSES, Passes};
 use crate::solve::Method;
 use crate::timing::table::{Override, StatedClock, Table};
 use std::time::Duration;
@@ -16,6 +17,8 @@ pub struct Request<'a> {
     pub inputs: &'a [Input],
     /// What reads them.
     pub fronts: Fronts,
+    /// What is made of the program that was read, before it is priced.
+    pub passes: Passes,
     /// The dialect, if not to be found from the content.
     pub dialect: Option<&'a str>,
     /// The CPU, if the source does not name it or names it wrongly.
@@ -59,6 +62,7 @@ impl<'a> Request<'a> {
         Request {
             inputs,
             fronts: FRONTS,
+            passes: PASSES,
             dialect: None,
             cpu: None,
             table: None,

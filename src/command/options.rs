@@ -12,10 +12,11 @@ use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::FRONTS;
 use scanbound::front::input::{Ignore, gather};
+use scanbound::passes::PASSES;
 use scanbound::passes::values::Trust;
 use scanbound::report::format::{Extent, Format};
-use scanbound::report::formats::{self, FORMATS};
 use scanbound::report::method;
+use scanbound::report::{FORMATS, formats};
 use scanbound::solve::Method;
 use scanbound::timing::table::{Override, StatedClock, parse_override};
 use std::path::{Path, PathBuf};
@@ -223,6 +224,7 @@ impl ProjectOptions {
         let request = Request {
             inputs: &gathered.inputs,
             fronts: FRONTS,
+            passes: PASSES,
             dialect: self.dialect.as_deref(),
             cpu: self.cpu.as_deref(),
             table: table.as_ref(),

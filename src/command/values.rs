@@ -4,7 +4,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use scanbound::base::time::Picos;
 use scanbound::front::minasec::Minasec;
 use scanbound::front::{Dialect, FRONTS, Front};
-use scanbound::report::{format::Format, formats::FORMATS};
+use scanbound::report::{FORMATS, format::Format};
 use std::str::FromStr;
 
 /// No delay of a terminal is longer, in picoseconds: a thousand seconds. So sums with it stay within what is counted.

@@ -1,15 +1,11 @@
 //! Fronts: each reads the dialects of one kind of PLC and says what programs in them mean.
 //!
-//! A front is a directory and its line in [`FRONTS`]. What is behind a [`Program`] knows none of them.
+//! A front is a directory and its line in `fronts!`. What is behind a [`Program`] knows none of them.
 
 mod encoding;
 mod faults;
-pub mod flowchart;
 mod foreign;
 pub mod input;
-pub mod melsec;
-pub mod minasec;
-pub mod omron;
 mod place;
 mod registry;
 mod text;
@@ -29,9 +25,22 @@ pub use registry::{Fronts, Kind};
 pub use text::BEGINNING;
 use text::{decoded, stem};
 
-/// All fronts, a line each.
-pub static FRONTS: Fronts =
-    Fronts(&[&melsec::Melsec, &minasec::Minasec, &omron::Omron, &flowchart::Flowchart]);
+/// Declares the fronts' modules and lists what each has as its `FRONT`.
+macro_rules! fronts {
+    ($($name:ident,)*) => {
+        $(pub mod $name;)*
+
+        /// All fronts.
+        pub static FRONTS: Fronts = Fronts(&[$(&$name::FRONT),*]);
+    };
+}
+
+fronts! {
+    melsec,
+    minasec,
+    omron,
+    flowchart,
+}
 
 /// A file as it was handed over.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -32,11 +32,9 @@
 
 mod area;
 pub mod flow;
-pub mod interrupts;
 pub mod meaning;
 mod reads;
 pub mod spelled;
-pub mod summary;
 
 pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
 pub use meaning::ChoiceKind;
@@ -46,7 +44,7 @@ use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::location::Location;
 use crate::base::time::Picos;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::Arc;
 
@@ -581,6 +579,9 @@ pub struct Approximation {
     pub what: Arc<str>,
 }
 
+/// What is said of a count that stands in a word, behind its name and in front of the most that is taken.
+pub const UNKNOWN_COUNT: &str = "is not known: taken as up to";
+
 /// One source file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceFile {
@@ -654,6 +655,9 @@ pub struct Program {
     pub mains: Vec<std::ops::Range<usize>>,
     /// The interrupt routines.
     pub interrupts: Vec<Interrupt>,
+    /// The `ForBegin`s of loops whose count says nothing of how many turns they make. They are summarised, however
+    /// few instructions they have.
+    pub uncounted: BTreeSet<usize>,
     /// How many rungs there are.
     pub blocks: u32,
     /// How many choices there are: ids are below this.
@@ -664,7 +668,8 @@ pub struct Program {
     pub indexed: BTreeMap<ChoiceId, Indexed>,
     /// How the CPU comes up.
     pub power_up: PowerUp,
-    /// What may change while an operation reads it: no exact choice is worked out from it.
+    /// What may change at any moment: a read of it gives any value (`passes::interrupts`), and no exact choice is worked
+    /// out from it.
     pub volatile: Vec<Region>,
     /// What was taken wider than it is.
     pub approximations: Vec<Approximation>,

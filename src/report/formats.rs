@@ -1,10 +1,6 @@
-//! The formats in which results are written, for all commands alike: a file and a line here each.
+//! Which format is meant, by its name or by a file's.
 
 use super::format::Format;
-use super::{csv, json, text};
-
-/// All formats; the first is taken where none is asked for.
-pub const FORMATS: &[Format] = &[text::FORMAT, json::FORMAT, csv::FORMAT];
 
 /// The format of this name.
 #[must_use]
@@ -24,6 +20,7 @@ pub fn by_suffix<'f>(formats: &'f [Format], file: &str) -> Option<&'f Format> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::FORMATS;
     use std::collections::BTreeSet;
 
     #[test]

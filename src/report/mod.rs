@@ -1,14 +1,29 @@
-//! Audits and comparisons in every format (`formats`). Reports are pure functions of the audit and compute nothing.
+//! Audits and comparisons in every format. Reports are pure functions of the audit and compute nothing.
+//!
+//! A format is a file and its line in `formats!`.
 
 mod columns;
 pub mod compare;
-pub mod csv;
 pub mod format;
 pub mod formats;
-pub mod json;
 pub mod method;
 pub mod render;
 mod response;
 pub mod tables;
-pub mod text;
 mod way;
+
+/// Declares the formats' modules and lists what each has as its `FORMAT`.
+macro_rules! formats {
+    ($($name:ident,)*) => {
+        $(pub mod $name;)*
+
+        /// All formats; the first is taken where none is asked for.
+        pub const FORMATS: &[format::Format] = &[$($name::FORMAT),*];
+    };
+}
+
+formats! {
+    text,
+    json,
+    csv,
+}

@@ -1,6 +1,7 @@
 //! MELSEC lists, decoded, and what the operations `Op1`, `Op2`, `Op4` ... in them can cost together.
 
 use super::bound::bound;
+use super::passed::passed;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::melsec::decode::{DecodeOptions, decode};
@@ -28,7 +29,7 @@ pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<
     let project: RawProject = project.into_of().ok_or("not read as MELSEC")?;
     let is_user_instruction = |name: &str| name.starts_with("Op");
     let options = DecodeOptions { family, is_user_instruction: &is_user_instruction, facts };
-    decode(&project, &options).map_err(told)
+    decode(&project, &options).and_then(passed).map_err(told)
 }
 
 /// What the operations `Op1`, `Op2`, `Op4` ... of the dearest scan cost together: each its number, nothing when off.

@@ -1,5 +1,6 @@
 //! Runs source text as a PLC runs it.
 
+use super::passed::passed;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::{Input, Options, read};
@@ -20,7 +21,7 @@ pub fn program(dialect: &str, text: &str) -> Program {
     let user = |name: &str| name.starts_with("SwOp");
     let options = Options { is_user_instruction: &user, ..Options::new(&facts) };
     let project = read(&[input], Some(dialect)).expect("readable");
-    project.decode(&options).unwrap_or_else(|why| panic!("{text}\n{why:?}"))
+    project.decode(&options).and_then(passed).unwrap_or_else(|why| panic!("{text}\n{why:?}"))
 }
 
 /// Runs one scan from the given values, all others 0.

@@ -32,6 +32,9 @@ static DIALECTS: [Dialect; 1] = [Dialect {
 /// Flowchart PCs.
 pub struct Flowchart;
 
+/// The registry's entry.
+pub const FRONT: Flowchart = Flowchart;
+
 impl Front for Flowchart {
     fn dialects(&self) -> &'static [Dialect] {
         &DIALECTS

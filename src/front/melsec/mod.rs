@@ -47,6 +47,9 @@ static DIALECTS: [Dialect; 3] = [
 /// MELSEC.
 pub struct Melsec;
 
+/// The registry's entry.
+pub const FRONT: Melsec = Melsec;
+
 impl Front for Melsec {
     fn dialects(&self) -> &'static [Dialect] {
         &DIALECTS

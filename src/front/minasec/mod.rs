@@ -48,6 +48,9 @@ static DIALECTS: [Dialect; 3] = [
 /// The MINASEC-U.
 pub struct Minasec;
 
+/// The registry's entry.
+pub const FRONT: Minasec = Minasec;
+
 impl Front for Minasec {
     fn dialects(&self) -> &'static [Dialect] {
         &DIALECTS

@@ -18,7 +18,7 @@ use crate::base::facts::Part;
 use crate::front::{Faults, Options};
 use crate::program::{
     BitSource, Cell, Effect, Interrupt, Logic, Program, Region, SourceFile, StartRange, Step, When,
-    Write, flow, interrupts,
+    Write, flow,
 };
 
 /// Stated ranges with faults are told up to so many faults.
@@ -474,7 +474,6 @@ impl Decoder {
             })
             .collect();
         self.asm.program.facts.extend(facts);
-        interrupts::isolate(&mut self.asm.program, &[]);
     }
 
     /// Interrupts that are let in run tasks, of which a list of mnemonics shows nothing.

@@ -58,6 +58,9 @@ static DIALECTS: [Dialect; 3] = [
 /// OMRON.
 pub struct Omron;
 
+/// The registry's entry.
+pub const FRONT: Omron = Omron;
+
 impl Front for Omron {
     fn dialects(&self) -> &'static [Dialect] {
         &DIALECTS

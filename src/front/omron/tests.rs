@@ -8,6 +8,7 @@ use crate::base::facts::Facts;
 use crate::base::time::{Picos, Times};
 use crate::front::Options;
 use crate::front::{Dialect, Input, detect};
+use crate::passes::passed;
 use crate::program::Witness;
 use crate::program::{Program, Region, Step, Units, Write};
 use crate::replay::replay;
@@ -27,7 +28,7 @@ fn raw(name: &str, text: &str) -> RawProject {
 fn decoded(name: &str, text: &str) -> Result<Program, Vec<Diagnostic>> {
     let facts = Facts::default();
     let options = Options { is_user_instruction: &|name| name == "SwOp0", ..Options::new(&facts) };
-    decode(&raw(name, text), &options)
+    decode(&raw(name, text), &options).and_then(passed)
 }
 
 fn c(text: &str) -> Program {
@@ -493,7 +494,7 @@ fn interrupt_tasks_make_what_they_share_free() {
     let mut facts = Facts::default();
     facts.state_interrupt("Task 5", 2);
     let options = Options::new(&facts);
-    let program = decode(&raw, &options).unwrap();
+    let program = decode(&raw, &options).and_then(passed).unwrap();
     assert_eq!((program.interrupts[0].times, program.interrupts[0].stated), (2, true));
     assert_eq!(fired(&program, "OUT 100.00", &[("W0", 1)], 0), Some(false));
     assert_eq!(fired(&program, "OUT 100.00", &[], 1), Some(true));

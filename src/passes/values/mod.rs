@@ -15,8 +15,10 @@ mod run;
 mod slice;
 mod state;
 
-use crate::program::summary::{self, UNKNOWN_COUNT};
-use crate::program::{Cell, ChoiceId, Program, Region, StartRange, Step, Units, Write};
+use super::{Pass, loops};
+use crate::program::{
+    Cell, ChoiceId, Program, Region, StartRange, Step, UNKNOWN_COUNT, Units, Write,
+};
 use ring::Ring;
 use run::{Found, Run};
 use state::{Slots, State};
@@ -25,6 +27,15 @@ use std::collections::{BTreeMap, BTreeSet};
 /// So many scans follow each other until nothing new comes; what grows beyond some of them grows to an end.
 const MOST_SCANS: usize = 12;
 const EXACT_SCANS: usize = 4;
+
+/// What words can hold where they count bounds turns, units and indices.
+pub const PASS: Pass = Pass {
+    name: "bounding what words count",
+    run: |program, settings| {
+        narrow(program, settings.trust);
+        Ok(())
+    },
+};
 
 /// Whose writes between scans are reckoned with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -213,7 +224,7 @@ fn apply(program: &mut Program, found: &Found) {
     program
         .approximations
         .retain(|one| !(counted.contains(&one.instruction) && one.what.contains(UNKNOWN_COUNT)));
-    summary::lower(program, &found.turns);
+    loops::lower(program, &found.turns);
 }
 
 /// How many devices of each area there are at least: up to the last that the program names.

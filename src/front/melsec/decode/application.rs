@@ -126,7 +126,7 @@ impl Decoder<'_> {
             let region = if everywhere { Region::Everything } else { Region::Area(area(name)) };
             effects.push(fired(Write::Havoc(region, self.choice())));
             if entry.operation == Operation::Anytime {
-                self.volatile.push(region);
+                self.program.volatile.push(region);
             }
             self.approximate(format!(
                 "{} may write any {}",
@@ -164,10 +164,12 @@ impl Decoder<'_> {
             Operation::Always => return Some(self.havoc_all(raw, entry, When::Always)),
             Operation::Anytime => {
                 let effects = self.havoc_all(raw, entry, When::Fired);
-                self.volatile.extend(effects.iter().filter_map(|effect| match effect.write {
-                    Write::Havoc(region, _) => Some(region),
-                    _ => None,
-                }));
+                self.program.volatile.extend(effects.iter().filter_map(
+                    |effect| match effect.write {
+                        Write::Havoc(region, _) => Some(region),
+                        _ => None,
+                    },
+                ));
                 return Some(effects);
             }
             Operation::Copy | Operation::Fill => self.copy(raw, entry)?,

@@ -306,7 +306,7 @@ impl Decoder<'_> {
             Step::ForBegin { count, least, most, end: OPEN },
         );
         if !known {
-            self.unbounded.push(at);
+            self.program.uncounted.insert(at);
         }
     }
 

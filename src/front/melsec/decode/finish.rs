@@ -1,16 +1,11 @@
-//! What can only be settled when all files are read: labels, recursion, jumps' limits, summarised loops, interrupts.
+//! What can only be settled when all files are read: labels, jumps' limits, routines' ends.
 
-use super::control::{MOST_NESTED, MOST_TURNS};
 use super::{Counts, Decoder};
 use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
 use crate::program::flow;
-use crate::program::summary;
 use crate::program::{Program, Step};
 use std::collections::BTreeMap;
-
-/// Loops that unroll to more executed instructions than this are summarised.
-const MOST_UNROLLED: u64 = 200_000;
 
 impl Decoder<'_> {
     /// The program, if nothing is wrong with it, and the words whose stated range it counts by.
@@ -26,7 +21,6 @@ impl Decoder<'_> {
         if !self.has_faults() {
             self.hold_off();
             self.loosen_edges();
-            self.summarise_loops();
         }
         let mut found = self.project.warnings.clone();
         let faults = std::mem::take(&mut self.faults);
@@ -38,8 +32,6 @@ impl Decoder<'_> {
         if found.iter().any(|fault| fault.severity == Severity::Error) {
             return Err(found);
         }
-        crate::program::interrupts::isolate(&mut self.program, &self.volatile);
-        self.program.approximations.sort();
         Ok((self.program, self.counts))
     }
 
@@ -155,72 +147,6 @@ impl Decoder<'_> {
                     "end it with IRET",
                 );
             }
-        }
-        if let Some(at) = flow::recursion(&self.program) {
-            self.fault_at(
-                at,
-                Code::Recursion,
-                "this call leads back to itself: the scan has no bound".to_owned(),
-                "subroutines must not call each other in a circle",
-            );
-        } else if let Some(at) = flow::nested_beyond(&self.program, MOST_NESTED) {
-            self.fault_at(
-                at,
-                Code::Nesting,
-                format!("more than {MOST_NESTED} calls stand in each other"),
-                "no CPU allows more than 64; most allow 16",
-            );
-        }
-    }
-
-    /// Summarises loops whose number of turns is not known, and then those that unroll to too much all the same.
-    /// Of each kind outer loops first: what they hold needs no care of its own.
-    fn summarise_loops(&mut self) {
-        let loops = flow::loops(&self.program);
-        let (unknown, known): (Vec<_>, Vec<_>) =
-            loops.into_iter().partition(|(begin, _)| self.unbounded.contains(begin));
-        // Where summarised loops begin and end; of those that stand in each other the outer one alone.
-        let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
-        let (mut behind, unknowns) = (0, unknown.len());
-        for (place, (begin, end)) in unknown.into_iter().chain(known).enumerate() {
-            let unknown = place < unknowns;
-            if place == unknowns {
-                behind = 0;
-            }
-            let outer = taken.range(..begin).next_back();
-            if begin < behind || outer.is_some_and(|(_, &end)| begin < end) {
-                continue;
-            }
-            let Step::ForBegin { most, .. } = self.program.instructions[begin].step else {
-                continue;
-            };
-            let size =
-                flow::unrolled(&self.program, begin + 1, end).saturating_mul(u64::from(most));
-            if !unknown && size <= MOST_UNROLLED {
-                continue;
-            }
-            let turns = if unknown { MOST_TURNS } else { most };
-            behind = end;
-            if unknown {
-                taken.insert(begin, end);
-            }
-            let Some(step) = summary::of_loop(&mut self.program, begin, end, u64::from(turns))
-            else {
-                let message =
-                    "loops and calls multiply to more turns here than can be counted".to_owned();
-                self.fault_at(
-                    begin,
-                    Code::Loop,
-                    message,
-                    "state the range of its count in the facts file",
-                );
-                continue;
-            };
-            self.program.instructions[begin].step = step;
-            self.program.approximations.push(crate::program::Approximation {
-                instruction: begin,
-                what: summary::charged(turns).into(),
-            });
         }
     }
 }

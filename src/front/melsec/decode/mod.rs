@@ -156,12 +156,8 @@ pub struct Decoder<'a> {
     /// Calls that may run their routine with all its coils off.
     calls_with_coils_off: Vec<usize>,
     loops: Vec<usize>,
-    /// Loops whose number of turns nothing limits.
-    unbounded: Vec<usize>,
     /// Jumps to the next end of the main routine.
     ends: Vec<usize>,
-    /// What changes at any moment once an instruction has started it.
-    volatile: Vec<Region>,
     /// Open zones: level and the instruction that opened it.
     zones: Vec<(u32, usize)>,
     zone_of: Vec<Option<usize>>,
@@ -229,9 +225,7 @@ impl<'a> Decoder<'a> {
             fixups: Vec::new(),
             calls_with_coils_off: Vec::new(),
             loops: Vec::new(),
-            unbounded: Vec::new(),
             ends: Vec::new(),
-            volatile: Vec::new(),
             zones: Vec::new(),
             zone_of: Vec::new(),
             interrupts: Vec::new(),

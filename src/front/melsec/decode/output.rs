@@ -278,7 +278,7 @@ impl Decoder<'_> {
         let is_state = text.trim().to_ascii_uppercase().starts_with('S');
         let Some(state) = self.state.as_ref().filter(|_| is_state) else { return };
         let one = |&first: &Cell| Region::Range { first, count: 1 };
-        self.volatile.extend(state.relays.iter().map(one));
+        self.program.volatile.extend(state.relays.iter().map(one));
         self.approximate(format!(
             "{text}: the state that is left may be reset at once or later in the scan"
         ));

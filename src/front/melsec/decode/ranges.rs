@@ -6,8 +6,7 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
 use crate::front::melsec::device::Kind;
 use crate::front::melsec::operand::{Operand, Place, parse};
-use crate::program::summary::UNKNOWN_COUNT;
-use crate::program::{Cell, StartRange};
+use crate::program::{Cell, StartRange, UNKNOWN_COUNT};
 
 /// More faults than this are counted, not listed.
 const MOST_FAULTS: usize = 100;

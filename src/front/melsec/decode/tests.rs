@@ -7,6 +7,7 @@ use crate::front::Places;
 use crate::front::melsec::catalog::{Extent, Role, find};
 use crate::front::melsec::device::Family;
 use crate::front::melsec::source::{RawFile, RawInstruction, RawProject};
+use crate::passes::passed;
 use crate::program::{Cell, Program, Step, Summary, Units, When, WordTarget, Write};
 use std::fmt::Write as _;
 
@@ -49,7 +50,7 @@ fn decode_files(
     };
     let options =
         DecodeOptions { family, is_user_instruction: &|name| name.starts_with("FB"), facts };
-    decode(&project, &options)
+    decode(&project, &options).and_then(passed)
 }
 
 fn on(family: Family, text: &str) -> Result<Program, Vec<Diagnostic>> {

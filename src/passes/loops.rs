@@ -3,8 +3,11 @@
 //! Loops in loops and calls in calls multiply, so what a scan executes is counted before it is followed. Where the
 //! count is beyond what can be followed, the innermost loops and routines that are too large are summarised.
 
-use super::flow::{self, written};
-use super::{
+use super::Pass;
+use crate::base::code::Code;
+use crate::base::diagnostic::Diagnostic;
+use crate::program::flow::{self, written};
+use crate::program::{
     Approximation, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step, Summary,
     WordSource,
 };
@@ -12,6 +15,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// More single ranges of an area than this are havocked as the whole area.
 const MOST_RANGES: usize = 256;
+
+/// Loops that unroll to more executed instructions than this are summarised.
+const MOST_UNROLLED: u64 = 200_000;
 
 /// Below this size nothing is summarised by itself: then it is the whole program.
 const SMALLEST: u64 = 64;
@@ -26,9 +32,51 @@ pub struct TooOften {
     pub instruction: usize,
 }
 
+/// Loops that cannot be followed turn by turn are summarised.
+pub const PASS: Pass = Pass { name: "summarising loops", run: |program, _| summarise(program) };
+
+/// Summarises loops whose number of turns is not known, and then those that unroll to too much all the same. Of each
+/// kind outer loops first: what they hold needs no care of its own.
+fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
+    let mut faults = Vec::new();
+    let (unknown, known): (Vec<_>, Vec<_>) =
+        flow::loops(program).into_iter().partition(|(begin, _)| program.uncounted.contains(begin));
+    // Where summarised loops begin and end; of those that stand in each other the outer one alone.
+    let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
+    let (mut behind, unknowns) = (0, unknown.len());
+    for (place, (begin, end)) in unknown.into_iter().chain(known).enumerate() {
+        let unknown = place < unknowns;
+        if place == unknowns {
+            behind = 0;
+        }
+        let outer = taken.range(..begin).next_back();
+        if begin < behind || outer.is_some_and(|(_, &end)| begin < end) {
+            continue;
+        }
+        let Step::ForBegin { most, .. } = program.instructions[begin].step else { continue };
+        let size = flow::unrolled(program, begin + 1, end).saturating_mul(u64::from(most));
+        if !unknown && size <= MOST_UNROLLED {
+            continue;
+        }
+        behind = end;
+        if unknown {
+            taken.insert(begin, end);
+        }
+        let Some(step) = of_loop(program, begin, end, u64::from(most)) else {
+            let message = "loops and calls multiply to more turns here than can be counted";
+            let help = "state the range of its count in the facts file";
+            faults.push(program.fault(&program.instructions[begin], Code::Loop, message, help));
+            continue;
+        };
+        program.instructions[begin].step = step;
+        program.approximate(begin, &charged(most));
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
 /// The loop between two instructions as one step that charges everything in it `turns` times; `None` if it runs
 /// more often than can be counted.
-pub fn of_loop(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
+fn of_loop(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
     let gathered = Shape::of(program).gather(program, begin + 1, end, turns).ok()?;
     let turns = turns_of(program, begin);
     Some(gathered.step(program, end, turns))
@@ -138,15 +186,12 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
     }
 }
 
-/// What is said of a count that stands in a word, behind its name and in front of the most that is taken.
-pub const UNKNOWN_COUNT: &str = "is not known: taken as up to";
-
 /// How an approximation says that a loop was summarised: so many times.
 const SUMMARISED: &str = "the loop is charged ";
 
 /// What is said of a loop that is charged so many times.
 #[must_use]
-pub fn charged(turns: u32) -> String {
+fn charged(turns: u32) -> String {
     format!("{SUMMARISED}{turns} times at its dearest, and what it writes is taken as any value")
 }
 

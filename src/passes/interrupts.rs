@@ -1,21 +1,28 @@
 //! Interrupt routines run at any moment: what they write is unknown to the scan, and all they read is unknown to them.
 
-use super::flow;
-use super::{
+use super::Pass;
+use crate::program::{
     Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Program, Region, SourceMut, Step,
-    WordSource,
+    WordSource, flow,
 };
 use std::collections::BTreeSet;
 
-/// Takes every read of a cell that an interrupt routine may write as any value, and every read within
-/// interrupt routines too.
-///
-/// `volatile` is what else may change at any moment.
-pub fn isolate(program: &mut Program, volatile: &[Region]) {
+/// Reads of what may change at any moment become any values.
+pub const PASS: Pass = Pass {
+    name: "letting interrupts come at any moment",
+    run: |program, _| {
+        isolate(program);
+        Ok(())
+    },
+};
+
+/// Takes every read of a cell that an interrupt routine may write as any value, and every read within interrupt
+/// routines too; the same of what else may change at any moment ([`Program::volatile`]).
+fn isolate(program: &mut Program) {
     let inside = reachable(program);
     let mut regions: BTreeSet<Region> =
         inside.iter().flat_map(|&at| flow::written(program, at)).collect();
-    regions.extend(volatile);
+    regions.extend(&program.volatile);
     if inside.is_empty() && regions.is_empty() {
         return;
     }
@@ -34,7 +41,7 @@ pub fn isolate(program: &mut Program, volatile: &[Region]) {
         ChoiceKind::Turns(WordSource::Bits { first, count }) => !changes(first, count.into()),
         _ => true,
     });
-    program.volatile.extend(regions.iter().copied());
+    program.volatile = regions.iter().copied().collect();
     for (at, instruction) in program.instructions.iter_mut().enumerate() {
         let all = inside.contains(&at);
         let count = match &instruction.step {
@@ -128,7 +135,7 @@ mod tests {
             Program { instructions: steps.map(instruction).to_vec(), ..Program::default() };
         let name = "I0".to_owned();
         program.interrupts.push(Interrupt { name, entry: 1, times: 1, stated: false });
-        isolate(&mut program, &[]);
+        isolate(&mut program);
         let read = program.instructions[1].step.fires();
         assert_eq!(read, Some(&Logic::Bit(BitSource::Free(ChoiceId(0)))));
         assert_eq!((program.choices, program.approximations.len()), (1, 1));
