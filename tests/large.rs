@@ -52,7 +52,7 @@ const C: Kind = Kind {
     command: "audit FILE --cpu C200H",
     file: "a.txt",
     tail: "END(01)\n",
-    most: 399_000,
+    most: 306_000,
     ..KIND
 };
 const CX: Kind = Kind { command: "audit FILE --cpu CJ2M", tail: "END(001)\n", ..C };

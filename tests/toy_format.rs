@@ -15,11 +15,11 @@ const TOY: Format = Format {
     name: "toy",
     about: "One line",
     suffixes: &["toy"],
-    audit: |audit, check, _| match check {
-        None => format!("at most {}\n", audit.bound.upper),
-        Some(check) => format!("at most {}, allowed {}\n", audit.bound.upper, check.limit),
+    audit: |audit, check, _, out| match check {
+        None => writeln!(out, "at most {}", audit.bound.upper),
+        Some(check) => writeln!(out, "at most {}, allowed {}", audit.bound.upper, check.limit),
     },
-    compare: |found| format!("{} scans\n", found.measured.times.len()),
+    compare: |found, out| writeln!(out, "{} scans", found.measured.times.len()),
 };
 
 #[test]
@@ -36,11 +36,15 @@ fn a_format_is_found_and_writes_every_kind_of_result() {
     let audit = audit.expect("an audit");
     let upper = audit.bound.upper;
     assert!(upper > Picos::ZERO);
-    assert_eq!((toy.audit)(&audit, None, Default::default()), format!("at most {upper}\n"));
+    let mut written = Vec::new();
+    (toy.audit)(&audit, None, Default::default(), &mut written).expect("memory takes it");
+    assert_eq!(written, format!("at most {upper}\n").as_bytes());
 
     let measured = capture::read("m.csv", b"scan_ms\n0.1\n0.2\n", &Selection::default());
     let bounds = Bounds::of(&audit);
     let measured = measured.expect("measurements");
     let found = Comparison::new(audit.files, bounds, measured, false).expect("a comparison");
-    assert_eq!((toy.compare)(&found), "2 scans\n");
+    written.clear();
+    (toy.compare)(&found, &mut written).expect("memory takes it");
+    assert_eq!(written, b"2 scans\n");
 }

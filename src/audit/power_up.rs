@@ -10,6 +10,7 @@ use crate::timing::price::Prices;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// So many scans a run has at most.
 const LONGEST: usize = 8;
@@ -82,6 +83,7 @@ fn simulate(
     let seed = if let Before::Random(seed) = before { seed } else { 0 };
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut scans = Vec::new();
+    let choices = Rc::new(found.witness.choices.clone());
     for turn in 0..LONGEST {
         // Inputs that lead there and those of the scan itself take turns.
         let inputs = match before {
@@ -93,8 +95,8 @@ fn simulate(
                 sought.keys().map(|&cell| (cell, random.next_u32() as u16)).collect()
             }
         };
-        let choices = found.witness.choices.clone();
-        let scan = run.scan(Given { inputs: inputs.clone(), choices }, *left);
+        let given = Given { inputs: inputs.clone(), choices: choices.clone() };
+        let scan = run.scan(given, *left);
         *left = left.saturating_sub(scan.replay.events.len() as u64);
         if !scan.is_possible() {
             return None;

@@ -121,6 +121,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some(found) = Comparison::new(audit.files, bounds, measurements, arguments.fit) else {
         return Err(Failure::Internal("measurements without a scan".to_owned()));
     };
-    target.write(&(arguments.report.format().compare)(&found))?;
+    target.fill(|out| (arguments.report.format().compare)(&found, out))?;
     Ok(if found.above.is_some() { Outcome::Refuted } else { Outcome::Done })
 }

@@ -287,7 +287,7 @@ impl ReportOptions {
         target: Target,
     ) -> Result<(), Failure> {
         let extent = Extent { top: self.top, ..Extent::default() };
-        target.write(&(self.format().audit)(audit, check, extent))
+        target.fill(|out| (self.format().audit)(audit, check, extent, out))
     }
 }
 

@@ -1,10 +1,12 @@
 //! Writes results to stdout or a file, and messages to stderr.
 
 use super::Failure;
+use anstream::StripStream;
 use anyhow::{Context, anyhow};
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::report::render;
-use std::io::{ErrorKind, Write};
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
@@ -93,13 +95,22 @@ impl Target {
         Ok(())
     }
 
-    /// Writes the result. A reader of stdout that has gone away is not an error.
+    /// Writes a text.
     pub fn write(self, text: &str) -> Result<(), Failure> {
-        let plain = || anstream::adapter::strip_str(text).to_string();
+        self.fill(|out| out.write_all(text.as_bytes()))
+    }
+
+    /// Has the result written, in files without colours. A reader of stdout that has gone away is not an error.
+    pub fn fill(self, fill: impl Fn(&mut dyn Write) -> std::io::Result<()>) -> Result<(), Failure> {
+        let plain = |file: File| -> std::io::Result<()> {
+            let mut out = BufWriter::new(StripStream::new(file));
+            fill(&mut out)?;
+            out.flush()
+        };
         match self {
             Target::Stdout => {
-                let mut stdout = anstream::stdout().lock();
-                match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+                let mut stdout = BufWriter::new(anstream::stdout().lock());
+                match fill(&mut stdout).and_then(|()| stdout.flush()) {
                     Err(error) if error.kind() != ErrorKind::BrokenPipe => {
                         return Err(anyhow!(error).context("stdout cannot be written").into());
                     }
@@ -107,11 +118,11 @@ impl Target {
                 }
             }
             Target::Through(file) => {
-                std::fs::write(&file, plain()).with_context(|| cannot(&file))?;
+                File::create(&file).and_then(plain).with_context(|| cannot(&file))?;
             }
-            Target::Whole { mut new, file } => {
+            Target::Whole { new, file } => {
                 let context = || cannot(&file);
-                new.write_all(plain().as_bytes()).with_context(context)?;
+                new.reopen().and_then(plain).with_context(context)?;
                 return Target::keep(new, &file);
             }
         }

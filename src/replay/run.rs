@@ -14,7 +14,7 @@ pub struct Given {
     /// Inputs, and what else [`Run::sets`]; 0 where it is not named.
     pub inputs: BTreeMap<Cell, u16>,
     /// Choices in the scan; 0 where one is not named.
-    pub choices: BTreeMap<ChoiceKey, u16>,
+    pub choices: Rc<BTreeMap<ChoiceKey, u16>>,
 }
 
 /// A PLC that was switched on, and the scans that it has made.
@@ -113,18 +113,19 @@ fn is_set(program: &Program, written: &[Region], cell: Cell) -> bool {
 fn written(program: &Program) -> Vec<Region> {
     let inputs = &program.power_up.inputs;
     let all = (0..program.instructions.len()).flat_map(|at| flow::written(program, at));
-    let mut written: Vec<Region> = all.collect();
     // Only inputs are asked for.
     let area = |region: &Region| match *region {
         Region::Range { first, .. } => Some(first.area),
         Region::Area(area) => Some(area),
         Region::Everything => None,
     };
-    written.retain(|region| {
-        inputs.iter().any(|input| {
-            area(region).zip(area(input)).is_none_or(|(written, input)| written == input)
+    let mut written: Vec<Region> = all
+        .filter(|region| {
+            inputs.iter().any(|input| {
+                area(region).zip(area(input)).is_none_or(|(written, input)| written == input)
+            })
         })
-    });
+        .collect();
     written.sort_unstable();
     written.dedup();
     written

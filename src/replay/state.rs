@@ -6,6 +6,7 @@ use crate::program::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic, Number,
     Program, Reading, Region, Relation, StartRange, WordSource, WordTarget, Write,
 };
+use rustc_hash::FxHashMap;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -54,14 +55,23 @@ struct Havoc {
     doubt: Doubt,
 }
 
-/// A cell's value and how much of its area had been havocked when it got it.
+/// A cell's value and how much of its area had been havocked when it got it. Large programs have very many of these.
 #[derive(Clone, Copy)]
 struct Held {
     value: u16,
-    havocs: usize,
-    doubt: Doubt,
     /// Which of its bits are not known; none where there is no doubt.
     unknown: u16,
+    havocs: u32,
+    /// The instruction because of which these are not known; [`KNOWN`] where all are.
+    because: u32,
+}
+
+const KNOWN: u32 = u32::MAX;
+
+impl Held {
+    fn doubt(self) -> Doubt {
+        (self.because != KNOWN).then_some(self.because as usize)
+    }
 }
 
 /// Values of exact choices, by the moment.
@@ -71,10 +81,11 @@ type Known = BTreeMap<(Arc<[Frame]>, ChoiceId), (u16, Doubt)>;
 pub(super) struct State<'p, F> {
     program: &'p Program,
     free: F,
-    cells: BTreeMap<Cell, Held>,
+    cells: FxHashMap<Cell, Held>,
     /// By area, in order.
     havocs: Vec<Vec<Havoc>>,
-    started: BTreeMap<Cell, u16>,
+    /// What cells that the user states ranges of had at the scan's start.
+    started: BTreeMap<Cell, Option<u16>>,
     frames: Arc<[Frame]>,
     pub(super) mode: Mode,
     /// The instruction that is being executed.
@@ -99,12 +110,13 @@ pub(super) struct State<'p, F> {
 
 impl<'p, F: Free> State<'p, F> {
     pub(super) fn new(program: &'p Program, free: F, mode: Mode) -> Self {
+        let ranged = program.ranges.iter().flat_map(|range| &range.cells);
         State {
             program,
             free,
-            cells: BTreeMap::new(),
+            cells: FxHashMap::default(),
             havocs: vec![Vec::new(); program.areas.len()],
-            started: BTreeMap::new(),
+            started: ranged.map(|&cell| (cell, None)).collect(),
             frames: Arc::from([]),
             mode,
             at: 0,
@@ -181,7 +193,7 @@ impl<'p, F: Free> State<'p, F> {
     /// The same where only these bits of it matter.
     pub(super) fn read_masked(&mut self, cell: Cell, mask: u16) -> u16 {
         let held = self.held(cell);
-        self.doubt = self.doubt.or(held.doubt.filter(|_| held.unknown & mask != 0));
+        self.doubt = self.doubt.or(held.doubt().filter(|_| held.unknown & mask != 0));
         if self.reading.is_some() {
             let changes = self.program.volatile.iter().any(|region| region.holds(cell));
             self.changing |= changes || self.interrupting;
@@ -195,7 +207,7 @@ impl<'p, F: Free> State<'p, F> {
     /// What the cell holds now; what comes from outside is asked for here.
     fn held(&mut self, cell: Cell) -> Held {
         let held = self.cells.get(&cell).copied();
-        let since = held.map_or(0, |held| held.havocs);
+        let since = held.map_or(0, |held| held.havocs as usize);
         let havocs = &self.havocs[usize::from(cell.area.0)];
         let havoc = havocs[since..].iter().rev().find(|havoc| havoc.region.holds(cell));
         let kind = self.program.areas[usize::from(cell.area.0)].kind;
@@ -205,10 +217,12 @@ impl<'p, F: Free> State<'p, F> {
                 let key = ChoiceKey { frames, choice: havoc.choice, cell: Some(cell) };
                 (self.free.choice(&key, kind), doubt, u16::MAX)
             }
-            (None, Some(held)) => (held.value, held.doubt, held.unknown),
+            (None, Some(held)) => (held.value, held.doubt(), held.unknown),
             (None, None) => {
                 let value = self.free.start(cell, kind);
-                self.started.insert(cell, value);
+                if let Some(started) = self.started.get_mut(&cell) {
+                    *started = Some(value);
+                }
                 let unknown = self.free.unknown(cell);
                 (value, (unknown != 0).then_some(self.at), unknown)
             }
@@ -226,7 +240,10 @@ impl<'p, F: Free> State<'p, F> {
     fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt, unknown: u16) -> Held {
         let havocs = self.havocs[usize::from(cell.area.0)].len();
         let unknown = if doubt.is_some() { unknown } else { 0 };
-        let held = Held { value, havocs, doubt: doubt.filter(|_| unknown != 0), unknown };
+        // No program that fits into memory has as many instructions as that.
+        let number = |index: usize| u32::try_from(index).unwrap_or(KNOWN - 1);
+        let because = doubt.filter(|_| unknown != 0).map_or(KNOWN, number);
+        let held = Held { value, unknown, havocs: number(havocs), because };
         self.cells.insert(cell, held);
         held
     }
@@ -244,7 +261,7 @@ impl<'p, F: Free> State<'p, F> {
         let (kept, written) = (old.value & !mask, value & mask);
         if fired.doubt.is_none() {
             let unknown = old.unknown & !mask | if doubt.is_some() { mask } else { 0 };
-            self.hold(cell, kept | written, doubt.or(old.doubt), unknown);
+            self.hold(cell, kept | written, doubt.or(old.doubt()), unknown);
             return;
         }
         // Where it takes the value that it has, it does not matter.
@@ -413,7 +430,7 @@ impl<'p, F: Free> State<'p, F> {
 
     fn meets(&self, range: &StartRange) -> bool {
         let read: Vec<Option<u16>> =
-            range.cells.iter().map(|cell| self.started.get(cell).copied()).collect();
+            range.cells.iter().map(|cell| self.started.get(cell).copied().flatten()).collect();
         let within = |value: i64| (range.low..=range.high).contains(&value);
         match read[..] {
             [Some(word)] => within(i64::from(word.cast_signed())),

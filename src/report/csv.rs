@@ -5,14 +5,15 @@ use super::format::Format;
 use crate::audit::{Audit, ChargeUse};
 use crate::base::time::Picos;
 use csv::Writer;
+use std::io;
 
 /// A table for spreadsheets.
 pub const FORMAT: Format = Format {
     name: "csv",
     about: "A row a charge, for spreadsheets",
     suffixes: &["csv"],
-    audit: |audit, _, _| render(audit),
-    compare: compare::csv::render,
+    audit: |audit, _, _, out| write(audit, out),
+    compare: |found, out| out.write_all(compare::csv::render(found).as_bytes()),
 };
 
 const HEADS: [&str; 16] = [
@@ -38,16 +39,22 @@ const HEADS: [&str; 16] = [
 /// factor on all of these, which their times hold: it has no cost of its own, each row says how much of its cost it is.
 #[must_use]
 pub fn render(audit: &Audit) -> String {
-    let mut writer = Writer::from_writer(Vec::new());
-    let mut put = |row: &[String]| writer.write_record(row).expect("memory takes every record");
-    put(&HEADS.map(str::to_owned));
+    let mut bytes = Vec::new();
+    write(audit, &mut bytes).expect("memory takes every record");
+    String::from_utf8(bytes).expect("written from strings")
+}
+
+fn write(audit: &Audit, out: &mut dyn io::Write) -> io::Result<()> {
+    let mut writer = Writer::from_writer(out);
+    let mut put = |row: &[String]| writer.write_record(row);
+    put(&HEADS.map(str::to_owned))?;
     for group in &audit.groups {
         for charge in &group.charges {
-            put(&row(audit, charge, &group.id.to_string(), "group"));
+            put(&row(audit, charge, &group.id.to_string(), "group"))?;
         }
     }
     for charge in &audit.always {
-        put(&row(audit, charge, "", "always"));
+        put(&row(audit, charge, "", "always"))?;
     }
     for term in &audit.overhead {
         let time = term.time.us_text();
@@ -66,7 +73,7 @@ pub fn render(audit: &Audit) -> String {
                 fields[at] = value.to_owned();
             }
         }
-        put(&fields);
+        put(&fields)?;
     }
     if let Some(one) = &audit.table.factor {
         let row = HEADS.map(|head| match head {
@@ -76,10 +83,9 @@ pub fn render(audit: &Audit) -> String {
             "part" => "factor".to_owned(),
             _ => String::new(),
         });
-        put(&row);
+        put(&row)?;
     }
-    let bytes = writer.into_inner().expect("memory takes every record");
-    String::from_utf8(bytes).expect("written from strings")
+    writer.flush()
 }
 
 fn row(audit: &Audit, charge: &ChargeUse, group: &str, part: &str) -> [String; HEADS.len()] {

@@ -3,6 +3,7 @@
 use crate::audit::Audit;
 use crate::audit::verdict::Check;
 use crate::measured::Comparison;
+use std::io::{self, Write};
 
 /// A format: its name, and what writes each kind of result in it.
 #[derive(Debug, Clone, Copy)]
@@ -13,10 +14,13 @@ pub struct Format {
     pub about: &'static str,
     /// Ends of file names, without the dot, that mean it.
     pub suffixes: &'static [&'static str],
-    /// Writes an audit, and the check's result if there is one.
-    pub audit: fn(&Audit, Option<&Check>, Extent) -> String,
-    /// Writes a comparison.
-    pub compare: fn(&Comparison) -> String,
+    /// Writes an audit, and the check's result if there is one. A large one is written piece by piece.
+    ///
+    /// # Errors
+    /// Where what is written to takes no more.
+    pub audit: fn(&Audit, Option<&Check>, Extent, &mut dyn Write) -> io::Result<()>,
+    /// Writes a comparison, with the same errors.
+    pub compare: fn(&Comparison, &mut dyn Write) -> io::Result<()>,
 }
 
 /// How much is shown.

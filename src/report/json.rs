@@ -7,14 +7,15 @@ use crate::audit::{self, Audit, Engine, Opinion};
 use crate::base::budget::{Cut, End};
 use serde::Serialize;
 use serde::ser::SerializeMap;
+use std::io;
 
 /// JSON for programs.
 pub const FORMAT: Format = Format {
     name: "json",
     about: "For programs (docs/json.md)",
     suffixes: &["json"],
-    audit: |audit, check, _| render(audit, check),
-    compare: compare::json::render,
+    audit: |audit, check, _, out| write(audit, check, out),
+    compare: |found, out| out.write_all(compare::json::render(found).as_bytes()),
 };
 
 #[derive(Serialize)]
@@ -291,6 +292,12 @@ impl Serialize for Values<'_> {
 /// The audit, and the check's result if there is one, on indented lines.
 #[must_use]
 pub fn render(audit: &Audit, check: Option<&Check>) -> String {
+    let mut bytes = Vec::new();
+    write(audit, check, &mut bytes).expect("memory takes all");
+    String::from_utf8(bytes).expect("JSON is text")
+}
+
+fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::Result<()> {
     let report = Report {
         schema: "scanbound.audit/1",
         program: Program {
@@ -369,9 +376,8 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
         response: audit.response.as_ref().map(response),
         seconds: audit.elapsed.as_secs_f64(),
     };
-    let mut text = serde_json::to_string_pretty(&report).expect("plain data has a JSON form");
-    text.push('\n');
-    text
+    serde_json::to_writer_pretty(&mut *out, &report)?;
+    out.write_all(b"\n")
 }
 
 fn points(points: &audit::UnstatedPoints) -> Points<'_> {

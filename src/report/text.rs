@@ -29,8 +29,8 @@ pub const FORMAT: Format = Format {
     name: "text",
     about: "To be read",
     suffixes: &["txt"],
-    audit: render,
-    compare: compare::text::render,
+    audit: |audit, check, extent, out| out.write_all(render(audit, check, extent).as_bytes()),
+    compare: |found, out| out.write_all(compare::text::render(found).as_bytes()),
 };
 
 /// The audit, headed by the check's answer if there is one. Has colour codes.

@@ -24,8 +24,9 @@ use crate::program::{
 /// Stated ranges with faults are told up to so many faults.
 const MOST_FAULTS: usize = 100;
 
-/// More instructions than this are no program: the largest CPUs hold 400 K steps.
-const MOST: usize = 400 * 1024;
+/// More instructions than this are refused: the largest CPUs hold 400 K steps, of which contacts take one and most else
+/// two to seven.
+const MOST: usize = 300 * 1024;
 
 /// Refuses a project of more instructions than any CPU holds, at the first that is too many.
 fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
