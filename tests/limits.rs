@@ -121,7 +121,7 @@ fn list(text: String, interrupts: u32) -> Case {
 
 /// Whether something was taken wider, in words that hold this.
 fn wider(audit: &Audit, words: &str) -> bool {
-    audit.approximations.iter().any(|one| one.what.contains(words))
+    audit.approximations.iter().any(|one| one.what.to_string().contains(words))
 }
 
 #[test]

@@ -154,7 +154,8 @@ fn what_is_given_up_bounds_every_scan() {
             times.truncate(count);
             let model = scan_model_fitted(&mut wider, &times, all, &|| false).map_err(told)?;
             if model.is_none() {
-                loops::whole(&mut wider, "for the test").map_err(|why| format!("{why:?}"))?;
+                loops::whole(&mut wider, scanbound::program::Unfollowed::TooMany)
+                    .map_err(|why| format!("{why:?}"))?;
                 times.resize(wider.instructions.len(), Times::default());
             }
             given_up += wider.approximations.len();

@@ -1,13 +1,14 @@
 //! Puts together what a report shows from what the stages found.
 
 use super::deciding::{deciding, depends_on};
+use super::doubt::Doubt;
 use super::executed::{Executed, stands_between, started};
+use super::fact::Fact;
 use super::method::SearchUse;
 use super::names::Names;
 use super::real::Found;
 use super::request::Request;
 use super::response::Delays;
-use super::stated;
 use super::unbounded::Loops;
 use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
@@ -141,6 +142,7 @@ impl Findings<'_> {
         let clocked = self.program.clocked;
         let possible = possible(&bound, table.factor.as_ref(), clocked.is_some());
         let real = self.real().filter(|_| bound.lower < bound.model);
+        let networks = self.networks();
         let response = delays.map(|delays| delays.around(bound.upper));
         Audit {
             files: self.program.files.iter().map(|file| file.name.clone()).collect(),
@@ -150,7 +152,7 @@ impl Findings<'_> {
             blocks: self.program.blocks,
             clocked,
             table,
-            doubts: self.doubts(&loops, &bound),
+            doubts: Doubt::all(self.program, &networks, &loops.found, &loops.open, bound.upper),
             bound,
             overhead,
             always,
@@ -170,10 +172,10 @@ impl Findings<'_> {
                 false => Vec::new(),
             },
             unbounded: loops.found,
-            facts: stated::in_words(self.request, self.program),
+            facts: Fact::all(self.request, self.program),
             points: self.prices.points.clone(),
             bases: self.prices.bases.clone(),
-            networks: self.networks(),
+            networks,
             approximations: self.approximations(),
             warnings,
             response,
@@ -516,39 +518,6 @@ impl Findings<'_> {
         uses.map(|one| NetworkUse { what: one.what.clone(), first: first(one.first) }).collect()
     }
 
-    /// Why the bound may be too low where the program uses what networks refresh.
-    fn network_doubt(&self) -> Option<String> {
-        let uses = self.networks();
-        let what: Vec<&str> = uses.iter().map(|one| one.what.as_str()).collect();
-        let first = uses.iter().map(|one| one.first).min()?;
-        let file = &first.of(&self.program.files).name;
-        Some(format!(
-            "the program uses {} (first in {file}:{}): what networks take to refresh these is not stated and not in the bound: state it in a facts file (--facts): [network] refresh = \"1.5ms\", or refresh = \"none\" where nothing refreshes them",
-            what.join(", "),
-            first.line
-        ))
-    }
-
-    /// Why the bound may be too low, but for points that are not stated.
-    fn doubts(&self, loops: &Loops, bound: &Bound) -> Vec<String> {
-        let interrupts = self
-            .program
-            .interrupts
-            .iter()
-            .filter(|interrupt| !interrupt.stated)
-            .map(|interrupt| {
-                let (name, times) = (&interrupt.name, interrupt.times);
-                format!(
-                    "how often {name} interrupts a scan is not stated, {times} was taken: give --interrupts {name}=N"
-                )
-            });
-        let outlasts = self.program.shortest_timer.filter(|&shortest| bound.upper >= shortest);
-        let outlasts = outlasts.map(|shortest| {
-            format!("a scan may last longer than the shortest timer ({shortest}), which is taken not to run out within the scan that starts it")
-        });
-        interrupts.chain(self.network_doubt()).chain(loops.doubts()).chain(outlasts).collect()
-    }
-
     fn approximations(&self) -> Vec<ApproximationUse> {
         let mut found: Vec<ApproximationUse> = self
             .program
@@ -563,7 +532,7 @@ impl Findings<'_> {
                 }
             })
             .collect();
-        found.sort_by(|a, b| (a.at, &a.what).cmp(&(b.at, &b.what)));
+        found.sort_by_cached_key(|one| (one.at, one.what.to_string()));
         found
     }
 }

@@ -151,14 +151,11 @@ pub fn fixture() -> Audit {
         stands_between: None,
         path: Vec::new(),
         unbounded: Vec::new(),
-        facts: vec!["D100 is -10 to 10 when the scan starts".to_owned()],
+        facts: vec![Fact::Range { word: "D100".to_owned(), low: -10, high: 10 }],
         points: Vec::new(),
         bases: Vec::new(),
         networks: Vec::new(),
-        doubts: vec![
-            "how often I0 interrupts a scan is not stated: taken once (--interrupts I0=N)"
-                .to_owned(),
-        ],
+        doubts: vec![Doubt::Interrupts { name: "I0".to_owned(), taken: 1 }],
         approximations: [
             (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),
             (8, "MOV K1 D301Z0", "an indexed device is written: any D may have changed"),

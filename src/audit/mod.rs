@@ -6,7 +6,9 @@ mod closing;
 mod condition;
 mod confirmed;
 mod deciding;
+mod doubt;
 mod executed;
+mod fact;
 #[cfg(test)]
 pub mod fixture;
 pub mod method;
@@ -25,6 +27,8 @@ mod unbounded;
 mod understood;
 pub mod verdict;
 
+pub use doubt::Doubt;
+pub use fact::Fact;
 pub use pipeline::{Concluded, Followed, audit, conclude, follow};
 pub use questions::{File, Form, certificates, question};
 pub use request::{Failure, Progress, Request};
@@ -33,6 +37,7 @@ use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::location::Location;
 use crate::base::time::Picos;
+pub use crate::program::{Approximated, Unfollowed};
 pub use crate::solve::{Engine, Opinion};
 pub use crate::timing::price::{MorePoints, UnstatedBase, UnstatedPoints};
 use crate::timing::price::{more_points, unsure};
@@ -78,7 +83,7 @@ pub struct Audit {
     /// of scans that end where such a loop was gone round.
     pub unbounded: Vec<LoopUse>,
     /// What the user stated and the bound rests on.
-    pub facts: Vec<String>,
+    pub facts: Vec<Fact>,
     /// The sides of which it is not stated how many points are refreshed.
     pub points: Vec<UnstatedPoints>,
     /// The sides of which it is not stated on which base units they are: the dearest was taken.
@@ -86,8 +91,8 @@ pub struct Audit {
     /// What networks refresh that the program uses, where nobody says how long that takes: it is not in the bound.
     pub networks: Vec<NetworkUse>,
     /// Why else the bound may be too low all the same, where something needed was not stated.
-    pub doubts: Vec<String>,
-    /// What was taken wider than the PLC does it.
+    pub doubts: Vec<Doubt>,
+    /// What is over-approximated.
     pub approximations: Vec<ApproximationUse>,
     /// Findings that did not stop the audit.
     pub warnings: Vec<Diagnostic>,
@@ -131,23 +136,6 @@ impl Audit {
     pub fn lower_without_points(&self) -> Picos {
         let unsure = unsure(&self.points, &self.bases);
         self.possible().checked_sub(unsure).unwrap_or_default()
-    }
-
-    /// All reasons why the bound may be too low, points that are not stated among them.
-    #[must_use]
-    pub fn all_doubts(&self) -> Vec<String> {
-        let points = self.points.iter().filter_map(|points| {
-            let UnstatedPoints { side, why, .. } = points;
-            let more = match &points.most {
-                Some(most) if most.more == Picos::ZERO => return None,
-                Some(MorePoints { points, more, .. }) => {
-                    format!(", with all {points} that the CPU can have a scan takes {more} longer")
-                }
-                None => String::new(),
-            };
-            Some(format!("{side} points are not stated: {why}{more}: state them ([io] {side}s)"))
-        });
-        points.chain(self.doubts.iter().cloned()).collect()
     }
 
     /// A time of the report without the table's factor, which all of them hold.
@@ -507,7 +495,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// Something that was taken wider than the PLC does it.
+/// Something that is over-approximated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ApproximationUse {
     /// Where.
@@ -515,5 +503,5 @@ pub struct ApproximationUse {
     /// The instruction's text.
     pub instruction: Arc<str>,
     /// What was done.
-    pub what: Arc<str>,
+    pub what: Approximated,
 }

@@ -6,8 +6,8 @@ use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
 use crate::passes::loops;
-use crate::program::Program;
 use crate::program::meaning::Knowledge;
+use crate::program::{Program, Unfollowed};
 use crate::scan::model::ScanModel;
 use crate::scan::reach::{Reach, scan_model_fitted};
 use crate::scan::{ScanError, Side, scan_model, scan_model_knowing};
@@ -78,15 +78,14 @@ pub fn model_of(
             }
             return Ok((model, false));
         }
-        Err(Unfollowed::Grown) => "the values that the program works out take too much to follow",
-        Err(Unfollowed::Ended) => {
-            budget.cut(
-                "following the scan",
-                "the bound is the sum of all that can run, each at its dearer time",
-            );
-            "the time was over before the scan was followed"
-        }
+        Err(why) => why,
     };
+    if why == Unfollowed::NoTime {
+        budget.cut(
+            "following the scan",
+            "the bound is the sum of all that can run, each at its dearer time",
+        );
+    }
     let summed = loops::whole(program, why);
     summed.map_err(|error| cannot_follow(program, &too_often(error)))?;
     prices.instructions.resize(program.instructions.len(), None);
@@ -115,14 +114,6 @@ pub fn put_back(
     Some((closer, priced, model))
 }
 
-/// Why a scan was not followed.
-enum Unfollowed {
-    /// The model would take too much.
-    Grown,
-    /// The time is over.
-    Ended,
-}
-
 /// The model of a scan in which nothing runs more often than can be followed.
 fn follow(
     program: &mut Program,
@@ -137,8 +128,8 @@ fn follow(
     let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);
     match scan_model_fitted(program, &prices.times(), most, &|| budget.reached()) {
         Ok(Some(model)) => Ok(Ok(model)),
-        Ok(None) => Ok(Err(Unfollowed::Grown)),
-        Err(ScanError::Ended { .. }) => Ok(Err(Unfollowed::Ended)),
+        Ok(None) => Ok(Err(Unfollowed::TooDear)),
+        Err(ScanError::Ended { .. }) => Ok(Err(Unfollowed::NoTime)),
         Err(error) => Err(cannot_follow(program, &error)),
     }
 }

@@ -1,6 +1,5 @@
 //! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
 
-use super::request::Request;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part};
@@ -8,7 +7,7 @@ use crate::program::{
     AreaId, BitSource, Cell, Program, Region, Role, Source, StartRange, WordSource, flow,
 };
 use crate::timing::price::own_points;
-use crate::timing::table::{Override, StatedClock, Table};
+use crate::timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// So many facts are told of.
@@ -78,17 +77,6 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
         }
     }
     warnings
-}
-
-/// What the user stated and the bound rests on, in words.
-pub fn in_words(request: &Request<'_>, program: &Program) -> Vec<String> {
-    let times = request.times.iter().map(|Override { name, on, off }| {
-        let idle = if on == off { String::new() } else { format!(", {off} where it does not run") };
-        format!("{name} takes {on}{idle}")
-    });
-    let facts = program.facts.iter().cloned().chain(times);
-    let facts = facts.chain(request.facts.of_the_plant());
-    facts.chain(request.clock.map(StatedClock::to_string)).collect()
 }
 
 /// Leaves out the ranges of words that the program does not name, nor any range that shares a word with one that it

@@ -12,33 +12,12 @@ use std::collections::BTreeSet;
 /// Where so many loops are found, no more are asked for: one alone leaves a scan without bound.
 const MOST_FOUND: usize = 10;
 
-/// Of so many loops that were not asked to the end it is told each.
-const MOST_TOLD: usize = 10;
-
 /// What is known of the loops.
 pub struct Loops {
     /// Those that a scan can come to.
     pub found: Vec<LoopUse>,
     /// Those of which the search did not find out.
     pub open: Vec<LoopUse>,
-}
-
-impl Loops {
-    /// Why the bound may be too low because of them.
-    pub fn doubts(&self) -> Vec<String> {
-        let endless = |one: &LoopUse| {
-            let line = one.to.line;
-            format!("a scan can go round the loop to line {line} without end: nothing bounds it")
-        };
-        let open = |one: &LoopUse| {
-            let line = one.to.line;
-            format!("whether the loop to line {line} can run without end was not found out")
-        };
-        let told = self.open.iter().take(MOST_TOLD).map(open);
-        let more = self.open.len().checked_sub(MOST_TOLD).filter(|&more| more > 0);
-        let more = more.map(|more| format!("nor was it of {more} more loops"));
-        self.found.iter().map(endless).chain(told).chain(more).collect()
-    }
 }
 
 /// Asks of the loops of the model whether a scan can come to one of them, until none is left that can.

@@ -1,6 +1,6 @@
 //! Whether a program keeps to a limit: proved, refuted by a scan, or undecided with the reasons.
 
-use crate::audit::{Audit, Evidence, Share, UnstatedBase, UnstatedPoints};
+use crate::audit::{Audit, Doubt, Evidence, Share, UnstatedBase, UnstatedPoints};
 use crate::base::time::Picos;
 use std::fmt;
 use std::str::FromStr;
@@ -170,12 +170,12 @@ impl Check {
         let doubts = || {
             // All that the CPU can have is counted where that is known.
             let unknown = audit.points.iter().any(|points| points.most.is_none());
-            if unknown { audit.all_doubts() } else { audit.doubts.clone() }
+            in_words(&if unknown { audit.all_doubts() } else { audit.doubts.clone() })
         };
         let verdict = if lower > limit || !audit.unbounded.is_empty() {
             Verdict::Refuted
         } else if upper > limit {
-            let reasons = [open(audit, limit, margin), bases(audit), audit.doubts.clone()];
+            let reasons = [open(audit, limit, margin), bases(audit), in_words(&audit.doubts)];
             Verdict::Undecided(reasons.concat())
         } else if doubts().is_empty() {
             Verdict::Proved
@@ -274,6 +274,10 @@ fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<String> {
     vec![reason.to_owned()]
 }
 
+fn in_words(doubts: &[Doubt]) -> Vec<String> {
+    doubts.iter().map(ToString::to_string).collect()
+}
+
 /// What stating the base units would take off.
 fn bases(audit: &Audit) -> Vec<String> {
     let one = |base: &UnstatedBase| {
@@ -330,9 +334,9 @@ mod tests {
     #[test]
     fn a_doubt_keeps_a_bound_from_being_proof_but_not_from_being_refuted() {
         let mut audit = fixture();
-        audit.doubts = vec!["I0 may run any number of times".to_owned()];
+        audit.doubts = vec![Doubt::Interrupts { name: "I0".to_owned(), taken: 1 }];
         let check = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
-        assert_eq!(check(u64::MAX), Verdict::Undecided(audit.doubts.clone()));
+        assert_eq!(check(u64::MAX), Verdict::Undecided(in_words(&audit.doubts)));
         assert_eq!(check(1), Verdict::Refuted);
     }
 
@@ -412,10 +416,10 @@ mod tests {
     fn points_of_which_the_most_is_not_known_stay_a_doubt() {
         let audit = with_points(None);
         let check = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
-        assert_eq!(check(u64::MAX), Verdict::Undecided(audit.all_doubts()));
+        assert_eq!(check(u64::MAX), Verdict::Undecided(in_words(&audit.all_doubts())));
         assert_eq!(check(1), Verdict::Refuted);
         // All that there can be is counted: nothing is left to doubt.
-        assert_eq!(with_points(Some(0)).all_doubts(), Vec::<String>::new());
+        assert_eq!(with_points(Some(0)).all_doubts(), []);
         assert_eq!(with_points(Some(1)).all_doubts().len(), 1);
     }
 

@@ -84,23 +84,6 @@ impl Facts {
         self.places.fault(fact, part, code, message.into(), help)
     }
 
-    /// The user's statements that no dialect asks for, in words.
-    #[must_use]
-    pub fn of_the_plant(&self) -> Vec<String> {
-        let base = self.base.iter().map(|base| format!("all I/O modules sit on the base {base}"));
-        let network = self.network.iter().map(|&time| match time {
-            Picos::ZERO => "no network is refreshed".to_owned(),
-            time => format!("the refresh of networks takes {time} a scan at most"),
-        });
-        let factor = |factor: &StatedFactor| {
-            format!(
-                "what else the CPU serves lengthens a scan by the factor {} at most",
-                factor.text
-            )
-        };
-        base.chain(network).chain(self.factor.iter().map(factor)).collect()
-    }
-
     /// Reads a facts file in TOML. `name` is the file's name for the diagnostics.
     ///
     /// # Errors

@@ -65,7 +65,7 @@ impl Bounds {
             least: audit.least(),
             table: audit.table.name.clone(),
             assumed: audit.table.assumed_time,
-            doubts: audit.all_doubts(),
+            doubts: audit.all_doubts().iter().map(ToString::to_string).collect(),
             clocked: audit.clocked,
         }
     }

@@ -2,8 +2,8 @@
 
 use super::Pass;
 use crate::program::{
-    Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Program, Region, SourceMut, Step,
-    WordSource, flow,
+    Approximated, Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Program, Region, SourceMut,
+    Step, WordSource, flow,
 };
 use std::collections::BTreeSet;
 
@@ -75,18 +75,13 @@ fn isolate(program: &mut Program) {
             }
         });
         if taken && !all {
-            let what = "an interrupt may write what is read here: taken as any value".into();
+            let what = Approximated::Interrupted;
             program.approximations.push(Approximation { instruction: at, what });
         }
     }
     program.choices = choices;
-    let what = "an interrupt may come at any moment: all that it reads is taken as any value";
-    program.approximations.extend(
-        program
-            .interrupts
-            .iter()
-            .map(|interrupt| Approximation { instruction: interrupt.entry, what: what.into() }),
-    );
+    let entries: Vec<usize> = program.interrupts.iter().map(|one| one.entry).collect();
+    entries.into_iter().for_each(|at| program.approximate(at, Approximated::ReadByInterrupt));
 }
 
 /// The instructions that interrupt routines may run, routines that they call included.

@@ -8,8 +8,8 @@ use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::program::flow::{self, written};
 use crate::program::{
-    Approximation, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step, Summary,
-    WordSource,
+    Approximated, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step, Summary,
+    Unfollowed, WordSource,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -69,7 +69,7 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
             continue;
         };
         program.instructions[begin].step = step;
-        program.approximate(begin, &charged(most));
+        program.approximate(begin, Approximated::LoopSummary(most));
     }
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
@@ -101,7 +101,7 @@ pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
         }
         limit /= 8;
         if limit < SMALLEST {
-            whole(program, "loops and calls multiply to more than can be followed")?;
+            whole(program, Unfollowed::TooMany)?;
             return Ok(program.instructions.len() as u64);
         }
     }
@@ -127,7 +127,7 @@ pub fn put_back(program: &mut Program, turns: &BTreeMap<usize, u32>) -> bool {
             program.instructions[begin].step = Step::ForBegin { count, least, most: known, end };
             program
                 .approximations
-                .retain(|one| one.instruction != begin || !one.what.contains(SUMMARISED));
+                .retain(|one| one.instruction != begin || !one.what.is_loop_summary());
             any = true;
         }
     }
@@ -172,7 +172,7 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
         }
     }
     let mut behind = 0;
-    program.approximations.retain(|one| !one.what.starts_with(SUMMARISED));
+    program.approximations.retain(|one| !matches!(one.what, Approximated::LoopSummary(_)));
     for (begin, end, most) in unknown {
         // What stands in a loop that is summarised is in it.
         if begin < behind {
@@ -181,18 +181,8 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
         behind = end;
         let Some(step) = of_loop(program, begin, end, u64::from(most)) else { continue };
         program.instructions[begin].step = step;
-        let what = charged(most).into();
-        program.approximations.push(Approximation { instruction: begin, what });
+        program.approximate(begin, Approximated::LoopSummary(most));
     }
-}
-
-/// How an approximation says that a loop was summarised: so many times.
-const SUMMARISED: &str = "the loop is charged ";
-
-/// What is said of a loop that is charged so many times.
-#[must_use]
-fn charged(turns: u32) -> String {
-    format!("{SUMMARISED}{turns} times at its dearest, and what it writes is taken as any value")
 }
 
 /// Summarises the whole program: the sum of all that can run, each at its dearest. Whether it can run together,
@@ -200,7 +190,7 @@ fn charged(turns: u32) -> String {
 ///
 /// # Errors
 /// Where loops and calls multiply beyond all numbers.
-pub fn whole(program: &mut Program, why: &str) -> Result<(), TooOften> {
+pub fn whole(program: &mut Program, why: Unfollowed) -> Result<(), TooOften> {
     let shape = Shape::of(program);
     for index in 0..program.mains.len() {
         let main = program.mains[index].clone();
@@ -218,10 +208,7 @@ pub fn whole(program: &mut Program, why: &str) -> Result<(), TooOften> {
         append(program, main.start, past);
         stub(program, gathered, main.start, Step::End);
         program.mains[index] = at..program.instructions.len();
-        program.approximations.push(Approximation {
-            instruction: main.start,
-            what: format!("{why}: all that can run from here is charged at its dearer time, whatever excludes it").into(),
-        });
+        program.approximate(main.start, Approximated::WholeSummary(why));
     }
     for index in 0..program.interrupts.len() {
         shape.interrupt(program, index)?;
@@ -395,7 +382,7 @@ impl Shape {
             }
         }
         if charges > MOST_CHARGES || endless {
-            return whole(program, "loops and calls multiply to more than can be followed");
+            return whole(program, Unfollowed::TooMany);
         }
         for &index in &plan.interrupts {
             self.interrupt(program, index)?;
@@ -404,10 +391,7 @@ impl Shape {
         for (entry, gathered) in routines {
             stubs.insert(entry, program.instructions.len());
             stub(program, gathered, entry, Step::Return);
-            program.approximations.push(Approximation {
-                instruction: entry,
-                what: "the routine and all that it calls run more often than can be followed: each call of it is charged at its dearest, and what it writes is taken as any value".into(),
-            });
+            program.approximate(entry, Approximated::RoutineSummary);
         }
         for instruction in &mut program.instructions {
             if let Step::Call { target, .. } = &mut instruction.step
@@ -419,14 +403,7 @@ impl Shape {
         for (begin, end, turns, gathered) in loops {
             let count = turns_of(program, begin);
             program.instructions[begin].step = gathered.step(program, end, count);
-            program.approximations.push(Approximation {
-                instruction: begin,
-                what: format!(
-                    "followed turn by turn the scan has too many instructions: {}",
-                    charged(turns)
-                )
-                .into(),
-            });
+            program.approximate(begin, Approximated::NestedSummary(turns));
         }
         Ok(())
     }
@@ -444,10 +421,7 @@ impl Shape {
         program.interrupts[index].entry = program.instructions.len();
         program.interrupts[index].times = 1;
         stub(program, gathered, entry, Step::Return);
-        program.approximations.push(Approximation {
-            instruction: entry,
-            what: format!("the interrupt routine is charged {times} times at its dearest").into(),
-        });
+        program.approximate(entry, Approximated::InterruptSummary(times));
         Ok(())
     }
 

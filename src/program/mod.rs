@@ -30,12 +30,14 @@
 //!
 //! That is what the upper bound is found on. What a choice really is says [`meaning`].
 
+mod approximation;
 mod area;
 pub mod flow;
 pub mod meaning;
 mod reads;
 pub mod spelled;
 
+pub use approximation::{Approximated, Approximation, Unfollowed};
 pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
@@ -570,18 +572,6 @@ pub struct Interrupt {
     pub stated: bool,
 }
 
-/// Something that is taken wider than the PLC does it.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Approximation {
-    /// The instruction, an index into `Program::instructions`.
-    pub instruction: usize,
-    /// What was done, one sentence.
-    pub what: Arc<str>,
-}
-
-/// What is said of a count that stands in a word, behind its name and in front of the most that is taken.
-pub const UNKNOWN_COUNT: &str = "is not known: taken as up to";
-
 /// One source file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceFile {
@@ -671,7 +661,7 @@ pub struct Program {
     /// What may change at any moment: a read of it gives any value (`passes::interrupts`), and no exact choice is worked
     /// out from it.
     pub volatile: Vec<Region>,
-    /// What was taken wider than it is.
+    /// What is over-approximated.
     pub approximations: Vec<Approximation>,
     /// Names of cells that have none of their own, such as what an instruction remembers.
     pub names: BTreeMap<Cell, String>,
@@ -693,15 +683,14 @@ pub struct Program {
     pub ranges: Vec<StartRange>,
     /// What holds in the state in which every scan starts; no choice and no condition occurs in it.
     pub invariants: Vec<Logic>,
-    /// The user's statements that were used, in words.
-    pub facts: Vec<String>,
 }
 
 impl Program {
-    /// Lists what is taken wider at an instruction. Many are for the same reason, whose text they share.
-    pub fn approximate(&mut self, instruction: usize, what: &str) {
-        let alike = self.approximations.iter().rev().take(4).find(|one| *one.what == *what);
-        let what = alike.map_or_else(|| what.into(), |one| one.what.clone());
+    /// Lists what is over-approximated at an instruction. Many are for the same reason, whose text they share.
+    pub fn approximate(&mut self, instruction: usize, what: impl Into<Approximated>) {
+        let what = what.into();
+        let alike = self.approximations.iter().rev().take(4).find(|one| one.what == what);
+        let what = alike.map_or(what, |one| one.what.clone());
         self.approximations.push(Approximation { instruction, what });
     }
 

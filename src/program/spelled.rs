@@ -12,10 +12,6 @@ const FEW: usize = 16;
 /// So many cells' room takes what is known of a result besides its cells.
 const KNOWN: usize = 12;
 
-/// What is said of an instruction for which there is no room.
-pub const NO_ROOM: &str =
-    "the program's blocks take too much to follow them all: what this writes is taken as any value";
-
 /// How much a program has spelled out so far.
 #[derive(Debug, Default)]
 pub struct Spelled {

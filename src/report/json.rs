@@ -33,7 +33,7 @@ struct Report<'a> {
     path: Vec<PathStep<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     unbounded: Vec<Loop<'a>>,
-    facts: &'a [String],
+    facts: Vec<String>,
     doubts: Vec<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     points: Vec<Points<'a>>,
@@ -176,7 +176,7 @@ struct Approximation<'a> {
     file: u32,
     line: u32,
     instruction: &'a str,
-    what: &'a str,
+    what: String,
 }
 
 #[derive(Serialize)]
@@ -328,8 +328,8 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
         deciding: audit.witness.iter().filter(|v| v.matters).map(|v| v.name.as_str()).collect(),
         path: audit.path.iter().map(step).collect(),
         unbounded: audit.unbounded.iter().map(endless).collect(),
-        facts: &audit.facts,
-        doubts: audit.all_doubts(),
+        facts: audit.facts.iter().map(ToString::to_string).collect(),
+        doubts: audit.all_doubts().iter().map(ToString::to_string).collect(),
         points: audit.points.iter().map(points).collect(),
         bases: audit
             .bases
@@ -348,7 +348,7 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
                 file: one.at.file,
                 line: one.at.line,
                 instruction: &one.instruction,
-                what: &one.what,
+                what: one.what.to_string(),
             })
             .collect(),
         warnings: audit

@@ -52,10 +52,10 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     text += &super::way::way(audit);
     text += &assumed(audit, extent);
     text += &list("What the table's times do not hold", &audit.table.notes);
-    text += &list("What was stated and is believed", &audit.facts);
+    text += &list("What was stated and is believed", &shown(&audit.facts));
     text += &list(
         "Why the bound may be too low all the same (state it with --facts or --interrupts)",
-        &audit.all_doubts(),
+        &shown(&audit.all_doubts()),
     );
     text += &approximations(audit, extent);
     text += &list("Warnings", &warnings(audit));
@@ -445,8 +445,9 @@ fn approximations(audit: &Audit, extent: Extent) -> String {
     let mut known: BTreeMap<String, usize> = BTreeMap::new();
     for one in &audit.approximations {
         let mnemonic = mnemonic(one);
-        let mut kind = String::with_capacity(one.what.len());
-        for (index, word) in one.what.split(' ').enumerate() {
+        let what = one.what.to_string();
+        let mut kind = String::with_capacity(what.len());
+        for (index, word) in what.split(' ').enumerate() {
             kind.push_str(if index > 0 { " " } else { "" });
             kind.push_str(if word == mnemonic { "it" } else { word });
         }
@@ -464,7 +465,7 @@ fn approximations(audit: &Audit, extent: Extent) -> String {
     let mut text = heading(&title);
     for (kind, uses) in kinds.iter().take(extent.values) {
         let alone = uses.iter().all(|one| mnemonic(one) == mnemonic(uses[0]));
-        let what = if alone { &*uses[0].what } else { kind };
+        let what = if alone { &uses[0].what.to_string() } else { kind };
         let entries: Vec<String> = uses
             .iter()
             .map(|one| match alone {
@@ -495,6 +496,10 @@ fn warnings(audit: &Audit) -> Vec<String> {
             format!("{place}{}", one.message)
         })
         .collect()
+}
+
+fn shown<T: ToString>(entries: &[T]) -> Vec<String> {
+    entries.iter().map(ToString::to_string).collect()
 }
 
 fn list(title: &str, entries: &[String]) -> String {

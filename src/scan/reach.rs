@@ -3,7 +3,7 @@
 use super::{ScanError, scan_model_within};
 use crate::base::time::Times;
 use crate::program::{
-    Approximation, BitSource, BitTarget, ChoiceId, Program, Region, SourceMut, Step, WordSource,
+    Approximated, BitSource, BitTarget, ChoiceId, Program, Region, SourceMut, Step, WordSource,
     Write,
 };
 use crate::scan::model::ScanModel;
@@ -67,7 +67,7 @@ fn widen(program: &mut Program, dear: &BTreeSet<usize>) -> bool {
         choices += 1;
         ChoiceId(choices - 1)
     };
-    let before = program.approximations.len();
+    let mut wide = Vec::new();
     for &at in dear {
         let instruction = &mut program.instructions[at];
         let mut read = false;
@@ -87,16 +87,17 @@ fn widen(program: &mut Program, dear: &BTreeSet<usize>) -> bool {
             }
         }
         if read {
-            let what = match instruction.step {
-                Step::ForBegin { .. } => {
-                    "the count takes too much to follow: any number of turns that the loop allows is taken"
-                }
-                _ => "what is read here takes too much to follow: taken as any value",
-            };
-            let what = what.into();
-            program.approximations.push(Approximation { instruction: at, what });
+            wide.push((
+                at,
+                match instruction.step {
+                    Step::ForBegin { .. } => Approximated::DearCount,
+                    _ => Approximated::DearRead,
+                },
+            ));
         }
     }
     program.choices = choices;
-    program.approximations.len() > before
+    let any = !wide.is_empty();
+    wide.into_iter().for_each(|(at, what)| program.approximate(at, what));
+    any
 }

@@ -16,9 +16,9 @@ use super::{Op, Routine, Source};
 use crate::base::location::Location;
 use crate::base::time::Picos;
 use crate::program::{
-    Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
-    Device, Effect, Instruction, Join, Logic, Operand, Program, Radix, Role, SourceFile, Step,
-    TimingKey, Touched, Units, When, Write,
+    Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind, Device, Effect,
+    Instruction, Join, Logic, Operand, Program, Radix, Role, SourceFile, Step, TimingKey, Touched,
+    Units, When, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -382,8 +382,7 @@ impl Layout<'_> {
     fn tell(&mut self, at: usize, what: &str) {
         if self.told.insert(at) {
             let instruction = self.program.instructions.len();
-            let what = what.into();
-            self.program.approximations.push(Approximation { instruction, what });
+            self.program.approximate(instruction, what);
         }
     }
 

@@ -6,9 +6,9 @@
 use super::{Kind, Opcode, Source, WORDS, Word};
 use crate::base::location::Location;
 use crate::program::{
-    Approximation, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
-    Device, Effect, Instruction, Join, Logic, Operand, Program, Radix, Role, SourceFile, Step,
-    TimingKey, Touched, Units, When, Write,
+    Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind, Device, Effect,
+    Instruction, Join, Logic, Operand, Program, Radix, Role, SourceFile, Step, TimingKey, Touched,
+    Units, When, Write,
 };
 use std::sync::Arc;
 
@@ -135,13 +135,10 @@ fn cell(word: Word) -> Option<Cell> {
 /// What a word reads.
 fn read(word: Word, program: &mut Program) -> Logic {
     let mut free = |what: String| {
-        let what = what.into();
         let choice = ChoiceId(program.choices);
         program.choices += 1;
         program.kinds.insert(choice, ChoiceKind::World);
-        program
-            .approximations
-            .push(Approximation { instruction: program.instructions.len(), what });
+        program.approximate(program.instructions.len(), what);
         Logic::Bit(BitSource::Free(choice))
     };
     let device = word.device();

@@ -13,10 +13,10 @@ use super::source::Edge;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::shown;
 use crate::program::meaning::Meaning;
-use crate::program::spelled::{NO_ROOM, Spelled};
+use crate::program::spelled::Spelled;
 use crate::program::{
-    BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Operand, Program,
-    Region, Step, TimingKey, Units, When, Write,
+    Approximated, BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Operand,
+    Program, Region, Step, TimingKey, Units, When, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -169,15 +169,15 @@ impl Assembly {
             step,
         });
         if !fits {
-            self.note(NO_ROOM);
+            self.note(Approximated::NoRoom);
         }
         self.next() - 1
     }
 
     /// Notes that the last instruction is taken wider than the PLC does it.
-    pub(super) fn note(&mut self, what: impl AsRef<str>) {
+    pub(super) fn note(&mut self, what: impl Into<Approximated>) {
         let instruction = self.next().saturating_sub(1);
-        self.program.approximate(instruction, what.as_ref());
+        self.program.approximate(instruction, what);
     }
 
     /// Says what gives a choice its value.

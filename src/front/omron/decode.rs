@@ -468,13 +468,6 @@ impl Decoder {
         }
         self.uncalled(options);
         self.unlisted(options);
-        let stated = self.asm.program.interrupts.iter().filter(|interrupt| interrupt.stated);
-        let facts: Vec<String> = stated
-            .map(|interrupt| {
-                format!("{} runs {} times a scan at most", interrupt.name, interrupt.times)
-            })
-            .collect();
-        self.asm.program.facts.extend(facts);
     }
 
     /// Interrupts that are let in run tasks, of which a list of mnemonics shows nothing.
@@ -530,11 +523,7 @@ impl Decoder {
             return;
         }
         if may_be_off {
-            let what = "the task may be off".into();
-            self.asm
-                .program
-                .approximations
-                .push(crate::program::Approximation { instruction: at, what });
+            self.asm.program.approximate(at, "the task may be off");
         } else if let Step::Jump { fires, .. } = &mut self.asm.program.instructions[at].step {
             *fires = Logic::Const(false);
         }
@@ -560,7 +549,6 @@ impl Decoder {
                     let wide = low < -0x8000 || high > 0x7FFF;
                     let cells: Vec<Cell> = (0..1 + u32::from(wide)).map(|n| cell.plus(n)).collect();
                     self.asm.program.ranges.push(StartRange { cells, low, high });
-                    self.asm.program.facts.push(format!("{device} is {low} to {high} when the scan starts"));
                 }
                 _ => self.faults.push(options.facts.fault(
                     ["ranges", device],

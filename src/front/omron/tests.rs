@@ -307,7 +307,8 @@ fn what_is_not_followed_is_havocked_and_noted() {
         ("XFER(70) DM 0 DM 1 LR 00", "the whole area of LR 00 takes any value"),
     ] {
         let program = c(&format!("LD 00000\n{text}\nEND(01)"));
-        let notes: Vec<&str> = program.approximations.iter().map(|note| &*note.what).collect();
+        let notes: Vec<String> =
+            program.approximations.iter().map(|note| note.what.to_string()).collect();
         assert_eq!(notes, [what], "{text}");
     }
     let program = cx("LD ,IR0\nOUT ,IR1\nEND(001)");
@@ -424,7 +425,7 @@ fn names_and_numbers_must_agree_where_they_are_fixed() {
 fn a_users_instruction_may_write_its_operands() {
     let program = cx("LD 0.00\nSwOp0 D10\nEND(001)");
     assert_eq!(program.instructions[1].timing.as_ref().unwrap().names, ["SwOp0"]);
-    assert_eq!(&*program.approximations[0].what, "D10 takes any value");
+    assert_eq!(program.approximations[0].what.to_string(), "D10 takes any value");
 }
 
 #[test]

@@ -17,7 +17,7 @@ mod state;
 
 use super::{Pass, loops};
 use crate::program::{
-    Cell, ChoiceId, Program, Region, StartRange, Step, UNKNOWN_COUNT, Units, Write,
+    Approximated, Cell, ChoiceId, Program, Region, StartRange, Step, Units, Write,
 };
 use ring::Ring;
 use run::{Found, Run};
@@ -221,9 +221,10 @@ fn apply(program: &mut Program, found: &Found) {
             counted.insert(at);
         }
     }
-    program
-        .approximations
-        .retain(|one| !(counted.contains(&one.instruction) && one.what.contains(UNKNOWN_COUNT)));
+    program.approximations.retain(|one| {
+        !(counted.contains(&one.instruction)
+            && matches!(one.what, Approximated::UnknownCount { .. }))
+    });
     loops::lower(program, &found.turns);
 }
 

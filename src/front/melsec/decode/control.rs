@@ -101,11 +101,6 @@ impl Decoder<'_> {
             }
             _ => {
                 let stated = self.options.facts.interrupt(mnemonic);
-                if let Some(times) = stated {
-                    self.program
-                        .facts
-                        .push(format!("{mnemonic} interrupts a scan at most {times} times"));
-                }
                 self.interrupts.push(Interrupt {
                     name: mnemonic.to_owned(),
                     entry: at,
@@ -150,7 +145,7 @@ impl Decoder<'_> {
         let (fires, effects) = match mnemonic {
             "JMP" if self.zones.is_empty() => (Logic::Const(true), Vec::new()),
             "JMP" => {
-                self.approximate("JMP within a master control is taken to jump or not".to_owned());
+                self.approximate("JMP within a master control is taken to jump or not");
                 (self.free_bit(), Vec::new())
             }
             "SCJ" => {
@@ -238,7 +233,7 @@ impl Decoder<'_> {
             }
         }
         if !effects.is_empty() {
-            self.approximate("what the routine hands back is taken as any value".to_owned());
+            self.approximate("what the routine hands back is taken as any value");
             self.add(None, effects, Step::Nothing);
         }
     }

@@ -4,7 +4,7 @@
 use super::Decoder;
 use crate::front::melsec::device::Family;
 use crate::program::flow;
-use crate::program::{Approximation, BitTarget, Cell, Program, Write};
+use crate::program::{BitTarget, Cell, Program, Write};
 use std::collections::BTreeMap;
 
 /// An instruction that acts at an edge.
@@ -47,9 +47,8 @@ impl Decoder<'_> {
                 }
             }
             if again[edge.at] {
-                let what = "an edge belongs to the scan, not to each execution: it is taken to occur again or not"
-                    .into();
-                self.program.approximations.push(Approximation { instruction: edge.at, what });
+                let what = "an edge belongs to the scan, not to each execution: it is taken to occur again or not";
+                self.program.approximate(edge.at, what);
             }
         }
     }

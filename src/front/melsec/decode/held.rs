@@ -2,9 +2,7 @@
 
 use super::Decoder;
 use crate::program::flow;
-use crate::program::{
-    Approximation, BitSource, ChoiceId, ChoiceKind, Instruction, Logic, Step, When, Write,
-};
+use crate::program::{BitSource, ChoiceId, ChoiceKind, Instruction, Logic, Step, When, Write};
 use std::collections::BTreeSet;
 
 impl Decoder<'_> {
@@ -42,8 +40,8 @@ impl Decoder<'_> {
             }
         }
         for instruction in entries {
-            let what = "this routine may run with its coils off: each of its instructions is taken to act or not".into();
-            self.program.approximations.push(Approximation { instruction, what });
+            let what = "this routine may run with its coils off: each of its instructions is taken to act or not";
+            self.program.approximate(instruction, what);
         }
     }
 }

@@ -30,10 +30,10 @@ use crate::base::facts::Facts;
 use crate::base::location::Location;
 use crate::front::Faults;
 use crate::program::flow;
-use crate::program::spelled::{NO_ROOM, Spelled};
+use crate::program::spelled::Spelled;
 use crate::program::{
-    Cell, ChoiceId, Effect, Instruction, Interrupt, Logic, Program, Region, SourceFile, Step,
-    TimingKey, Touched, Units, When, Write,
+    Approximated, Cell, ChoiceId, Effect, Instruction, Interrupt, Logic, Program, Region,
+    SourceFile, Step, TimingKey, Touched, Units, When, Write,
 };
 use ranges::Counts;
 use std::collections::{BTreeMap, BTreeSet};
@@ -267,7 +267,7 @@ impl<'a> Decoder<'a> {
     /// A program that need not run in every scan.
     fn rest(&mut self) {
         self.approximate(
-            "this program is called or stopped by instructions: it may run by itself in the scan or not".to_owned(),
+            "this program is called or stopped by instructions: it may run by itself in the scan or not",
         );
         let fires = self.free_bit();
         let at = self.add(None, Vec::new(), Step::Jump { fires, target: OPEN });
@@ -286,7 +286,7 @@ impl<'a> Decoder<'a> {
         if !raw.operands.iter().any(is_direct) {
             return;
         }
-        self.approximate("a direct input refreshes X: any X is taken as any value".to_owned());
+        self.approximate("a direct input refreshes X: any X is taken as any value");
         let choice = self.choice();
         let lost = always(Write::Havoc(Region::Area(area("X")), choice));
         self.add(None, vec![lost], Step::Nothing);
@@ -313,12 +313,13 @@ impl<'a> Decoder<'a> {
     }
 
     /// Lists what is taken wider than it is at the instruction about to be added.
-    pub fn approximate(&mut self, what: String) {
+    pub fn approximate(&mut self, what: impl Into<Approximated>) {
+        let what = what.into();
         let instruction = self.program.instructions.len();
         let known =
             self.program.approximations.iter().rev().take_while(|a| a.instruction == instruction);
-        if known.into_iter().all(|a| *a.what != *what) {
-            self.program.approximate(instruction, &what);
+        if known.into_iter().all(|a| a.what != what) {
+            self.program.approximate(instruction, what);
         }
     }
 
@@ -331,7 +332,7 @@ impl<'a> Decoder<'a> {
             ChoiceId(*choices - 1)
         });
         if !fits {
-            self.approximate(NO_ROOM.to_owned());
+            self.approximate(Approximated::NoRoom);
         }
         let index = self.program.instructions.len();
         let raw = self.raw;

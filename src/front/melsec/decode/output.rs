@@ -267,9 +267,7 @@ impl Decoder<'_> {
         if !self.states_may_stay {
             return moves;
         }
-        self.approximate(
-            "M8040 or IST may hold the step ladder: it is taken to move on or not".to_owned(),
-        );
+        self.approximate("M8040 or IST may hold the step ladder: it is taken to move on or not");
         Logic::All(vec![moves, self.free_bit()])
     }
 

@@ -6,7 +6,7 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
 use crate::front::melsec::device::Kind;
 use crate::front::melsec::operand::{Operand, Place, parse};
-use crate::program::{Cell, StartRange, UNKNOWN_COUNT};
+use crate::program::{Approximated, Cell, StartRange};
 
 /// More faults than this are counted, not listed.
 const MOST_FAULTS: usize = 100;
@@ -31,14 +31,15 @@ impl Decoder<'_> {
                 (0, largest, false)
             }
             (Some(&(low, high)), Some(cell)) if word.contains(&low) && word.contains(&high) => {
-                self.program.facts.push(format!("{text} lies between {low} and {high}"));
                 self.counts.push((upper, cell));
                 (low, high, true)
             }
             _ => {
-                self.approximate(format!(
-                    "the count {text} {UNKNOWN_COUNT} {largest}; state its range to lower this"
-                ));
+                self.approximate(Approximated::UnknownCount {
+                    word: text.into(),
+                    most: largest,
+                    can_be_stated: true,
+                });
                 (0, largest, false)
             }
         }
@@ -84,7 +85,6 @@ impl Decoder<'_> {
                     let count = if wide { 2 } else { 1 };
                     let cells = (0..count).map(|n| first.plus(n)).collect();
                     self.program.ranges.push(StartRange { cells, low, high });
-                    self.program.facts.push(format!("{text} lies between {low} and {high}"));
                 }
             }
         }
@@ -92,8 +92,6 @@ impl Decoder<'_> {
             let message = format!("and {dropped} further stated ranges with faults, not listed");
             faults.push(Diagnostic::file(Code::Fact, "", message, "mend those listed first"));
         }
-        self.program.facts.sort();
-        self.program.facts.dedup();
         faults
     }
 }

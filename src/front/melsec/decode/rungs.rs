@@ -62,7 +62,7 @@ impl Decoder<'_> {
     fn program_check(&mut self, mnemonic: &str, raw: &RawInstruction, join: Join) {
         let join = self.join(join, mnemonic);
         self.takes(raw, 1);
-        self.approximate("whether a program runs is taken as true or false".to_owned());
+        self.approximate("whether a program runs is taken as true or false");
         let key = timing(mnemonic, false, None, "special", Units::None, true);
         let value = self.free_bit();
         self.add(Some(key), Vec::new(), Step::Logic { join, value });

@@ -6,7 +6,7 @@ use crate::front::melsec::catalog::{Amount, Entry, Extent, Operation, Role};
 use crate::front::melsec::device::{Family, Kind};
 use crate::front::melsec::operand::{Operand, Place, parse};
 use crate::front::melsec::source::RawInstruction;
-use crate::program::{Counted, Units, WordSource};
+use crate::program::{Approximated, Counted, Units, WordSource};
 
 /// No string of the PLC is longer, in characters.
 pub(super) const LONGEST_TEXT: u64 = 16_383;
@@ -183,9 +183,11 @@ impl Decoder<'_> {
         let is_long = entry.operands[operand].extent == Extent::Words(Amount::Fixed(2));
         if is_long && self.constant(text).is_none() {
             // A stated range speaks of the lower word alone.
-            self.approximate(format!(
-                "the count {text} is not known: taken as up to {MOST_DEVICES}"
-            ));
+            self.approximate(Approximated::UnknownCount {
+                word: text.as_str().into(),
+                most: MOST_DEVICES,
+                can_be_stated: false,
+            });
             return (0, MOST_DEVICES, false);
         }
         let (low, high, known) = self.count_range(text, self.most_counted(entry));

@@ -1,0 +1,126 @@
+//! Why a bound may be too low all the same: what it needs and nobody stated. The words for each stand here.
+
+use super::{Audit, LoopUse, NetworkUse};
+use crate::base::time::Picos;
+use crate::program::Program;
+use crate::timing::price::{MorePoints, UnstatedPoints};
+use std::fmt;
+
+/// Of so many loops that were not asked to the end it is told each.
+const MOST_TOLD: usize = 10;
+
+/// Why a bound may be too low.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Doubt {
+    /// How many points a side has is not stated.
+    Points(UnstatedPoints),
+    /// How often a routine interrupts a scan is not stated.
+    Interrupts {
+        /// The routine.
+        name: String,
+        /// So often it was taken to.
+        taken: u32,
+    },
+    /// What networks take to refresh what the program uses is not stated.
+    Networks {
+        /// What it uses.
+        what: String,
+        /// The file and the line of the first use.
+        first: (String, u32),
+    },
+    /// A scan can go round a loop for ever.
+    Endless {
+        /// The line to which control goes back.
+        line: u32,
+    },
+    /// Whether a scan can was not found out.
+    PerhapsEndless {
+        /// The line.
+        line: u32,
+    },
+    /// Nor of so many more loops.
+    MorePerhapsEndless(usize),
+    /// A scan may last longer than a timer that it starts, and that is taken not to run out within it.
+    OutlastsTimer(Picos),
+}
+
+impl Doubt {
+    /// All but those of points that are not stated.
+    pub(super) fn all(
+        program: &Program,
+        networks: &[NetworkUse],
+        endless: &[LoopUse],
+        open: &[LoopUse],
+        upper: Picos,
+    ) -> Vec<Doubt> {
+        let interrupts = program.interrupts.iter().filter(|one| !one.stated);
+        let interrupts =
+            interrupts.map(|one| Doubt::Interrupts { name: one.name.clone(), taken: one.times });
+        let what: Vec<&str> = networks.iter().map(|one| one.what.as_str()).collect();
+        let networks = networks.iter().map(|one| one.first).min().map(|first| Doubt::Networks {
+            what: what.join(", "),
+            first: (first.of(&program.files).name.clone(), first.line),
+        });
+        let endless = endless.iter().map(|one| Doubt::Endless { line: one.to.line });
+        let told = open.iter().take(MOST_TOLD);
+        let told = told.map(|one| Doubt::PerhapsEndless { line: one.to.line });
+        let more = open.len().checked_sub(MOST_TOLD).filter(|&more| more > 0);
+        let outlasts = program.shortest_timer.filter(|&shortest| upper >= shortest);
+        interrupts
+            .chain(networks)
+            .chain(endless)
+            .chain(told)
+            .chain(more.map(Doubt::MorePerhapsEndless))
+            .chain(outlasts.map(Doubt::OutlastsTimer))
+            .collect()
+    }
+}
+
+impl Audit {
+    /// All reasons why the bound may be too low, points that are not stated among them.
+    #[must_use]
+    pub fn all_doubts(&self) -> Vec<Doubt> {
+        let is_more = |points: &&UnstatedPoints| {
+            points.most.as_ref().is_none_or(|most| most.more > Picos::ZERO)
+        };
+        let points = self.points.iter().filter(is_more).cloned().map(Doubt::Points);
+        points.chain(self.doubts.iter().cloned()).collect()
+    }
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Doubt::Points(UnstatedPoints { side, why, most, .. }) => {
+                write!(f, "{side} points are not stated: {why}")?;
+                if let Some(MorePoints { points, more, .. }) = most {
+                    write!(
+                        f,
+                        ", with all {points} that the CPU can have a scan takes {more} longer"
+                    )?;
+                }
+                write!(f, ": state them ([io] {side}s)")
+            }
+            Doubt::Interrupts { name, taken } => write!(
+                f,
+                "how often {name} interrupts a scan is not stated, {taken} was taken: give --interrupts {name}=N"
+            ),
+            Doubt::Networks { what, first: (file, line) } => write!(
+                f,
+                "the program uses {what} (first in {file}:{line}): what networks take to refresh these is not stated and not in the bound: state it in a facts file (--facts): [network] refresh = \"1.5ms\", or refresh = \"none\" where nothing refreshes them"
+            ),
+            Doubt::Endless { line } => write!(
+                f,
+                "a scan can go round the loop to line {line} without end: nothing bounds it"
+            ),
+            Doubt::PerhapsEndless { line } => {
+                write!(f, "whether the loop to line {line} can run without end was not found out")
+            }
+            Doubt::MorePerhapsEndless(more) => write!(f, "nor was it of {more} more loops"),
+            Doubt::OutlastsTimer(shortest) => write!(
+                f,
+                "a scan may last longer than the shortest timer ({shortest}), which is taken not to run out within the scan that starts it"
+            ),
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! What the user stated and the bound rests on, and the words for it.
+
+use super::request::Request;
+use crate::base::facts::StatedFactor;
+use crate::base::time::Picos;
+use crate::program::Program;
+use crate::timing::table::{Override, StatedClock};
+use std::fmt;
+
+/// Something that the user stated.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Fact {
+    /// What a word, or two read as one number, holds whenever a scan starts.
+    Range {
+        /// The word.
+        word: String,
+        /// Its least value.
+        low: i64,
+        /// Its largest one.
+        high: i64,
+    },
+    /// How often a routine interrupts a scan.
+    Interrupts {
+        /// The routine.
+        name: String,
+        /// So often at most.
+        times: u32,
+    },
+    /// An instruction's times.
+    Time(Override),
+    /// The base unit of all modules.
+    Base(String),
+    /// What networks take to refresh.
+    Network(Picos),
+    /// A factor on the whole scan.
+    Factor(String),
+    /// A clock.
+    Clock(StatedClock),
+}
+
+impl Fact {
+    /// What the request states of the program.
+    pub(super) fn all(request: &Request<'_>, program: &Program) -> Vec<Fact> {
+        let facts = request.facts;
+        let ranges = facts.ranges.iter().map(|(word, &(low, high))| {
+            let word = word.clone();
+            Fact::Range { word, low, high }
+        });
+        let interrupts = program.interrupts.iter().filter(|one| one.stated);
+        let interrupts =
+            interrupts.map(|one| Fact::Interrupts { name: one.name.clone(), times: one.times });
+        let factor = facts.factor.iter().map(|StatedFactor { text, .. }| text.clone());
+        ranges
+            .chain(interrupts)
+            .chain(request.times.iter().cloned().map(Fact::Time))
+            .chain(facts.base.iter().cloned().map(Fact::Base))
+            .chain(facts.network.map(Fact::Network))
+            .chain(factor.map(Fact::Factor))
+            .chain(request.clock.cloned().map(Fact::Clock))
+            .collect()
+    }
+}
+
+impl fmt::Display for Fact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Fact::Range { word, low, high } => {
+                write!(f, "{word} is {low} to {high} when the scan starts")
+            }
+            Fact::Interrupts { name, times } => {
+                write!(f, "{name} interrupts a scan at most {times} times")
+            }
+            Fact::Time(Override { name, on, off }) if on == off => write!(f, "{name} takes {on}"),
+            Fact::Time(Override { name, on, off }) => {
+                write!(f, "{name} takes {on}, {off} where it does not run")
+            }
+            Fact::Base(base) => write!(f, "all I/O modules sit on the base {base}"),
+            Fact::Network(Picos::ZERO) => f.write_str("no network is refreshed"),
+            Fact::Network(time) => {
+                write!(f, "the refresh of networks takes {time} a scan at most")
+            }
+            Fact::Factor(text) => {
+                write!(f, "what else the CPU serves lengthens a scan by the factor {text} at most")
+            }
+            Fact::Clock(clock) => clock.fmt(f),
+        }
+    }
+}
