@@ -3,7 +3,7 @@
 use super::Decoder;
 use crate::base::code::Code;
 use crate::front::melsec::device::{FUNCTION_WORDS, Family, Kind, area, has_own_clock, kind};
-use crate::front::melsec::operand::{Device, Operand, Place, parse};
+use crate::front::melsec::operand::{Device, Operand, Place};
 use crate::program::{
     AreaId, BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
 };
@@ -53,7 +53,7 @@ impl Decoder<'_> {
 
     /// Reads an operand's text; a fault is noted.
     pub fn operand(&mut self, text: &str) -> Option<Operand> {
-        match parse(text, self.family) {
+        match self.parsed(text) {
             Ok(operand) => {
                 self.name_words(&operand);
                 let is_link = text.starts_with(['J', 'j'])
@@ -112,7 +112,7 @@ impl Decoder<'_> {
 
     /// Whether `R` may be any `ZR`: the block of the file register is switched.
     pub(super) fn is_switched(&self, name: &str) -> bool {
-        name == "R" && self.switches_file_register
+        name == "R" && self.quirks.switches_file_register
     }
 
     /// What a bit operand says where it is read; a fault is noted. Timers and counters give their contact.
@@ -350,7 +350,7 @@ impl Decoder<'_> {
 
     /// A constant operand, if it is one.
     pub fn constant(&self, text: &str) -> Option<i64> {
-        match parse(text, self.family) {
+        match self.parsed(text) {
             Ok(Operand::Constant(value)) => Some(value),
             _ => None,
         }

@@ -7,7 +7,7 @@ use crate::front::melsec::catalog::{
     Amount, EVERYWHERE, Entry, Extent, Found, NotFound, Operation, Role, close, find,
 };
 use crate::front::melsec::device::{Kind, area};
-use crate::front::melsec::operand::{self, Operand as Written, Place, parse};
+use crate::front::melsec::operand::{Operand as Written, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning::Operand;
 use crate::program::{
@@ -71,7 +71,7 @@ impl Decoder<'_> {
         self.output_here(&raw.mnemonic);
         let mut effects = Vec::new();
         for text in &raw.operands {
-            let Ok(Written::Device(_)) = parse(text, self.family) else { continue };
+            let Ok(Written::Device(_)) = self.parsed(text) else { continue };
             for region in self.regions(text, Some(1)).unwrap_or_default() {
                 effects.push(fired(Write::Havoc(region, self.choice())));
             }
@@ -99,14 +99,14 @@ impl Decoder<'_> {
         let free = entry.operation == Operation::Free;
         if !free {
             self.output_here(mnemonic);
-        } else if self.depth > 0 && !mnemonic.starts_with("NOP") {
+        } else if self.rung.depth > 0 && !mnemonic.starts_with("NOP") {
             // With contacts in front it is their output all the same.
-            self.has_output = true;
+            self.rung.has_output = true;
         }
         if !self.sources_are_read(raw, entry) {
             return;
         }
-        if self.counts_elsewhere && entry.class == "module" {
+        if self.quirks.counts_elsewhere && entry.class == "module" {
             self.fault(
                 Code::NotModelled,
                 &raw.mnemonic,
@@ -246,7 +246,7 @@ impl Decoder<'_> {
             _ => (self.number(&raw.operands[0], words)?, self.number(&raw.operands[1], words)?),
         };
         if self.overflows_oddly(entry) {
-            if words == 2 && self.sums_reals {
+            if words == 2 && self.quirks.sums_reals {
                 return Some(None);
             }
             return Some(Some(self.overflowing(&raw.operands[last], entry, (a, b), words)?));
@@ -276,7 +276,7 @@ impl Decoder<'_> {
             }
             _ => return None,
         };
-        let has_digits = raw.operands.iter().any(|text| match parse(text, self.family) {
+        let has_digits = raw.operands.iter().any(|text| match self.parsed(text) {
             Ok(Written::Device(device)) => {
                 matches!(device.place, Place::Digits(..) | Place::IndexedDigits(..))
             }
@@ -288,7 +288,7 @@ impl Decoder<'_> {
     }
 
     fn copy(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
-        if self.turns_moves && entry.mnemonic == "BMOV" {
+        if self.quirks.turns_moves && entry.mnemonic == "BMOV" {
             return self.turned(raw, entry);
         }
         let Some(words) = self.block_words(raw, entry.operands[1].extent) else {
@@ -324,7 +324,7 @@ impl Decoder<'_> {
     }
 
     fn exchange(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
-        if self.turns_moves {
+        if self.quirks.turns_moves {
             return self.turned(raw, entry);
         }
         let Some(words) = self.block_words(raw, entry.operands[0].extent) else {
@@ -384,7 +384,7 @@ impl Decoder<'_> {
         let Some(bit) = self.constant(&raw.operands[1]) else { return Some(None) };
         let bit = (bit & 15) as u8;
         let target = match self.device(&raw.operands[0])?.place {
-            Place::At(Kind::Word(area), index) if !self.switches_file_register => {
+            Place::At(Kind::Word(area), index) if !self.quirks.switches_file_register => {
                 BitTarget::WordBit(Cell { area, index }, bit)
             }
             _ => return Some(None),
@@ -435,7 +435,7 @@ impl Decoder<'_> {
 
     /// Whether an operand names a bit device.
     fn is_bit(&self, text: &str) -> bool {
-        let Ok(operand::Operand::Device(device)) = parse(text, self.family) else { return false };
+        let Ok(Written::Device(device)) = self.parsed(text) else { return false };
         matches!(
             device.place,
             Place::At(Kind::Bit(_) | Kind::VolatileBit, _)
@@ -466,7 +466,7 @@ impl Decoder<'_> {
             }
             Amount::Unknown => None,
         };
-        if let Ok(Written::Device(device)) = parse(text, self.family) {
+        if let Ok(Written::Device(device)) = self.parsed(text) {
             // Words of a bit device that is named without digits are sixteen bits each.
             if matches!((extent, device.place), (Extent::Words(_), Place::At(Kind::Bit(_), _))) {
                 count = count.and_then(|count| count.checked_mul(16));

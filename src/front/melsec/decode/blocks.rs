@@ -6,7 +6,7 @@ use super::compare::relation;
 use super::{Decoder, fired};
 use crate::front::melsec::catalog::{Amount, Entry, Extent};
 use crate::front::melsec::device::{Family, Kind};
-use crate::front::melsec::operand::{Operand, Place, parse};
+use crate::front::melsec::operand::{Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{
     BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Region, Relation,
@@ -145,7 +145,7 @@ impl Decoder<'_> {
     /// A constant text, two characters a word, the first in the low byte. Of the word in which nothing but the closing
     /// NUL stands the high byte is not known.
     pub(super) fn constant_text(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
-        let text = match parse(&raw.operands[0], self.family) {
+        let text = match self.parsed(&raw.operands[0]) {
             Ok(Operand::Text(text)) if text.is_ascii() && text.len() <= LONGEST_CONSTANT => text,
             _ => return Some(None),
         };

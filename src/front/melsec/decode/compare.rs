@@ -2,7 +2,7 @@
 
 use super::units::LONGEST_TEXT;
 use super::{Decoder, timing};
-use crate::front::melsec::operand::{Operand, parse};
+use crate::front::melsec::operand::Operand;
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{
     BitSource, Compare, Join, Logic, Number, Reading, Relation, Step, Units, WordSource,
@@ -82,7 +82,7 @@ impl Decoder<'_> {
         right: &str,
         relation: Relation,
     ) -> Option<Logic> {
-        let text = |operand: &str| match parse(operand, self.family) {
+        let text = |operand: &str| match self.parsed(operand) {
             Ok(Operand::Text(text)) if text.is_ascii() => Some(text),
             _ => None,
         };

@@ -2,14 +2,15 @@
 
 use super::access::WordPlace;
 use super::rungs::remember;
-use super::{Decoder, Fixup, OPEN, always, fired, key, timing};
+use super::{Decoder, OPEN, always, fired, key, timing};
 use crate::base::code::Code;
 use crate::front::melsec::device::{Family, area};
-use crate::front::melsec::operand::{Operand, parse};
-use crate::front::melsec::source::RawInstruction;
+use crate::front::melsec::operand::Operand;
+use crate::front::melsec::source::{RawInstruction, RawProject};
 use crate::program::{
     AreaId, ChoiceKind, Interrupt, Logic, Number, Region, Step, TimingKey, Units, WordSource, Write,
 };
+use std::collections::BTreeMap;
 
 /// Most turns a loop can have.
 pub(super) const MOST_TURNS: u32 = 32_767;
@@ -20,6 +21,46 @@ pub(super) const MOST_NESTED: usize = 64;
 /// Where what a call hands over, and what it hands back, stands for its routine.
 const FUNCTION_AREAS: [AreaId; 3] = [area("FD"), area("FX"), area("FY")];
 
+/// A jump, call or loop whose target is not known yet.
+pub(super) struct Fixup {
+    pub instruction: usize,
+    pub label: u32,
+    /// The file in which to look first, or the only one for calls by a file's name.
+    pub file: usize,
+    /// Only this file will do.
+    pub only: bool,
+}
+
+/// Where control goes in the files that were read so far.
+pub(super) struct Routines {
+    /// The labels of each file, and where they stand.
+    pub labels: Vec<BTreeMap<u32, usize>>,
+    /// What jumps to a label, or calls it.
+    pub fixups: Vec<Fixup>,
+    /// Calls that may run their routine with all its coils off.
+    pub calls_with_coils_off: Vec<usize>,
+    /// Open loops, by their beginnings.
+    pub loops: Vec<usize>,
+    /// Jumps to the next end of the main routine.
+    pub ends: Vec<usize>,
+    /// Interrupt programs.
+    pub interrupts: Vec<Interrupt>,
+}
+
+impl Routines {
+    /// Before anything of a project is read.
+    pub fn of(project: &RawProject) -> Routines {
+        Routines {
+            labels: vec![BTreeMap::new(); project.files.len()],
+            fixups: Vec::new(),
+            calls_with_coils_off: Vec::new(),
+            loops: Vec::new(),
+            ends: Vec::new(),
+            interrupts: Vec::new(),
+        }
+    }
+}
+
 impl Decoder<'_> {
     /// Decodes control instructions; false if it is none.
     pub(super) fn control(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
@@ -29,11 +70,11 @@ impl Decoder<'_> {
             | "XCALL" => {
                 self.call(mnemonic, raw);
             }
-            "RET" if self.state.is_some() => self.step_ladder_ends(mnemonic, raw),
+            "RET" if self.masters.state.is_some() => self.step_ladder_ends(mnemonic, raw),
             "RETSTL" => self.step_ladder_ends(mnemonic, raw),
             "RET" | "SRET" | "IRET" => self.alone(mnemonic, raw, "call", Step::Return),
             "FEND" | "END" => {
-                if self.state.is_some() {
+                if self.masters.state.is_some() {
                     self.close_state();
                 }
                 self.alone(mnemonic, raw, "nothing", Step::End);
@@ -77,7 +118,7 @@ impl Decoder<'_> {
         if !raw.operands.is_empty() {
             return false;
         }
-        let operand = parse(mnemonic, self.family);
+        let operand = self.parsed(mnemonic);
         if !matches!(operand, Ok(Operand::Pointer(_) | Operand::Interrupt(_))) {
             return false;
         }
@@ -90,7 +131,7 @@ impl Decoder<'_> {
         let at = self.add(Some(timing), Vec::new(), Step::Nothing);
         match operand {
             Ok(Operand::Pointer(label)) => {
-                if self.labels[self.file].insert(label, at).is_some() {
+                if self.routines.labels[self.now.file].insert(label, at).is_some() {
                     self.fault(
                         Code::DoubleLabel,
                         mnemonic,
@@ -101,7 +142,7 @@ impl Decoder<'_> {
             }
             _ => {
                 let stated = self.options.facts.interrupt(mnemonic);
-                self.interrupts.push(Interrupt {
+                self.routines.interrupts.push(Interrupt {
                     name: mnemonic.to_owned(),
                     entry: at,
                     times: stated.unwrap_or(1),
@@ -130,11 +171,11 @@ impl Decoder<'_> {
 
     /// Notes a jump or call whose label is to be found once all files are read; `only` in that file.
     fn fix(&mut self, instruction: usize, label: u32, file: usize, only: bool) {
-        self.fixups.push(Fixup { instruction, label, file, only });
+        self.routines.fixups.push(Fixup { instruction, label, file, only });
     }
 
     fn jump(&mut self, mnemonic: &str, raw: &RawInstruction) {
-        if mnemonic == "JMP" && self.depth == 0 {
+        if mnemonic == "JMP" && self.rung.depth == 0 {
             self.stand_alone(false);
         } else {
             self.output_here(mnemonic);
@@ -143,7 +184,7 @@ impl Decoder<'_> {
             return;
         }
         let (fires, effects) = match mnemonic {
-            "JMP" if self.zones.is_empty() => (Logic::Const(true), Vec::new()),
+            "JMP" if self.masters.open.is_empty() => (Logic::Const(true), Vec::new()),
             "JMP" => {
                 self.approximate("JMP within a master control is taken to jump or not");
                 (self.free_bit(), Vec::new())
@@ -166,9 +207,9 @@ impl Decoder<'_> {
         let at = self.add(Some(key(mnemonic, "jump")), effects, Step::Jump { fires, target: OPEN });
         match label {
             // The FX's P63 is END, without a label.
-            Some(63) if self.family == Family::Fx => self.ends.push(at),
-            Some(label) => self.fix(at, label, self.file, true),
-            None => self.ends.push(at),
+            Some(63) if self.family == Family::Fx => self.routines.ends.push(at),
+            Some(label) => self.fix(at, label, self.now.file, true),
+            None => self.routines.ends.push(at),
         }
     }
 
@@ -181,7 +222,7 @@ impl Decoder<'_> {
             self.takes(raw, first + 1);
             return;
         }
-        let file = if by_file { self.file_of(&raw.operands[0]) } else { Some(self.file) };
+        let file = if by_file { self.file_of(&raw.operands[0]) } else { Some(self.now.file) };
         let label = self.pointer(&raw.operands[first]);
         let (Some(file), Some(label)) = (file, label) else { return };
         let mut effects = Vec::new();
@@ -205,7 +246,7 @@ impl Decoder<'_> {
                 "{mnemonic} with its condition off is taken to leave any value in every device"
             ));
             let at = self.add(Some(timing), effects, Step::Call { fires: runs, target: OPEN });
-            self.calls_with_coils_off.push(at);
+            self.routines.calls_with_coils_off.push(at);
             let choice = self.choice();
             let havoc = always(Write::Havoc(Region::Everything, choice));
             self.add(None, vec![havoc], Step::Nothing);
@@ -266,8 +307,8 @@ impl Decoder<'_> {
 
     fn for_begins(&mut self, raw: &RawInstruction) {
         self.stand_alone(false);
-        self.loops.push(self.program.instructions.len());
-        if self.loops.len() > MOST_NESTED {
+        self.routines.loops.push(self.program.instructions.len());
+        if self.routines.loops.len() > MOST_NESTED {
             let message = format!("more than {MOST_NESTED} loops stand in each other");
             self.fault(Code::Nesting, "FOR", message, "no CPU allows more than 16");
         }
@@ -311,7 +352,7 @@ impl Decoder<'_> {
             return;
         }
         let at = self.add(Some(key("NEXT", "loop")), Vec::new(), Step::ForEnd);
-        let Some(begin) = self.loops.pop() else {
+        let Some(begin) = self.routines.loops.pop() else {
             self.fault(
                 Code::NoLoop,
                 "NEXT",
@@ -324,7 +365,7 @@ impl Decoder<'_> {
             self.program.instructions.get_mut(begin).map(|i| &mut i.step)
         {
             *end = at;
-            if self.zone_of[begin] != self.zone_of[at] {
+            if self.masters.of[begin] != self.masters.of[at] {
                 self.fault(
                     Code::CrossedZone,
                     "NEXT",
@@ -340,7 +381,7 @@ impl Decoder<'_> {
         if !self.takes(raw, 2) {
             return;
         }
-        if self.loops.is_empty() {
+        if self.routines.loops.is_empty() {
             self.fault(
                 Code::NoLoop,
                 mnemonic,
@@ -363,14 +404,14 @@ impl Decoder<'_> {
         let fires = self.fires(pulsed, &mut effects);
         let timing = timing(mnemonic, pulsed, None, "jump", Units::None, false);
         let at = self.add(Some(timing), effects, Step::Jump { fires, target: OPEN });
-        self.fix(at, label, self.file, true);
+        self.fix(at, label, self.now.file, true);
     }
 
     /// What must be closed when a file ends.
     pub(super) fn end_of_file(&mut self) {
         self.check_rung();
         self.close_state();
-        if let Some(&begin) = self.loops.first() {
+        if let Some(&begin) = self.routines.loops.first() {
             let line = self.program.instructions.get(begin).map_or(0, |i| i.place.line);
             self.fault(
                 Code::OpenLoop,
@@ -378,9 +419,9 @@ impl Decoder<'_> {
                 format!("the FOR in line {line} has no NEXT"),
                 "end the loop with NEXT",
             );
-            self.loops.clear();
+            self.routines.loops.clear();
         }
-        if let Some(&(level, at)) = self.zones.first() {
+        if let Some(&(level, at)) = self.masters.open.first() {
             let line = self.program.instructions[at].place.line;
             self.fault(
                 Code::OpenZone,
@@ -388,10 +429,10 @@ impl Decoder<'_> {
                 format!("the MC N{level} in line {line} has no MCR"),
                 "end the master control with MCR",
             );
-            self.zones.clear();
+            self.masters.open.clear();
         }
         let end = self.program.instructions.iter().rposition(|i| i.step == Step::End).unwrap_or(0);
-        for at in std::mem::take(&mut self.ends) {
+        for at in std::mem::take(&mut self.routines.ends) {
             let next = (at + 1..end)
                 .find(|&i| self.program.instructions[i].step == Step::End)
                 .unwrap_or(end);

@@ -17,23 +17,32 @@ pub(super) struct Edge {
     is_contact: bool,
 }
 
+/// What remembers bits from one execution of an instruction to the next.
+#[derive(Default)]
+pub(super) struct Edges {
+    /// So many such bits there are.
+    pub count: u32,
+    /// Instructions of the FX and FX5 that act at edges.
+    pub at: Vec<Edge>,
+}
+
 impl Decoder<'_> {
     /// The memory of the instruction about to be added, which acts at an edge.
     pub(super) fn edge_memory(&mut self, is_contact: bool) -> Cell {
         let memory = self.memory();
         if matches!(self.family, Family::Fx | Family::Fx5) {
-            self.edges_at.push(Edge { at: self.program.instructions.len(), memory, is_contact });
+            self.edges.at.push(Edge { at: self.program.instructions.len(), memory, is_contact });
         }
         memory
     }
 
     /// Lets edges of the FX and FX5 remember any value, where they may be executed again in the same scan.
     pub(super) fn loosen_edges(&mut self) {
-        if self.edges_at.is_empty() {
+        if self.edges.at.is_empty() {
             return;
         }
         let again = run_again(&self.program);
-        for edge in std::mem::take(&mut self.edges_at) {
+        for edge in std::mem::take(&mut self.edges.at) {
             if !again[edge.at] && !edge.is_contact {
                 continue;
             }

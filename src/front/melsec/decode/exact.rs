@@ -3,7 +3,7 @@
 use super::Decoder;
 use crate::front::melsec::catalog::{Amount, Entry, Extent, Role};
 use crate::front::melsec::device::{Family, Kind, area};
-use crate::front::melsec::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK, parse};
+use crate::front::melsec::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
@@ -202,7 +202,7 @@ impl Decoder<'_> {
         });
         let mut found: Vec<(AreaId, Option<Indexed>)> = Vec::new();
         for (text, operand) in written {
-            if let Ok(Written::Device(device)) = parse(text, self.family)
+            if let Ok(Written::Device(device)) = self.parsed(text)
                 && let Place::Indexed(Kind::Word(area), false) = device.place
             {
                 let length = self.written_length(raw, operand.extent);
@@ -278,7 +278,7 @@ impl Decoder<'_> {
         let (Some(to), Some(count)) = (raw.operands.get(2), raw.operands.get(3)) else {
             return false;
         };
-        let is_word = match parse(to, self.family) {
+        let is_word = match self.parsed(to) {
             Ok(Written::Device(device)) => matches!(device.place, Place::At(Kind::Word(_), _)),
             _ => false,
         };
@@ -288,9 +288,9 @@ impl Decoder<'_> {
     /// Gives the effects of an instruction that writes any value their exact meaning, where it has one.
     pub(super) fn mean(&mut self, raw: &RawInstruction, entry: &Entry, effects: &mut [Effect]) {
         // What has no meaning here is none the less right.
-        self.quiet = true;
+        self.now.quiet = true;
         let meaning = self.meaning(raw, entry);
-        self.quiet = false;
+        self.now.quiet = false;
         if entry.class == "module" && self.reads_module(raw, entry) {
             for effect in effects.iter() {
                 if let Write::Havoc(_, choice) = effect.write {

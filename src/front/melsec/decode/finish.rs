@@ -1,6 +1,7 @@
 //! What can only be settled when all files are read: labels, jumps' limits, routines' ends.
 
-use super::{Counts, Decoder};
+use super::Decoder;
+use super::ranges::Counts;
 use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
 use crate::program::flow;
@@ -11,7 +12,7 @@ impl Decoder<'_> {
     /// The program, if nothing is wrong with it, and the words whose stated range it counts by.
     pub(super) fn finish(mut self) -> Result<(Program, Counts), Vec<Diagnostic>> {
         self.resolve();
-        self.program.interrupts = std::mem::take(&mut self.interrupts);
+        self.program.interrupts = std::mem::take(&mut self.routines.interrupts);
         if !self.has_faults() {
             self.check_jumps();
         }
@@ -32,7 +33,7 @@ impl Decoder<'_> {
         if found.iter().any(|fault| fault.severity == Severity::Error) {
             return Err(found);
         }
-        Ok((self.program, self.counts))
+        Ok((self.program, self.stated.counts))
     }
 
     fn has_faults(&self) -> bool {
@@ -52,12 +53,16 @@ impl Decoder<'_> {
     /// Finds the instruction of every label that is jumped to or called: in the own file, else, for calls,
     /// in the one other file that has it.
     fn resolve(&mut self) {
-        for fixup in std::mem::take(&mut self.fixups) {
-            let own = self.labels[fixup.file].get(&fixup.label).copied();
+        for fixup in std::mem::take(&mut self.routines.fixups) {
+            let own = self.routines.labels[fixup.file].get(&fixup.label).copied();
             let elsewhere: Vec<usize> = if own.is_some() || fixup.only {
                 Vec::new()
             } else {
-                self.labels.iter().filter_map(|labels| labels.get(&fixup.label).copied()).collect()
+                self.routines
+                    .labels
+                    .iter()
+                    .filter_map(|labels| labels.get(&fixup.label).copied())
+                    .collect()
             };
             let label = format!("P{}", fixup.label);
             match (own, &elsewhere[..]) {
@@ -108,7 +113,7 @@ impl Decoder<'_> {
                     "this jumps into a loop of FOR and NEXT".to_owned(),
                     "jump to the FOR, or behind the NEXT",
                 );
-            } else if self.zone_of[at] != self.zone_of[target]
+            } else if self.masters.of[at] != self.masters.of[target]
                 && self.program.instructions[target].step != Step::End
             {
                 let message = "this jumps into or out of a master control (MC to MCR)".to_owned();

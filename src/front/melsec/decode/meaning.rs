@@ -31,7 +31,7 @@ impl Decoder<'_> {
     /// The exact meaning of a catalogued instruction; `None` where it has none here.
     pub(super) fn meaning(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Meaning> {
         // With M8023 the FX takes numbers for real ones, and the other way round.
-        if self.sums_reals {
+        if self.quirks.sums_reals {
             return None;
         }
         let name = &*entry.mnemonic;
@@ -289,7 +289,10 @@ impl Decoder<'_> {
         }
         match plain {
             // The FX's takes its operands in another order, and tells more.
-            "SER" if matches!(self.family, Family::Q | Family::L) && !self.searches_by_halves => {
+            "SER"
+                if matches!(self.family, Family::Q | Family::L)
+                    && !self.quirks.searches_by_halves =>
+            {
                 let wanted = self.value(a, words)?;
                 let many = self.many(d)?;
                 let list = self.run_of(b, words as u32, many)?;

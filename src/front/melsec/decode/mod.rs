@@ -9,20 +9,22 @@ mod edges;
 mod exact;
 mod finish;
 mod held;
+mod masters;
 mod meaning;
 mod named;
+mod now;
 mod output;
 mod overflow;
+mod quirks;
 mod ranges;
 mod rungs;
 mod shown;
 #[cfg(test)]
 mod tests;
 mod units;
-mod zones;
 
-use super::device::{Family, Kind, area, areas, edge_memory, networks, power_up};
-use super::operand::{self, Operand, parse, upper};
+use super::device::{Family, area, areas, edge_memory, networks, power_up};
+use super::operand::{Operand, upper};
 use super::source::{RawInstruction, RawProject};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
@@ -32,13 +34,18 @@ use crate::front::Faults;
 use crate::program::flow;
 use crate::program::spelled::Spelled;
 use crate::program::{
-    Approximated, Cell, ChoiceId, Effect, Instruction, Interrupt, Logic, Program, Region,
-    SourceFile, Step, TimingKey, Touched, Units, When, Write,
+    Approximated, Cell, ChoiceId, Effect, Instruction, Logic, Program, Region, SourceFile, Step,
+    TimingKey, Touched, Units, When, Write,
 };
-use ranges::Counts;
-use std::collections::{BTreeMap, BTreeSet};
+use control::Routines;
+use edges::Edges;
+use masters::Masters;
+use now::Now;
+use quirks::Quirks;
+use ranges::Stated;
+use rungs::Rung;
+use std::collections::BTreeSet;
 use std::sync::Arc;
-use zones::State;
 
 /// What decoding needs to know besides the source.
 pub struct DecodeOptions<'a> {
@@ -97,17 +104,8 @@ fn too_many(project: &RawProject, family: Family) -> Result<(), Vec<Diagnostic>>
 /// A target still to be found.
 const OPEN: usize = usize::MAX;
 
-/// A jump, call or loop whose target is not known yet.
-struct Fixup {
-    instruction: usize,
-    label: u32,
-    /// The file in which to look first, or the only one for calls by a file's name.
-    file: usize,
-    /// Only this file will do.
-    only: bool,
-}
-
-/// Decoding of a project under way.
+/// Decoding of a project under way: what it is made of, and in parts what is known so far. The files beside this one say
+/// what each kind of instruction does, and change the parts that they own.
 pub struct Decoder<'a> {
     project: &'a RawProject,
     options: &'a DecodeOptions<'a>,
@@ -115,55 +113,20 @@ pub struct Decoder<'a> {
     program: Program,
     faults: Vec<Faults<'a>>,
     spelled: Spelled,
-    switches_file_register: bool,
-    /// FX, FX5: special relays that change what moves do: M8024 turns BMOV round, M8160 lets XCH swap bytes.
-    turns_moves: bool,
-    /// FX: with M8023 on, sums and differences of double words are of real numbers.
-    sums_reals: bool,
-    /// Q, L: with SM702 on, searches take their blocks for sorted ones.
-    searches_by_halves: bool,
-    /// FX, FX5: M8040, or IST, may keep a step ladder from moving on.
-    states_may_stay: bool,
-    /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
-    counts_elsewhere: bool,
-    /// Files whose programs are called or stopped by their names.
-    may_rest: Vec<bool>,
-
-    file: usize,
-    /// Nothing is a fault: something is only tried.
-    quiet: bool,
-    /// The instruction under way, an index into the file's.
-    position: usize,
-    raw: Option<&'a RawInstruction>,
-    /// The rung under way: results on the stack, results saved, whether it has put anything out yet.
-    depth: usize,
-    saved: u32,
-    has_output: bool,
-    /// A rung was begun by a label or the like, which the next contact joins.
-    block_open: bool,
-    edges: u32,
-    /// Instructions of the FX and FX5 that act at edges.
-    edges_at: Vec<edges::Edge>,
-    /// What the instruction under way loses if it overflows.
-    lost: Option<overflow::Lost>,
-
-    /// Words whose stated range does not hold where they count: the program may write them.
-    overwritten: &'a BTreeSet<String>,
-    /// Words that count and whose stated range was believed.
-    counts: Counts,
-    labels: Vec<BTreeMap<u32, usize>>,
-    fixups: Vec<Fixup>,
-    /// Calls that may run their routine with all its coils off.
-    calls_with_coils_off: Vec<usize>,
-    loops: Vec<usize>,
-    /// Jumps to the next end of the main routine.
-    ends: Vec<usize>,
-    /// Open zones: level and the instruction that opened it.
-    zones: Vec<(u32, usize)>,
-    zone_of: Vec<Option<usize>>,
-    interrupts: Vec<Interrupt>,
-    /// The step ladder's open state: its relays, the jump over it, the instruction behind which it begins.
-    state: Option<State>,
+    /// What switches in the project change of instructions' meaning.
+    quirks: Quirks,
+    /// The instruction under way.
+    now: Now<'a>,
+    /// The rung under way.
+    rung: Rung,
+    /// Bits that remember something from one execution to the next.
+    edges: Edges,
+    /// What is stated of words that count.
+    stated: Stated<'a>,
+    /// Where control goes: labels, calls, loops, interrupts.
+    routines: Routines,
+    /// Master control regions and the step ladder.
+    masters: Masters,
 }
 
 impl<'a> Decoder<'a> {
@@ -182,11 +145,6 @@ impl<'a> Decoder<'a> {
             comments: shown::comments(&project.comments, options.family),
             ..Program::default()
         };
-        let is_switch = |raw: &RawInstruction| {
-            ["RSET", "RSETP", "QDRSET", "QDRSETP"]
-                .iter()
-                .any(|name| raw.mnemonic.eq_ignore_ascii_case(name))
-        };
         Decoder {
             project,
             options,
@@ -194,57 +152,28 @@ impl<'a> Decoder<'a> {
             program,
             faults: project.files.iter().map(|file| Faults::new(&file.name)).collect(),
             spelled: Spelled::default(),
-            switches_file_register: project
-                .files
-                .iter()
-                .flat_map(|file| &file.instructions)
-                .any(is_switch),
-            turns_moves: matches!(options.family, Family::Fx | Family::Fx5)
-                && touches(project, options.family, &[8024, 8160]),
-            sums_reals: options.family == Family::Fx && touches(project, options.family, &[8023]),
-            searches_by_halves: touches(project, options.family, &[702]),
-            states_may_stay: matches!(options.family, Family::Fx | Family::Fx5)
-                && (touches(project, options.family, &[8040]) || has(project, "IST")),
-            counts_elsewhere: options.family == Family::Fx
-                && touches(project, options.family, &[8164]),
-            may_rest: may_rest(project),
-            file: 0,
-            quiet: false,
-            position: 0,
-            raw: None,
-            depth: 0,
-            saved: 0,
-            has_output: true,
-            block_open: false,
-            edges: 0,
-            edges_at: Vec::new(),
-            lost: None,
-            overwritten,
-            counts: Vec::new(),
-            labels: vec![BTreeMap::new(); project.files.len()],
-            fixups: Vec::new(),
-            calls_with_coils_off: Vec::new(),
-            loops: Vec::new(),
-            ends: Vec::new(),
-            zones: Vec::new(),
-            zone_of: Vec::new(),
-            interrupts: Vec::new(),
-            state: None,
+            quirks: Quirks::of(project, options.family),
+            now: Now::default(),
+            rung: Rung::default(),
+            edges: Edges::default(),
+            stated: Stated { overwritten, counts: Vec::new() },
+            routines: Routines::of(project),
+            masters: Masters::default(),
         }
     }
 
     fn file(&mut self, file: usize) {
-        self.file = file;
         let first = self.program.instructions.len();
-        (self.depth, self.saved, self.has_output, self.block_open) = (0, 0, true, false);
+        self.now = Now::of(file);
+        self.rung = Rung::default();
         let raw_file = &self.project.files[file];
         self.program.instructions.reserve(raw_file.instructions.len());
-        self.zone_of.reserve(raw_file.instructions.len());
-        if self.may_rest[file] {
+        self.masters.of.reserve(raw_file.instructions.len());
+        if self.quirks.may_rest[file] {
             self.rest();
         }
         for (position, raw) in raw_file.instructions.iter().enumerate() {
-            (self.position, self.raw) = (position, Some(raw));
+            self.now.begin(position, raw, self.family);
             self.instruction(raw);
             self.direct_inputs(raw);
             // What follows so many faults is no program either.
@@ -252,9 +181,11 @@ impl<'a> Decoder<'a> {
                 return;
             }
         }
-        self.raw = raw_file.instructions.last();
+        if let Some(last) = raw_file.instructions.last() {
+            self.now.begin(raw_file.instructions.len() - 1, last, self.family);
+        }
         self.end_of_file();
-        self.raw = None;
+        self.now = Now::of(file);
         let last = self.program.instructions.len();
         self.program.mains.push(first..last);
         self.program.files.push(SourceFile {
@@ -271,18 +202,12 @@ impl<'a> Decoder<'a> {
         );
         let fires = self.free_bit();
         let at = self.add(None, Vec::new(), Step::Jump { fires, target: OPEN });
-        self.ends.push(at);
+        self.routines.ends.push(at);
     }
 
     /// What is read as `DX` is then found in `X` as well.
     fn direct_inputs(&mut self, raw: &RawInstruction) {
-        // Hardly any program has one.
-        let may_be =
-            |text: &String| text.as_bytes().windows(2).any(|two| two.eq_ignore_ascii_case(b"DX"));
-        if !raw.operands.iter().any(may_be) {
-            return;
-        }
-        let is_direct = |text: &String| matches!(parse(text, self.family), Ok(Operand::Device(device)) if device.name == "DX");
+        let is_direct = |text: &String| matches!(self.parsed(text), Ok(Operand::Device(device)) if device.name == "DX");
         if !raw.operands.iter().any(is_direct) {
             return;
         }
@@ -306,10 +231,10 @@ impl<'a> Decoder<'a> {
 
     /// Notes a fault at the instruction under way; `part` is a slice of it or a word of it.
     pub fn fault(&mut self, code: Code, part: &str, message: impl Into<String>, help: &str) {
-        let Some(raw) = self.raw.filter(|_| !self.quiet) else { return };
-        let file = &self.project.files[self.file];
+        let Some(raw) = self.now.raw.filter(|_| !self.now.quiet) else { return };
+        let file = &self.project.files[self.now.file];
         let found = raw.pointer(file).at(part, code, &file.name, message, help).at_step(raw.step);
-        self.faults[self.file].push(found);
+        self.faults[self.now.file].push(found);
     }
 
     /// Lists what is taken wider than it is at the instruction about to be added.
@@ -335,18 +260,18 @@ impl<'a> Decoder<'a> {
             self.approximate(Approximated::NoRoom);
         }
         let index = self.program.instructions.len();
-        let raw = self.raw;
+        let raw = self.now.raw;
         let timing = timing.map(|key| self.with_operands(key));
-        self.zone_of.push(self.zones.last().map(|&(_, opened)| opened));
+        self.masters.of.push(self.masters.open.last().map(|&(_, opened)| opened));
         let text = raw.map_or_else(Arc::default, |raw| raw.text.clone());
         let operands = match (self.program.instructions.last(), raw) {
             (Some(last), _) if Arc::ptr_eq(&last.text, &text) => last.operands.clone(),
-            (_, Some(raw)) => shown::operands(raw, self.family),
+            (_, Some(raw)) => shown::operands(raw, self.now.operands()),
             (_, None) => Arc::default(),
         };
         self.program.instructions.push(Instruction {
             place: Location {
-                file: self.file as u32,
+                file: self.now.file as u32,
                 line: raw.map_or(1, |raw| raw.line),
                 step: raw.and_then(|raw| raw.step),
             },
@@ -384,11 +309,11 @@ impl<'a> Decoder<'a> {
 
     /// A hidden bit that remembers something from one execution to the next.
     pub fn memory(&mut self) -> Cell {
-        let cell = edge_memory(self.edges);
-        self.edges += 1;
-        if let Some(raw) = self.raw {
+        let cell = edge_memory(self.edges.count);
+        self.edges.count += 1;
+        if let Some(raw) = self.now.raw {
             let files = if self.project.files.len() > 1 {
-                format!("{}:", self.project.files[self.file].program)
+                format!("{}:", self.project.files[self.now.file].program)
             } else {
                 String::new()
             };
@@ -398,73 +323,6 @@ impl<'a> Decoder<'a> {
         }
         cell
     }
-}
-
-/// Whether the program names one of these special relays of the FX (`M8023`) or FX5 (`SM8023`), alone, among digits or
-/// the devices that ZRST clears, or may by an index.
-fn touches(project: &RawProject, family: Family, relays: &[u32]) -> bool {
-    let instructions = project.files.iter().flat_map(|file| &file.instructions);
-    let touched = |first: u32, last: u32| relays.iter().any(|relay| (first..=last).contains(relay));
-    let in_name = |text: &String| match parse(text, family) {
-        Ok(Operand::Device(device)) if matches!(device.name, "M" | "SM") => match device.place {
-            operand::Place::At(_, relay) => touched(relay, relay),
-            operand::Place::Digits(_, first, digits) => {
-                // Blocks begin with them.
-                touched(first, first + 4 * u32::from(digits) - 1)
-                    || (first >= FIRST_SPECIAL && touched(first, u32::MAX))
-            }
-            operand::Place::Indexed(Kind::VolatileBit, _)
-            | operand::Place::IndexedDigits(Kind::VolatileBit, _) => true,
-            _ => false,
-        },
-        _ => false,
-    };
-    let number = |text: &String| match parse(text, family) {
-        Ok(Operand::Device(operand::Device { place: operand::Place::At(_, at), .. })) => Some(at),
-        _ => None,
-    };
-    let mut instructions = instructions;
-    instructions.any(|raw| {
-        let between = match &raw.operands[..] {
-            [first, last] if upper(&raw.mnemonic).starts_with("ZRST") => {
-                number(first).zip(number(last)).is_some_and(|(from, to)| touched(from, to))
-            }
-            _ => false,
-        };
-        between || raw.operands.iter().any(in_name)
-    })
-}
-
-/// Whether the program has such an instruction.
-fn has(project: &RawProject, mnemonic: &str) -> bool {
-    let mut instructions = project.files.iter().flat_map(|file| &file.instructions);
-    instructions.any(|raw| raw.mnemonic.eq_ignore_ascii_case(mnemonic))
-}
-
-/// From here on the FX's relays are special ones.
-const FIRST_SPECIAL: u32 = 8000;
-
-/// Which files' programs need not run in every scan: those that are called by name are commonly on standby, and
-/// those that are stopped rest. An operand that is no name may be any of them.
-fn may_rest(project: &RawProject) -> Vec<bool> {
-    let mut rests = vec![false; project.files.len()];
-    for raw in project.files.iter().flat_map(|file| &file.instructions) {
-        let mnemonic = upper(&raw.mnemonic);
-        let names = ["ECALL", "EFCALL", "PSTOP", "POFF", "PSCAN", "PLOW"];
-        let is_named =
-            |name: &&str| mnemonic.strip_prefix(*name).is_some_and(|p| ["", "P"].contains(&p));
-        if !names.iter().any(is_named) {
-            continue;
-        }
-        let text = raw.operands.first().map_or("", String::as_str).trim_matches('"');
-        let stem = text.split('.').next().unwrap_or(text);
-        let named = project.files.iter().position(|f| f.program.eq_ignore_ascii_case(stem));
-        match named {
-            Some(file) => rests[file] = true,
-            None => rests.fill(true),
-        }
-    }
-    rests
 }
 
 /// `1 operand`, `3 operands`.

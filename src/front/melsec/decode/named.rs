@@ -7,7 +7,7 @@ use super::compare::{Sort, recognise};
 use super::rungs::contact;
 use crate::front::melsec::catalog::{Amount, Extent, Role, find};
 use crate::front::melsec::device::{Kind, area};
-use crate::front::melsec::operand::{Device, Operand, Place, parse, upper};
+use crate::front::melsec::operand::{Device, Operand, Place, upper};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{AreaId, Cell, Region, TimingKey, Touched};
 
@@ -25,7 +25,7 @@ struct Named {
 impl Decoder<'_> {
     /// Completes the key of the instruction under way: names with the kinds of its operands, and what it touches.
     pub(super) fn with_operands(&self, mut key: TimingKey) -> TimingKey {
-        let Some(raw) = self.raw else { return key };
+        let Some(raw) = self.now.raw else { return key };
         let devices = self.devices(raw);
         let kinds = kinds(&devices);
         if !kinds.is_empty() {
@@ -72,7 +72,7 @@ impl Decoder<'_> {
                 if listed.is_some_and(|operand| operand.role == Role::Other) {
                     return None;
                 }
-                let Ok(Operand::Device(device)) = parse(text, self.family) else { return None };
+                let Ok(Operand::Device(device)) = self.parsed(text) else { return None };
                 let one = Extent::Devices(Amount::Fixed(1));
                 let extent = compared.or(listed.map(|operand| operand.extent)).unwrap_or(one);
                 let changes =

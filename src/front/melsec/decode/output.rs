@@ -4,7 +4,7 @@ use super::access::BitPlace;
 use super::rungs::{letters, remember};
 use super::{Decoder, always, edge, fired, timing};
 use crate::front::melsec::device::{Family, Kind, Timed, area};
-use crate::front::melsec::operand::{Device, Operand, Place, parse};
+use crate::front::melsec::operand::{Device, Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning;
 use crate::program::{
@@ -60,10 +60,12 @@ impl Decoder<'_> {
             let setting = Some(setting[0]).filter(|_| !is_long);
             self.timed_effects(target, &device, setting)
         } else {
-            let value = match parse(target, self.family) {
+            let value = match self.parsed(target) {
                 // In a step ladder OUT moves on to another state as SET does; whether it can clear that state is
                 // not known.
-                Ok(Operand::Device(device)) if self.state.is_some() && device.name == "S" => {
+                Ok(Operand::Device(device))
+                    if self.masters.state.is_some() && device.name == "S" =>
+                {
                     let (Some(now), free) = (self.read_bit(target), self.free_bit()) else {
                         return;
                     };
@@ -206,7 +208,7 @@ impl Decoder<'_> {
                     None => return,
                 }
             }
-            _ if mnemonic == "SET" && self.state.is_some() && device.name == "S" => {
+            _ if mnemonic == "SET" && self.masters.state.is_some() && device.name == "S" => {
                 let Some(now) = self.read_bit(text) else { return };
                 let moves = self.may_move_on(Logic::Const(true));
                 let value = Logic::Any(vec![now, moves]);
@@ -264,7 +266,7 @@ impl Decoder<'_> {
 
     /// What moves a step ladder on where a special relay may forbid that.
     fn may_move_on(&mut self, moves: Logic) -> Logic {
-        if !self.states_may_stay {
+        if !self.quirks.states_may_stay {
             return moves;
         }
         self.approximate("M8040 or IST may hold the step ladder: it is taken to move on or not");
@@ -274,7 +276,7 @@ impl Decoder<'_> {
     /// In a step ladder, setting a state resets the one that is left, at a moment that is not known.
     fn state_transfer(&mut self, text: &str) {
         let is_state = text.trim().to_ascii_uppercase().starts_with('S');
-        let Some(state) = self.state.as_ref().filter(|_| is_state) else { return };
+        let Some(state) = self.masters.state.as_ref().filter(|_| is_state) else { return };
         let one = |&first: &Cell| Region::Range { first, count: 1 };
         self.program.volatile.extend(state.relays.iter().map(one));
         self.approximate(format!(

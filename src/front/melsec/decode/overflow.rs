@@ -48,7 +48,7 @@ impl Decoder<'_> {
         let overflow = overflow(&result, (&a, &b), is_sum, is_unsigned, words);
         let cell = self.memory();
         let regions = targets.iter().filter_map(region).collect();
-        self.lost = Some(Lost { overflow: cell, regions });
+        self.now.lost = Some(Lost { overflow: cell, regions });
         self.approximate(format!(
             "on overflow what {} writes is taken as any value",
             entry.mnemonic
@@ -62,7 +62,7 @@ impl Decoder<'_> {
 
     /// Behind an instruction that may have overflowed: the loss.
     pub(super) fn lose(&mut self) {
-        let Some(lost) = self.lost.take() else { return };
+        let Some(lost) = self.now.lost.take() else { return };
         let mut effects = Vec::new();
         for region in lost.regions {
             effects.push(fired(Write::Havoc(region, self.choice())));

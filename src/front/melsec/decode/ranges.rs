@@ -5,14 +5,23 @@ use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
 use crate::front::melsec::device::Kind;
-use crate::front::melsec::operand::{Operand, Place, parse};
+use crate::front::melsec::operand::{Operand, Place};
 use crate::program::{Approximated, Cell, StartRange};
+use std::collections::BTreeSet;
 
 /// More faults than this are counted, not listed.
 const MOST_FAULTS: usize = 100;
 
 /// Words that count something, as written, and their cells.
 pub(super) type Counts = Vec<(String, Cell)>;
+
+/// What is stated of words that count something.
+pub(super) struct Stated<'a> {
+    /// Words whose stated range does not hold where they count: the program may write them.
+    pub overwritten: &'a BTreeSet<String>,
+    /// Words that count and whose stated range was believed.
+    pub counts: Counts,
+}
 
 impl Decoder<'_> {
     /// The least and largest value of a count that stands in an operand, and whether these are known: by a
@@ -26,12 +35,12 @@ impl Decoder<'_> {
         let cell = self.word(text);
         let word = i64::from(i16::MIN)..=i64::from(i16::MAX);
         match (stated, cell) {
-            (Some(_), _) if self.overwritten.contains(&upper) => {
+            (Some(_), _) if self.stated.overwritten.contains(&upper) => {
                 self.approximate(format!("the count {text} may be written within the scan: its stated range does not hold here, and it is taken as up to {largest}"));
                 (0, largest, false)
             }
             (Some(&(low, high)), Some(cell)) if word.contains(&low) && word.contains(&high) => {
-                self.counts.push((upper, cell));
+                self.stated.counts.push((upper, cell));
                 (low, high, true)
             }
             _ => {
@@ -47,7 +56,7 @@ impl Decoder<'_> {
 
     /// The cell of a plain word device.
     fn word(&self, text: &str) -> Option<Cell> {
-        let Ok(Operand::Device(device)) = parse(text, self.family) else { return None };
+        let Ok(Operand::Device(device)) = self.parsed(text) else { return None };
         let Place::At(kind @ Kind::Word(_), index) = device.place else { return None };
         kind.cell(index)
     }

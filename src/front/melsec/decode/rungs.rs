@@ -9,6 +9,25 @@ use crate::front::melsec::operand::upper;
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{BitTarget, Cell, Effect, Join, Logic, Step, TimingKey, Units, Write};
 
+/// A rung under way.
+pub(super) struct Rung {
+    /// Results on the stack.
+    pub depth: usize,
+    /// Results saved by MPS.
+    pub saved: u32,
+    /// Whether it has put anything out yet.
+    pub has_output: bool,
+    /// It was begun by a label or the like, which the next contact joins.
+    pub open: bool,
+}
+
+impl Default for Rung {
+    /// Behind a rung that is complete.
+    fn default() -> Rung {
+        Rung { depth: 0, saved: 0, has_output: true, open: false }
+    }
+}
+
 impl Decoder<'_> {
     /// Decodes contacts and stack instructions; false if it is none.
     pub(super) fn rung(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
@@ -71,17 +90,19 @@ impl Decoder<'_> {
     /// How a contact joins, after noting where a rung begins.
     pub(super) fn join(&mut self, join: Join, mnemonic: &str) -> Join {
         match join {
-            Join::Load if self.has_output && self.saved == 0 && !self.is_joined_later() => {
+            Join::Load
+                if self.rung.has_output && self.rung.saved == 0 && !self.is_joined_later() =>
+            {
                 self.begin_block();
-                self.depth = 1;
+                self.rung.depth = 1;
                 Join::Start
             }
             Join::Load => {
-                self.depth += 1;
+                self.rung.depth += 1;
                 Join::Load
             }
             other => {
-                if self.depth == 0 {
+                if self.rung.depth == 0 {
                     let message = format!("`{mnemonic}` has nothing in front of it");
                     self.fault(
                         Code::NoRung,
@@ -89,7 +110,7 @@ impl Decoder<'_> {
                         message,
                         "begin the rung with a contact such as LD",
                     );
-                    self.depth = 1;
+                    self.rung.depth = 1;
                     return Join::Start;
                 }
                 other
@@ -100,11 +121,11 @@ impl Decoder<'_> {
     /// Whether ANB or ORB joins the block that begins here to what is in front of it: the rung then goes on behind
     /// its output.
     fn is_joined_later(&self) -> bool {
-        if self.depth == 0 {
+        if self.rung.depth == 0 {
             return false;
         }
         let mut blocks = 1;
-        for raw in &self.project.files[self.file].instructions[self.position + 1..] {
+        for raw in &self.project.files[self.now.file].instructions[self.now.position + 1..] {
             let mnemonic = raw.mnemonic.to_ascii_uppercase();
             match (joins(&mnemonic), mnemonic.as_str()) {
                 (Some(Join::Load), _) => blocks += 1,
@@ -121,25 +142,25 @@ impl Decoder<'_> {
 
     /// Begins a new rung, unless a label just did.
     pub(super) fn begin_block(&mut self) {
-        if !self.block_open {
+        if !self.rung.open {
             self.check_rung();
             self.program.blocks += 1;
         }
-        (self.depth, self.has_output, self.block_open) = (0, false, false);
+        (self.rung.depth, self.rung.has_output, self.rung.open) = (0, false, false);
     }
 
     /// Begins a rung for what stands by itself: labels, ends, loops.
     pub(super) fn stand_alone(&mut self, joined_by_next: bool) {
-        if !self.block_open {
+        if !self.rung.open {
             self.check_rung();
             self.program.blocks += 1;
         }
-        (self.depth, self.has_output, self.block_open) = (0, true, joined_by_next);
+        (self.rung.depth, self.rung.has_output, self.rung.open) = (0, true, joined_by_next);
     }
 
     /// A rung that ends must have put something out and closed its branches.
     pub(super) fn check_rung(&mut self) {
-        if !self.has_output && self.depth > 0 {
+        if !self.rung.has_output && self.rung.depth > 0 {
             self.fault(
                 Code::OpenRung,
                 "",
@@ -147,20 +168,20 @@ impl Decoder<'_> {
                 "end it with a coil or an instruction",
             );
         }
-        if self.saved > 0 {
+        if self.rung.saved > 0 {
             self.fault(
                 Code::OpenBranch,
                 "",
                 "an MPS before this line has no MPP",
                 "close the branch with MPP",
             );
-            self.saved = 0;
+            self.rung.saved = 0;
         }
     }
 
     /// Notes an output of the rung; false, with a fault, if there is no rung or its blocks are not joined.
     pub(super) fn output_here(&mut self, mnemonic: &str) -> bool {
-        if self.depth == 0 {
+        if self.rung.depth == 0 {
             let message = format!("`{mnemonic}` needs a condition and has none");
             self.fault(
                 Code::NoRung,
@@ -169,15 +190,15 @@ impl Decoder<'_> {
                 "begin the rung with a contact such as LD SM400",
             );
             self.begin_block();
-            self.has_output = true;
+            self.rung.has_output = true;
             return false;
         }
-        if self.depth > 1 {
-            let message = format!("{} blocks of contacts are not joined here", self.depth);
+        if self.rung.depth > 1 {
+            let message = format!("{} blocks of contacts are not joined here", self.rung.depth);
             self.fault(Code::Unjoined, mnemonic, message, "join them with ANB or ORB");
-            self.depth = 1;
+            self.rung.depth = 1;
         }
-        self.has_output = true;
+        self.rung.has_output = true;
         true
     }
 
@@ -186,15 +207,15 @@ impl Decoder<'_> {
         if !self.takes(raw, 0) {
             return;
         }
-        if self.depth < 2 {
+        if self.rung.depth < 2 {
             let message = format!(
                 "`{mnemonic}` joins two blocks of contacts, here {}",
-                if self.depth == 1 { "is one" } else { "is none" }
+                if self.rung.depth == 1 { "is one" } else { "is none" }
             );
             self.fault(Code::NoBlock, mnemonic, message, "begin the second block with LD");
             return;
         }
-        self.depth -= 1;
+        self.rung.depth -= 1;
         self.add(
             Some(key),
             Vec::new(),
@@ -208,7 +229,7 @@ impl Decoder<'_> {
             return;
         }
         if mnemonic == "MPS" {
-            if self.depth == 0 {
+            if self.rung.depth == 0 {
                 self.fault(
                     Code::NoRung,
                     mnemonic,
@@ -217,11 +238,11 @@ impl Decoder<'_> {
                 );
                 return;
             }
-            self.add(Some(key), Vec::new(), Step::Save(self.saved));
-            self.saved += 1;
+            self.add(Some(key), Vec::new(), Step::Save(self.rung.saved));
+            self.rung.saved += 1;
             return;
         }
-        if self.saved == 0 {
+        if self.rung.saved == 0 {
             self.fault(
                 Code::NoBranch,
                 mnemonic,
@@ -230,12 +251,12 @@ impl Decoder<'_> {
             );
             return;
         }
-        let slot = self.saved - 1;
+        let slot = self.rung.saved - 1;
         if mnemonic == "MPP" {
-            self.saved = slot;
+            self.rung.saved = slot;
         }
-        self.depth = self.depth.max(1);
-        self.has_output = false;
+        self.rung.depth = self.rung.depth.max(1);
+        self.rung.has_output = false;
         self.add(Some(key), Vec::new(), Step::Fetch(slot));
     }
 
@@ -245,14 +266,14 @@ impl Decoder<'_> {
         if !self.takes(raw, usize::from(takes_relay)) {
             return;
         }
-        if self.depth == 0 {
+        if self.rung.depth == 0 {
             let message = format!("`{mnemonic}` has nothing in front of it");
             self.fault(Code::NoRung, mnemonic, message, "begin the rung with a contact such as LD");
             return;
         }
         let rising = mnemonic.ends_with('P');
         // What is remembered: whether a master control that is off turns the result off here is not known.
-        let result = match (mnemonic, self.zones.is_empty()) {
+        let result = match (mnemonic, self.masters.open.is_empty()) {
             ("INV", _) | (_, true) => Logic::Condition,
             _ => self.maybe_held_off(),
         };

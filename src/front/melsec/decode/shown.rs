@@ -10,11 +10,11 @@ use crate::front::spans;
 use crate::program::{Cell, Device, Operand};
 
 /// The operands of an instruction that name devices.
-pub(super) fn operands(raw: &RawInstruction, family: Family) -> Arc<[Operand]> {
+pub(super) fn operands(raw: &RawInstruction, parsed: &[Result<Written, String>]) -> Arc<[Operand]> {
     let spans = spans(&raw.text, &raw.operands);
-    let named = raw.operands.iter().zip(spans).filter_map(|(text, (start, end))| {
-        let Ok(Written::Device(device)) = parse(text, family) else { return None };
-        Some(Operand { start, end, device: named(&device)? })
+    let named = parsed.iter().zip(spans).filter_map(|(operand, (start, end))| {
+        let Ok(Written::Device(device)) = operand else { return None };
+        Some(Operand { start, end, device: named(device)? })
     });
     named.collect()
 }

@@ -4,7 +4,7 @@ use super::Decoder;
 use super::exact::certain_points;
 use crate::front::melsec::catalog::{Amount, Entry, Extent, Operation, Role};
 use crate::front::melsec::device::{Family, Kind};
-use crate::front::melsec::operand::{Operand, Place, parse};
+use crate::front::melsec::operand::{Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{Approximated, Counted, Units, WordSource};
 
@@ -81,7 +81,7 @@ impl Decoder<'_> {
                 continue;
             }
             let Amount::Counted { unit, .. } = amount else { return 0 };
-            let room = match parse(text, self.family) {
+            let room = match self.parsed(text) {
                 Ok(Operand::Device(device)) => match device.place {
                     Place::At(kind @ Kind::Word(_), index) => kind.cell(index).and_then(|cell| {
                         certain_points(self.family, cell.area, device.name)?.checked_sub(cell.index)
@@ -112,7 +112,7 @@ impl Decoder<'_> {
         let mut characters = 0;
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
             if operand.extent == Extent::Text && operand.role != Role::Destination {
-                match parse(text, self.family) {
+                match self.parsed(text) {
                     Ok(Operand::Text(text)) => characters += text.chars().count() as u64,
                     _ => return None,
                 }

@@ -1,4 +1,4 @@
-//! Zones in which coils are off while a condition does not hold: master control and step ladders.
+//! Regions in which coils are off while a condition does not hold: master control and step ladders.
 
 use super::{Decoder, OPEN, key};
 use crate::base::code::Code;
@@ -6,7 +6,7 @@ use crate::front::melsec::operand::{Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{Cell, Effect, Join, Logic, Step, TimingKey};
 
-/// Zones of step ladders lie above all nesting levels of master control.
+/// Regions of step ladders lie above all nesting levels of master control.
 const STATE_LEVEL: u32 = 1000;
 
 /// An open state of a step ladder (STL).
@@ -19,6 +19,17 @@ pub(super) struct State {
     begins: usize,
 }
 
+/// Open master control regions and the step ladder's open state.
+#[derive(Default)]
+pub(super) struct Masters {
+    /// Open regions: level and the instruction that opened it.
+    pub open: Vec<(u32, usize)>,
+    /// For each instruction the one that opened the region in which it stands.
+    pub of: Vec<Option<usize>>,
+    /// The step ladder's open state.
+    pub state: Option<State>,
+}
+
 impl Decoder<'_> {
     pub(super) fn zone_begins(&mut self, raw: &RawInstruction) {
         self.output_here("MC");
@@ -29,7 +40,7 @@ impl Decoder<'_> {
         let effects: Option<Vec<Effect>> =
             self.bit_effects(&raw.operands[1], Logic::Condition, true);
         let (Some(level), Some(effects)) = (level, effects) else { return };
-        if self.zones.last().is_some_and(|&(open, _)| open >= level && open < STATE_LEVEL) {
+        if self.masters.open.last().is_some_and(|&(open, _)| open >= level && open < STATE_LEVEL) {
             self.fault(
                 Code::Nesting,
                 &raw.operands[0],
@@ -42,7 +53,7 @@ impl Decoder<'_> {
             effects,
             Step::ZoneBegin { level, fires: Logic::Condition },
         );
-        self.zones.push((level, at));
+        self.masters.open.push((level, at));
     }
 
     pub(super) fn zone_ends(&mut self, raw: &RawInstruction) {
@@ -51,7 +62,7 @@ impl Decoder<'_> {
             return;
         }
         let Some(level) = self.nesting(&raw.operands[0]) else { return };
-        if !self.zones.iter().any(|&(open, _)| open == level) {
+        if !self.masters.open.iter().any(|&(open, _)| open == level) {
             self.fault(
                 Code::NoZone,
                 &raw.operands[0],
@@ -60,7 +71,7 @@ impl Decoder<'_> {
             );
             return;
         }
-        self.zones.retain(|&(open, _)| open < level);
+        self.masters.open.retain(|&(open, _)| open < level);
         self.add(Some(key("MCR", "master")), Vec::new(), Step::ZoneEnd { level });
     }
 
@@ -83,12 +94,12 @@ impl Decoder<'_> {
     /// to switch its coils off.
     pub(super) fn state_begins(&mut self, raw: &RawInstruction) {
         let here = self.program.instructions.len();
-        let mut relays = match &self.state {
+        let mut relays = match &self.masters.state {
             // STL directly behind STL: both relays are needed.
             Some(state) if state.begins == here => state.relays.clone(),
             _ => Vec::new(),
         };
-        if self.state.is_some() {
+        if self.masters.state.is_some() {
             self.close_state();
         }
         self.stand_alone(true);
@@ -119,16 +130,16 @@ impl Decoder<'_> {
         let timing = TimingKey { dearer: true, ..key("STL", "set") };
         let jump = self.add(Some(timing), Vec::new(), Step::Jump { fires: skipped, target: OPEN });
         let zone = self.add(None, Vec::new(), Step::ZoneBegin { level: STATE_LEVEL, fires: on });
-        self.zones.push((STATE_LEVEL, zone));
+        self.masters.open.push((STATE_LEVEL, zone));
         self.add(None, Vec::new(), Step::Logic { join: Join::Start, value: Logic::Const(true) });
-        self.depth = 1;
-        self.state = Some(State { relays, jump, begins: self.program.instructions.len() });
+        self.rung.depth = 1;
+        self.masters.state = Some(State { relays, jump, begins: self.program.instructions.len() });
     }
 
     /// Ends the open state; the jump over it leads behind.
     pub(super) fn close_state(&mut self) {
-        let Some(state) = self.state.take() else { return };
-        self.zones.retain(|&(open, _)| open < STATE_LEVEL);
+        let Some(state) = self.masters.state.take() else { return };
+        self.masters.open.retain(|&(open, _)| open < STATE_LEVEL);
         self.add(None, Vec::new(), Step::ZoneEnd { level: STATE_LEVEL });
         let behind = self.add(None, Vec::new(), Step::Nothing);
         if let Step::Jump { target, .. } = &mut self.program.instructions[state.jump].step {

@@ -1,0 +1,54 @@
+//! The instruction under way, its operands parsed once.
+
+use super::Decoder;
+use super::overflow::Lost;
+use crate::front::melsec::device::Family;
+use crate::front::melsec::operand::{Operand, parse};
+use crate::front::melsec::source::RawInstruction;
+
+/// The instruction under way.
+#[derive(Default)]
+pub(super) struct Now<'a> {
+    /// Its file.
+    pub file: usize,
+    /// Its place among the file's instructions.
+    pub position: usize,
+    /// It as it was read; none before a file's first.
+    pub raw: Option<&'a RawInstruction>,
+    /// Nothing is a fault: something is only tried.
+    pub quiet: bool,
+    /// What it loses if it overflows.
+    pub lost: Option<Lost>,
+    /// What its operands say, or why they say nothing.
+    operands: Vec<Result<Operand, String>>,
+}
+
+impl<'a> Now<'a> {
+    /// Before the first instruction of a file.
+    pub fn of(file: usize) -> Now<'a> {
+        Now { file, ..Now::default() }
+    }
+
+    /// Goes on to an instruction of the file.
+    pub fn begin(&mut self, position: usize, raw: &'a RawInstruction, family: Family) {
+        (self.position, self.raw) = (position, Some(raw));
+        self.operands.clear();
+        self.operands.extend(raw.operands.iter().map(|text| parse(text, family)));
+    }
+
+    /// What its operands say.
+    pub fn operands(&self) -> &[Result<Operand, String>] {
+        &self.operands
+    }
+}
+
+impl Decoder<'_> {
+    /// What the text of an operand says, or why it says nothing. It is the instruction's own nearly always.
+    pub(super) fn parsed(&self, text: &str) -> Result<Operand, String> {
+        let own = self.now.raw.map_or(&[][..], |raw| &raw.operands);
+        match own.iter().position(|own| own == text) {
+            Some(at) => self.now.operands[at].clone(),
+            None => parse(text, self.family),
+        }
+    }
+}
