@@ -36,11 +36,13 @@ pub mod flow;
 pub mod meaning;
 mod reads;
 pub mod spelled;
+mod tags;
 
 pub use approximation::{Approximated, Approximation, Unfollowed};
 pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
+pub use tags::{Tag, Tags, Type};
 
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
@@ -665,6 +667,8 @@ pub struct Program {
     pub approximations: Vec<Approximation>,
     /// Names of cells that have none of their own, such as what an instruction remembers.
     pub names: BTreeMap<Cell, String>,
+    /// Data that is not flat, and what its cells are called.
+    pub tags: Tags,
     /// What people call devices.
     pub comments: BTreeMap<Device, String>,
     /// How many words each scan runs, one a clock, on a machine that works so.
@@ -720,6 +724,9 @@ impl Program {
     pub fn cell_name(&self, cell: Cell) -> String {
         if let Some(name) = self.names.get(&cell) {
             return name.clone();
+        }
+        if let Some(name) = self.tags.name(cell) {
+            return name;
         }
         let area = self.area(cell.area);
         match area.radix {
