@@ -167,7 +167,7 @@ impl Findings<'_> {
                 }
             },
             stands_between: real.map(|found| stands_between(self.program, &found.best)),
-            path: match self.program.shows_way {
+            path: match self.program.shows_path {
                 true => self.path(&self.found.best.replay, &names),
                 false => Vec::new(),
             },
@@ -204,7 +204,7 @@ impl Findings<'_> {
         }
     }
 
-    /// The way of a scan through the program, instruction by instruction.
+    /// The path of a scan through the program, instruction by instruction.
     fn path(&self, replayed: &Replay, names: &Names<'_>) -> Vec<PathStep> {
         let priced = |event: &&Event| self.prices.instructions[event.instruction].is_some();
         let step = |event: &Event| {
@@ -212,7 +212,7 @@ impl Findings<'_> {
             PathStep {
                 at: instruction.place,
                 instruction: instruction.text.clone(),
-                via: names.via(&event.frames),
+                via: names.context(&event.frames),
                 held: event.fired,
                 cost: event.cost,
             }
@@ -238,7 +238,7 @@ impl Findings<'_> {
             at: instruction.place,
             block: instruction.block,
             instruction: instruction.text.clone(),
-            via: names.via(&charge.frames),
+            via: names.context(&charge.frames),
             on: charge.on,
             off: charge.off,
             runs,

@@ -78,7 +78,7 @@ impl Closing<'_> {
             let Ok(known) = known else { return Ok((searched, found)) };
             if rounds < MOST_ROUNDS
                 && let Some(closer) =
-                    put_back(program, prices, learned, &self.turns(&known), &reach)
+                    put_back(program, prices, learned, &self.iterations(&known), &reach)
             {
                 (*program, *prices, model) = closer;
                 slices = groups::groups(&model);
@@ -99,9 +99,9 @@ impl Closing<'_> {
         }
     }
 
-    /// How many turns summarised loops make at most: by the looks of their counts, else as the solver finds.
-    fn turns(&self, model: &ScanModel) -> BTreeMap<usize, u32> {
-        let mut turns = model.turns.clone();
+    /// How many iterations summarised loops make at most: by the looks of their counts, else as the solver finds.
+    fn iterations(&self, model: &ScanModel) -> BTreeMap<usize, u32> {
+        let mut iterations = model.iterations.clone();
         let mut asked: BTreeMap<usize, u32> = BTreeMap::new();
         if model.counts.len() <= MOST_ASKED {
             for count in &model.counts {
@@ -111,9 +111,9 @@ impl Closing<'_> {
             }
         }
         for (instruction, most) in asked {
-            turns.entry(instruction).and_modify(|known| *known = most.min(*known));
+            iterations.entry(instruction).and_modify(|known| *known = most.min(*known));
         }
-        turns
+        iterations
     }
 
     /// The most that a number of these bits can be where control gets there, if it is not negative.

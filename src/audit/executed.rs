@@ -7,11 +7,11 @@ use crate::replay::{Real, Stopped, Why};
 use crate::scan::model::{Assignment, Origin, ScanModel};
 use std::collections::BTreeMap;
 
-/// What was executed, by instruction and the way there: whether it fired, and what it cost.
+/// What was executed, by instruction and call context: whether it fired, and what it cost.
 pub struct Executed(BTreeMap<(usize, Vec<Frame>), (bool, Picos)>);
 
 impl Executed {
-    /// The executions of a scan. Those in a loop of which the model does not follow the turns count as one.
+    /// The executions of a scan. Those in a loop of which the model does not follow the iterations count as one.
     pub fn of(program: &Program, real: &Real) -> Executed {
         let mut executed: BTreeMap<(usize, Vec<Frame>), (bool, Picos)> = BTreeMap::new();
         let is_summary =
@@ -64,7 +64,7 @@ pub fn stands_between(program: &Program, real: &Real) -> String {
         }
         Some(Stopped { at: stop, why: Why::Unknown(cause), .. }) => {
             format!(
-                "its way on from {} depends on what {} gives, which is not known",
+                "its path on from {} depends on what {} gives, which is not known",
                 at(*stop),
                 at(*cause)
             )

@@ -63,7 +63,7 @@ pub fn fixture() -> Audit {
         charge(9, 3, "DMOV K0 D300", 30, 2, false),
     ];
     let mut looped = charge(120, 8, "FB1 D5", 70, 0, true);
-    looped.via = vec!["FOR K2 (turn 1)".to_owned()];
+    looped.via = vec!["FOR K2 (iteration 1)".to_owned()];
     let second = [charge(104, 7, "FB0 D5", 50, 40, false), looped];
     let mut excluded = rung(&first[1], Fate::Excluded, &[]);
     excluded.cost = Picos::ZERO;

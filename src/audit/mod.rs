@@ -77,7 +77,7 @@ pub struct Audit {
     pub witness_run: Vec<RunScan>,
     /// Why the scan that costs `Bound::lower` is followed no further, or may cost more than it is known to.
     pub stands_between: Option<String>,
-    /// Its way through the program, where not everything runs once; else empty.
+    /// Its path through the program, where not everything runs once; else empty.
     pub path: Vec<PathStep>,
     /// Loops that a scan can go round for ever. If there are any, no scan time is a bound: the figures are those
     /// of scans that end where such a loop was gone round.
@@ -321,14 +321,14 @@ pub struct LoopUse {
     pub ends: String,
 }
 
-/// One instruction on the way of the worst scan found.
+/// One instruction on the path of the worst scan found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PathStep {
     /// Where it stands.
     pub at: Location,
     /// Its source text.
     pub instruction: Arc<str>,
-    /// The calls on the way to it, outermost first.
+    /// The call context: the calls on the path to it, outermost first.
     pub via: Vec<String>,
     /// Whether it fired: a test that held, a jump that was taken.
     pub held: bool,
@@ -345,7 +345,7 @@ pub struct ChargeUse {
     pub block: u32,
     /// Its source text.
     pub instruction: Arc<str>,
-    /// The calls, loop turns and interrupts on the way to it, outermost first.
+    /// The call context: calls, loop iterations and interrupts on the path to it, outermost first.
     pub via: Vec<String>,
     /// Time when it runs.
     pub on: Picos,

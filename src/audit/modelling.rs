@@ -57,7 +57,7 @@ pub fn keep_in_range(
 }
 
 /// The model of a scan, and whether it is no more than the sum of all that can run: where the time is over, or
-/// nothing less fits. What has too many turns and calls to be followed is summarised; loops that were taken so since
+/// nothing less fits. What has too many iterations and calls to be followed is summarised; loops that were taken so since
 /// their counts stand in words are followed after all where the scan tells what these can be.
 pub fn model_of(
     program: &mut Program,
@@ -69,7 +69,7 @@ pub fn model_of(
             // A loop that is followed may show the count of one that stands in it or behind it.
             for _ in 0..MOST_NESTED {
                 let mut closer = program.clone();
-                if !loops::put_back(&mut closer, &model.turns) {
+                if !loops::put_back(&mut closer, &model.iterations) {
                     break;
                 }
                 let mut priced = prices.clone();
@@ -93,17 +93,17 @@ pub fn model_of(
     Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
 }
 
-/// The program, its prices and its model with what was learned, where summarised loops make no more turns than these;
+/// The program, its prices and its model with what was learned, where summarised loops make no more iterations than these;
 /// `None` if that is no less than they were charged, or takes too much.
 pub fn put_back(
     program: &Program,
     prices: &Prices,
     knowledge: &Knowledge,
-    turns: &BTreeMap<usize, u32>,
+    iterations: &BTreeMap<usize, u32>,
     reach: &Reach<'_>,
 ) -> Option<(Program, Prices, ScanModel)> {
     let mut closer = program.clone();
-    if !loops::put_back(&mut closer, turns) {
+    if !loops::put_back(&mut closer, iterations) {
         return None;
     }
     loops::fit(&mut closer, MOST_UNROLLED).ok()?;

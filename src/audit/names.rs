@@ -1,4 +1,4 @@
-//! The names that people know things by: devices with their comments, and the ways to an instruction.
+//! The names that people know things by: devices with their comments, and the call contexts of an instruction.
 
 use crate::program::{BitTarget, Cell, Device, Frame, Instruction, Program, Role, Step, Write};
 use crate::scan::model::{Origin, Variable};
@@ -32,8 +32,9 @@ impl<'a> Names<'a> {
         match &variable.origin {
             Origin::Start(cell) => self.cell(*cell),
             Origin::Choice(key) => {
-                let turns = key.frames.iter().filter_map(|&frame| self.turn(frame));
-                turns.fold(variable.name.clone(), |name, turn| format!("{name}, {turn}"))
+                let iterations = key.frames.iter().filter_map(|&frame| self.iteration(frame));
+                iterations
+                    .fold(variable.name.clone(), |name, iteration| format!("{name}, {iteration}"))
             }
             Origin::Havocked(..) => variable.name.clone(),
         }
@@ -45,11 +46,11 @@ impl<'a> Names<'a> {
         format!("last state of `{}` in line {}", at.text, at.place.line)
     }
 
-    fn turn(&self, frame: Frame) -> Option<String> {
+    fn iteration(&self, frame: Frame) -> Option<String> {
         match self.program.instructions[frame.at].step {
             Step::Call { .. } => None,
-            Step::ForBegin { .. } => Some(format!("turn {}", frame.turn + 1)),
-            _ => Some(format!("run {}", frame.turn + 1)),
+            Step::ForBegin { .. } => Some(format!("iteration {}", frame.iteration + 1)),
+            _ => Some(format!("run {}", frame.iteration + 1)),
         }
     }
 
@@ -79,8 +80,8 @@ impl<'a> Names<'a> {
         cell_of(variable).map_or_else(|| variable.name.clone(), |cell| self.cell(cell))
     }
 
-    /// The calls, loop turns and interrupts on the way to an instruction.
-    pub fn via(&self, frames: &[Frame]) -> Vec<String> {
+    /// The call context of an instruction: calls, loop iterations and interrupts, outermost first.
+    pub fn context(&self, frames: &[Frame]) -> Vec<String> {
         frames.iter().map(|frame| self.frame(*frame)).collect()
     }
 
@@ -90,9 +91,9 @@ impl<'a> Names<'a> {
         match (&at.step, interrupt) {
             (Step::Call { .. }, _) => format!("{} in line {}", at.text, at.place.line),
             (Step::ForBegin { .. }, _) => {
-                format!("{} in line {}, turn {}", at.text, at.place.line, frame.turn + 1)
+                format!("{} in line {}, iteration {}", at.text, at.place.line, frame.iteration + 1)
             }
-            (_, Some(interrupt)) => format!("{}, run {}", interrupt.name, frame.turn + 1),
+            (_, Some(interrupt)) => format!("{}, run {}", interrupt.name, frame.iteration + 1),
             _ => format!("{} in line {}", at.text, at.place.line),
         }
     }

@@ -71,7 +71,7 @@ impl Search<'_> {
             gates += model.circuit.nodes().len();
             let mut dearest = self.dearest(&model);
             if dearest.is_none() {
-                // Every way depends on what is not known.
+                // Every path depends on what is not known.
                 model = certain(&full, &standing, false);
                 dearest = self.dearest(&model);
             }
@@ -181,7 +181,7 @@ fn standing(
             | ChoiceKind::Exact(_)
             | ChoiceKind::Present { .. },
         ) => Standing::Free,
-        Some(ChoiceKind::Turns(_)) => Standing::Zero,
+        Some(ChoiceKind::Iterations(_)) => Standing::Zero,
         None => Standing::Unknown,
     };
     match &model.variables[variable.0 as usize].origin {
@@ -198,7 +198,7 @@ fn standing(
 /// The choices of loops that the model summarises: running them tells what they write.
 fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     let choices = program.instructions.iter().flat_map(|one| match &one.step {
-        Step::Summary(summary) if summary.turns.is_some() => {
+        Step::Summary(summary) if summary.iterations.is_some() => {
             summary.exits.iter().map(|exit| exit.0).chain([summary.choice]).collect()
         }
         _ => Vec::new(),
@@ -206,17 +206,17 @@ fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     choices.collect()
 }
 
-/// The words that count a loop of which the model does not follow the turns.
+/// The words that count a loop of which the model does not follow the iterations.
 fn counts(program: &Program) -> Vec<Cell> {
     let summary = |step: &Step| match step {
-        Step::Summary(summary) => summary.turns.map(|(count, ..)| count),
+        Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
         _ => None,
     };
     let counts = program.instructions.iter().filter_map(|one| summary(&one.step));
     let cells = counts.filter_map(|count| match count {
         WordSource::Cell(cell) => Some(cell),
         WordSource::Free(choice) => match program.kinds.get(&choice) {
-            Some(ChoiceKind::Turns(WordSource::Cell(cell))) => Some(*cell),
+            Some(ChoiceKind::Iterations(WordSource::Cell(cell))) => Some(*cell),
             _ => None,
         },
         _ => None,

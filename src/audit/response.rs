@@ -68,7 +68,7 @@ impl Delays {
     /// # Errors
     /// That one of them is not known, or that the program is none of which a response time is.
     pub(super) fn of(given: Given, program: &Program, table: &Table) -> Result<Delays, Failure> {
-        if program.shows_way {
+        if program.shows_path {
             let message = "no response time is known for a program of which not every pass asks for every input";
             let help = "leave --response out";
             let file = program.files.first().map_or("", |file| &file.name);

@@ -37,8 +37,8 @@ fn isolate(program: &mut Program) {
     // A loop's count is followed, so it must not change; other exact choices are worked out from no such cell.
     let kinds = &mut program.kinds;
     kinds.retain(|_, kind| match *kind {
-        ChoiceKind::Turns(WordSource::Cell(cell)) => !changes(cell, 1),
-        ChoiceKind::Turns(WordSource::Bits { first, count }) => !changes(first, count.into()),
+        ChoiceKind::Iterations(WordSource::Cell(cell)) => !changes(cell, 1),
+        ChoiceKind::Iterations(WordSource::Bits { first, count }) => !changes(first, count.into()),
         _ => true,
     });
     program.volatile = regions.iter().copied().collect();
@@ -46,7 +46,7 @@ fn isolate(program: &mut Program) {
         let all = inside.contains(&at);
         let count = match &instruction.step {
             Step::ForBegin { count, .. } => Some(*count),
-            Step::Summary(summary) => summary.turns.map(|(count, ..)| count),
+            Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
             _ => None,
         };
         if let (true, Some(WordSource::Free(choice))) = (all, count) {

@@ -32,10 +32,10 @@ pub struct TooOften {
     pub instruction: usize,
 }
 
-/// Loops that cannot be followed turn by turn are summarised.
+/// Loops that cannot be followed iteration by iteration are summarised.
 pub const PASS: Pass = Pass { name: "summarising loops", run: |program, _| summarise(program) };
 
-/// Summarises loops whose number of turns is not known, and then those that unroll to too much all the same. Of each
+/// Summarises loops whose number of iterations is not known, and then those that unroll to too much all the same. Of each
 /// kind outer loops first: what they hold needs no care of its own.
 fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
@@ -63,7 +63,7 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
             taken.insert(begin, end);
         }
         let Some(step) = of_loop(program, begin, end, u64::from(most)) else {
-            let message = "loops and calls multiply to more turns here than can be counted";
+            let message = "loops and calls multiply to more iterations here than can be counted";
             let help = "state the range of its count in the facts file";
             faults.push(program.fault(&program.instructions[begin], Code::Loop, message, help));
             continue;
@@ -74,12 +74,12 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// The loop between two instructions as one step that charges everything in it `turns` times; `None` if it runs
+/// The loop between two instructions as one step that charges everything in it `iterations` times; `None` if it runs
 /// more often than can be counted.
-fn of_loop(program: &mut Program, begin: usize, end: usize, turns: u64) -> Option<Step> {
-    let gathered = Shape::of(program).gather(program, begin + 1, end, turns).ok()?;
-    let turns = turns_of(program, begin);
-    Some(gathered.step(program, end, turns))
+fn of_loop(program: &mut Program, begin: usize, end: usize, iterations: u64) -> Option<Step> {
+    let gathered = Shape::of(program).gather(program, begin + 1, end, iterations).ok()?;
+    let iterations = iterations_of(program, begin);
+    Some(gathered.step(program, end, iterations))
 }
 
 /// Summarises loops, routines and interrupts, so that at most `most` instructions more than the program has are
@@ -107,12 +107,12 @@ pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
     }
 }
 
-/// Puts back summarised loops where their counts say less than was charged: `turns` tells how many turns
+/// Puts back summarised loops where their counts say less than was charged: `iterations` tells how many iterations
 /// each makes at most wherever a scan was followed to it. Whether there were any.
 ///
 /// A loop that also runs within something else that is summarised, as in a routine that is called there, stays: how
-/// often it turns there was not followed.
-pub fn put_back(program: &mut Program, turns: &BTreeMap<usize, u32>) -> bool {
+/// often it is repeated there was not followed.
+pub fn put_back(program: &mut Program, iterations: &BTreeMap<usize, u32>) -> bool {
     let summaries = program.instructions.iter().filter_map(|one| match &one.step {
         Step::Summary(summary) => Some(summary),
         _ => None,
@@ -120,9 +120,9 @@ pub fn put_back(program: &mut Program, turns: &BTreeMap<usize, u32>) -> bool {
     let unfollowed: BTreeSet<usize> =
         summaries.flat_map(|summary| summary.charges.iter().map(|&(at, _)| at)).collect();
     let mut any = false;
-    for (&begin, &known) in turns.iter().filter(|(begin, _)| !unfollowed.contains(begin)) {
+    for (&begin, &known) in iterations.iter().filter(|(begin, _)| !unfollowed.contains(begin)) {
         let Step::Summary(summary) = &program.instructions[begin].step else { continue };
-        let (end, Some((count, least, most))) = (summary.end, summary.turns) else { continue };
+        let (end, Some((count, least, most))) = (summary.end, summary.iterations) else { continue };
         if known < most {
             program.instructions[begin].step = Step::ForBegin { count, least, most: known, end };
             program
@@ -134,17 +134,17 @@ pub fn put_back(program: &mut Program, turns: &BTreeMap<usize, u32>) -> bool {
     any
 }
 
-/// Lowers how many turns loops make at most to what was found, over all ways to them. Those that were summarised
+/// Lowers how many iterations loops make at most to what was found, over all paths to them. Those that were summarised
 /// since their counts were not known are followed if they are known now.
-pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
+pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
     let lowered = |at: usize, most: u32| {
-        let known = u32::try_from(*turns.get(&at)?).ok()?;
+        let known = u32::try_from(*iterations.get(&at)?).ok()?;
         (known < most).then_some(known)
     };
     let is_lowered = |(at, one): (usize, &Instruction)| match &one.step {
         Step::ForBegin { most, .. } => lowered(at, *most).is_some(),
         Step::Summary(summary) => {
-            summary.turns.is_some_and(|(.., most)| lowered(at, most).is_some())
+            summary.iterations.is_some_and(|(.., most)| lowered(at, most).is_some())
         }
         _ => false,
     };
@@ -158,7 +158,7 @@ pub fn lower(program: &mut Program, turns: &BTreeMap<usize, i64>) {
                 *most = lowered(at, *most).map_or(*most, |known| known.max(*least));
             }
             Step::Summary(summary) => {
-                let (end, Some((count, least, most))) = (summary.end, summary.turns) else {
+                let (end, Some((count, least, most))) = (summary.end, summary.iterations) else {
                     continue;
                 };
                 let known = lowered(at, most).map(|known| known.max(least));
@@ -316,8 +316,8 @@ impl Shape {
             let more = match &program.instructions[at].step {
                 Step::ForBegin { most, end, .. } => {
                     let begin = std::mem::replace(&mut at, *end);
-                    let turn = self.size(program, begin + 1, *end, limit, sizes, plan);
-                    let all = turn.saturating_mul(u64::from(*most));
+                    let iteration = self.size(program, begin + 1, *end, limit, sizes, plan);
+                    let all = iteration.saturating_mul(u64::from(*most));
                     if all > limit {
                         plan.loops.insert(begin);
                         (*end - begin) as u64
@@ -400,10 +400,10 @@ impl Shape {
                 *target = stub;
             }
         }
-        for (begin, end, turns, gathered) in loops {
-            let count = turns_of(program, begin);
+        for (begin, end, iterations, gathered) in loops {
+            let count = iterations_of(program, begin);
             program.instructions[begin].step = gathered.step(program, end, count);
-            program.approximate(begin, Approximated::NestedSummary(turns));
+            program.approximate(begin, Approximated::NestedSummary(iterations));
         }
         Ok(())
     }
@@ -437,7 +437,7 @@ impl Shape {
         // By their place in the order, so that each routine is looked at once, behind all that call it.
         let mut called: BTreeMap<usize, u64> = BTreeMap::new();
         self.span(program, from, to, times, &mut gathered, &mut called)?;
-        gathered.own = gathered.ways(program, to);
+        gathered.own = gathered.exits(program, to);
         while let Some((place, times)) = called.pop_first() {
             let entry = self.order[place];
             self.span(program, entry, self.ends[&entry], times, &mut gathered, &mut called)?;
@@ -465,8 +465,8 @@ impl Shape {
             add(gathered.charges.entry(at).or_default(), times)?;
             match &program.instructions[at].step {
                 Step::ForBegin { most, end, .. } => {
-                    let turns = times.checked_mul(u64::from(*most)).ok_or(too_often)?;
-                    self.span(program, at + 1, *end, turns, gathered, called)?;
+                    let iterations = times.checked_mul(u64::from(*most)).ok_or(too_often)?;
+                    self.span(program, at + 1, *end, iterations, gathered, called)?;
                     at = *end;
                 }
                 Step::Summary(summary) => {
@@ -495,17 +495,17 @@ struct Gathered {
     charges: BTreeMap<usize, u64>,
     /// What may be written.
     regions: BTreeSet<Region>,
-    /// The ways out of what was gathered itself, not out of what it calls.
+    /// The exits of what was gathered itself, not out of what it calls.
     own: BTreeSet<Exit>,
-    /// The ways out of the scan or the main routine, from wherever.
+    /// The exits of the scan or the main routine, from wherever.
     out: BTreeSet<Exit>,
     /// Control may go round for ever in it.
     endless: bool,
 }
 
 impl Gathered {
-    /// The ways out to what lies behind the instruction at `to`.
-    fn ways(&self, program: &Program, to: usize) -> BTreeSet<Exit> {
+    /// The exits to what lies behind the instruction at `to`.
+    fn exits(&self, program: &Program, to: usize) -> BTreeSet<Exit> {
         let mut found = BTreeSet::new();
         for &at in self.charges.keys() {
             match &program.instructions[at].step {
@@ -553,7 +553,7 @@ impl Gathered {
         self,
         program: &mut Program,
         end: usize,
-        turns: Option<(WordSource, u32, u32)>,
+        iterations: Option<(WordSource, u32, u32)>,
     ) -> Step {
         let mut choice = || {
             program.choices += 1;
@@ -567,13 +567,13 @@ impl Gathered {
             havocs: merged(self.regions),
             choice,
             exits,
-            turns,
+            iterations,
         }))
     }
 }
 
 /// How a loop really runs.
-fn turns_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u32)> {
+fn iterations_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u32)> {
     match program.instructions[begin].step {
         Step::ForBegin { count, least, most, .. } => Some((count, least, most)),
         _ => None,

@@ -106,7 +106,9 @@ impl fmt::Display for Approximated {
                 );
             }
             Approximated::NestedSummary(times) => {
-                f.write_str("followed turn by turn the scan has too many instructions: ")?;
+                f.write_str(
+                    "followed iteration by iteration the scan has too many instructions: ",
+                )?;
                 return Approximated::LoopSummary(*times).fmt(f);
             }
             Approximated::RoutineSummary => {
@@ -123,7 +125,7 @@ impl fmt::Display for Approximated {
                 ": all that can run from here is charged at its dearer time, whatever excludes it"
             }
             Approximated::DearCount => {
-                "the count takes too much to follow: any number of turns that the loop allows is taken"
+                "the count takes too much to follow: any number of iterations that the loop allows is taken"
             }
             Approximated::DearRead => {
                 "what is read here takes too much to follow: taken as any value"

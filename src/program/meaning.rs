@@ -7,7 +7,7 @@
 //! - [`ChoiceKind::World`]: the outside may give any value: inputs that are read directly, what modules and networks
 //!   deliver, how far timers have run, the moment of an interrupt.
 //! - [`ChoiceKind::Exact`]: the value, or what is written, is worked out by an operation on operands.
-//! - none (`Program::kinds` does not name the choice): it is not known here. A scan whose way or cost depends on such a
+//! - none (`Program::kinds` does not name the choice): it is not known here. A scan whose path or cost depends on such a
 //!   value is followed no further.
 //!
 //! # Exact choices
@@ -46,10 +46,10 @@ pub enum ChoiceKind {
         /// The setting.
         setting: u16,
     },
-    /// The turns of a loop, only for the count of a `ForBegin`: the word's value, signed. Below 1 it is one turn or
+    /// The iterations of a loop, only for the count of a `ForBegin`: the word's value, signed. Below 1 it is one iteration or
     /// none, no manual says which: the choice's bit 0. In a lower bound that is the cheaper of the two. The analysis
     /// follows this, too.
-    Turns(WordSource),
+    Iterations(WordSource),
 }
 
 /// An operation with its operands.
@@ -344,7 +344,7 @@ impl ChoiceKind {
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
             ChoiceKind::World | ChoiceKind::Steady(_) | ChoiceKind::Present { .. } => return,
-            ChoiceKind::Turns(word) => return see(*word),
+            ChoiceKind::Iterations(word) => return see(*word),
             ChoiceKind::Exact(meaning) => meaning,
         };
         let mut words = |words: &[WordSource]| words.iter().for_each(|&word| see(word));

@@ -5,13 +5,13 @@
 //!
 //! # Meaning of one scan
 //!
-//! State: the cells (bits, 16-bit words), a stack of results, numbered save slots, a stack of zones.
-//! Every cell starts the scan with an arbitrary value that `ranges` and `invariants` allow. `mains` run in
+//! State: the cells (bits, 16-bit words), a stack of results, numbered save slots, a stack of open master control
+//! regions. Every cell starts the scan with an arbitrary value that `ranges` and `invariants` allow. `mains` run in
 //! order, each from its first to its last instruction; then every interrupt routine runs as often as it
 //! states. For each instruction that is reached:
 //!
 //! 1. The *condition* is worked out: the top of the stack (true if the stack is empty), and, for the
-//!    steps that act (all but `Logic`, the stack steps and `ForBegin`/`ForEnd`), every zone's condition.
+//!    steps that act (all but `Logic`, the stack steps and `ForBegin`/`ForEnd`), every master control region's condition.
 //! 2. The step's expressions (`value`, `fires`) are evaluated in the state before the instruction.
 //!    `Logic::Condition` is the condition of 1.
 //! 3. The instruction's effects are carried out in order, each seeing the effects before it;
@@ -19,14 +19,14 @@
 //! 4. The step itself is carried out: the stack changes, or control goes elsewhere.
 //!
 //! A `Logic` step fires if its `value` is true; a step with neither `fires` nor `value` fires whenever it is
-//! reached. Stack, slots and zones are empty at the start of each main routine and of each run of an
+//! reached. Stack, slots and master control regions are empty at the start of each main routine and of each run of an
 //! interrupt routine; what is asked of an empty stack or slot is true. `End` in a called routine ends the main
 //! routine all the same; in an interrupt's run, `End` and `Stop` end that run.
 //!
 //! An instruction that is reached costs its on-time if it fires, else its off-time. An instruction that is
-//! not reached costs nothing. What a program cannot tell is a *choice*: a `Free` source has, at one
-//! moment (frames of calls and loop turns), any one value; two sources with the same id at the same
-//! moment have the same value.
+//! not reached costs nothing. What a program cannot tell is a nondeterministic value, a *choice* for short: a
+//! `Free` source has, in one call context (its [`Frame`]s of calls, loop iterations and interrupts), any one
+//! value; two sources with the same id in the same context have the same value.
 //!
 //! That is what the upper bound is found on. What a choice really is says [`meaning`].
 
@@ -73,7 +73,7 @@ impl Cell {
     }
 }
 
-/// A place in the program where the value is not known. See the page's head.
+/// A nondeterministic value: a place in the program whose value is not known. See the page's head.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ChoiceId(pub u32);
 
@@ -86,7 +86,7 @@ pub enum BitSource {
     Cell(Cell),
     /// Bit 0 (least) to 15 of a word cell.
     WordBit(Cell, u8),
-    /// Any value: bit 0 of the choice.
+    /// A nondeterministic value: bit 0 of the choice.
     Free(ChoiceId),
 }
 
@@ -327,7 +327,7 @@ pub enum Step {
         /// When it counts as on.
         fires: Logic,
     },
-    /// Goes to a later instruction of the same routine if it fires. Never into or out of a zone, never
+    /// Goes to a later instruction of the same routine if it fires. Never into or out of a master control region, never
     /// into a loop; out of a loop ends that loop.
     Jump {
         /// When.
@@ -336,7 +336,7 @@ pub enum Step {
         target: usize,
     },
     /// Runs from `target` to a `Return` if it fires, then goes on. The called routine has its own stack,
-    /// slots and zones, empty at first.
+    /// slots and master control regions, empty at first.
     Call {
         /// When.
         fires: Logic,
@@ -359,33 +359,33 @@ pub enum Step {
         from: usize,
     },
     /// Runs the instructions up to its `ForEnd` so many times: the count as a signed number, but at
-    /// least `least` and at most `most`. Read once. `ForBegin` itself is reached once, its `ForEnd` once a turn.
+    /// least `least` and at most `most`. Read once. `ForBegin` itself is reached once, its `ForEnd` once an iteration.
     ForBegin {
         /// The count.
         count: WordSource,
-        /// Fewer turns are not made.
+        /// Fewer iterations are not made.
         least: u32,
-        /// More turns are not made.
+        /// More iterations are not made.
         most: u32,
         /// The matching `ForEnd`.
         end: usize,
     },
-    /// Ends a turn.
+    /// Ends an iteration.
     ForEnd,
-    /// A loop of which no sensible number of turns is known, summarised: every instruction listed is
+    /// A loop of which no sensible number of iterations is known, summarised: every instruction listed is
     /// charged so often at its dearer time, then the regions are havocked (under `choice`), then each exit whose
     /// choice's bit 0 is true is taken (the first such), else control goes behind `end`. No result is left on the
     /// stack or in a slot.
     Summary(Box<Summary>),
-    /// Opens a zone: until the zone ends, the zone's condition (whether this fired) holds off what stands in it.
-    ZoneBegin {
-        /// The zone's nesting level.
+    /// Opens a master control region: until it ends, its condition (whether this fired) holds off what stands in it.
+    MasterControlBegin {
+        /// Its nesting level.
         level: u32,
         /// Its condition.
         fires: Logic,
     },
-    /// Closes every open zone of this level or a higher one.
-    ZoneEnd {
+    /// Closes every open master control region of this level or a higher one.
+    MasterControlEnd {
         /// The level.
         level: u32,
     },
@@ -404,13 +404,13 @@ pub struct Summary {
     pub havocs: Vec<Region>,
     /// The choice of the values.
     pub choice: ChoiceId,
-    /// Ways out of it other than its end.
+    /// Exits other than its end.
     pub exits: Vec<(ChoiceId, Exit)>,
     /// How it really runs, for a loop: the count of the `ForBegin` that it stands for, its least and its most.
-    pub turns: Option<(WordSource, u32, u32)>,
+    pub iterations: Option<(WordSource, u32, u32)>,
 }
 
-/// A way out of what is summarised.
+/// An exit of what is summarised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
     /// To a later instruction of the same routine, as a jump.
@@ -433,7 +433,7 @@ impl Step {
             | Step::Jump { fires, .. }
             | Step::Call { fires, .. }
             | Step::Stop { fires }
-            | Step::ZoneBegin { fires, .. } => Some(fires),
+            | Step::MasterControlBegin { fires, .. } => Some(fires),
             Step::AndBlock
             | Step::OrBlock
             | Step::Save(_)
@@ -444,7 +444,7 @@ impl Step {
             | Step::ForBegin { .. }
             | Step::ForEnd
             | Step::Summary(_)
-            | Step::ZoneEnd { .. }
+            | Step::MasterControlEnd { .. }
             | Step::Nothing => None,
         }
     }
@@ -463,9 +463,9 @@ pub enum Units {
     Counted(Counted),
 }
 
-/// A number of units that stands in words. It is read in the state before the instruction; from turn
-/// [`Counted::TURNS`] of a loop on, counted from 0, the most units are taken instead: a loop would ask for its count's
-/// bits in every turn.
+/// A number of units that stands in words. It is read in the state before the instruction; from iteration
+/// [`Counted::ITERATIONS`] of a loop on, counted from 0, the most units are taken instead: a loop would ask for its count's
+/// bits in every iteration.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Counted {
     /// The count, an unsigned number, its least word first.
@@ -480,13 +480,13 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// In so many turns of a loop the words are asked.
-    pub const TURNS: u32 = 16;
+    /// In so many iterations of a loop the words are asked.
+    pub const ITERATIONS: u32 = 16;
 
-    /// Whether the words are asked on a way through these frames.
+    /// Whether the words are asked in a call context.
     #[must_use]
     pub fn is_asked(frames: &[Frame]) -> bool {
-        frames.iter().all(|frame| frame.turn < Counted::TURNS)
+        frames.iter().all(|frame| frame.iteration < Counted::ITERATIONS)
     }
 
     /// The most units that it can say.
@@ -647,16 +647,16 @@ pub struct Program {
     pub mains: Vec<std::ops::Range<usize>>,
     /// The interrupt routines.
     pub interrupts: Vec<Interrupt>,
-    /// The `ForBegin`s of loops whose count says nothing of how many turns they make. They are summarised, however
+    /// The `ForBegin`s of loops whose count says nothing of how many iterations they make. They are summarised, however
     /// few instructions they have.
     pub uncounted: BTreeSet<usize>,
     /// How many rungs there are.
     pub blocks: u32,
-    /// How many choices there are: ids are below this.
+    /// How many nondeterministic values there are: ids are below this.
     pub choices: u32,
-    /// What is known of choices' values; of one that is not named here nothing is.
+    /// What is known of nondeterministic values; of one that is not named here nothing is.
     pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
-    /// Of choices that are forgotten to in a whole area: which cells of it they are, by an index.
+    /// Of choices by which a whole area is havocked: which cells of it are written really, by an index.
     pub indexed: BTreeMap<ChoiceId, Indexed>,
     /// How the CPU comes up.
     pub power_up: PowerUp,
@@ -675,8 +675,8 @@ pub struct Program {
     pub clocked: Option<u64>,
     /// The shortest timer, where a timer that a scan starts is taken not to run out in it.
     pub shortest_timer: Option<Picos>,
-    /// Whether a scan is best told by its way from place to place.
-    pub shows_way: bool,
+    /// Whether a scan is best told by its path from place to place.
+    pub shows_path: bool,
     /// Input points and output points that the program uses, where its dialect counted them.
     pub points: Option<[u32; 2]>,
     /// Cells that a network or a special unit refreshes where one is fitted, and what they are, in words.
@@ -737,13 +737,14 @@ impl Program {
     }
 }
 
-/// One turn of a loop, or one call, on the way to an instruction.
+/// One iteration of a loop, one call, or one run of an interrupt on the path to an instruction. Frames together are its
+/// call context.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Frame {
     /// The `Call` or `ForBegin`, or the entry of an interrupt routine.
     pub at: usize,
-    /// The loop's turn or the interrupt's occurrence, from 0; 0 for a call.
-    pub turn: u32,
+    /// The loop's iteration or the interrupt's occurrence, from 0; 0 for a call.
+    pub iteration: u32,
 }
 
 /// What a choice was made for: the frames, the choice, and the cell where a region was havocked.

@@ -21,7 +21,7 @@ pub enum SourceMut<'a> {
 }
 
 impl Instruction {
-    /// Shows every source of the step and of the effects, and what counts turns and units. The choices that
+    /// Shows every source of the step and of the effects, and what counts iterations and units. The choices that
     /// are not sources, those of real comparisons, havocked regions and loop summaries, are not shown.
     pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
         if let Some(fires) = self.step.fires() {
@@ -29,7 +29,7 @@ impl Instruction {
         }
         let count = match &self.step {
             Step::ForBegin { count, .. } => Some(*count),
-            Step::Summary(summary) => summary.turns.map(|(count, ..)| count),
+            Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
             _ => None,
         };
         if let Some(count) = count {
@@ -55,10 +55,10 @@ impl Instruction {
             | Step::Jump { fires, .. }
             | Step::Call { fires, .. }
             | Step::Stop { fires }
-            | Step::ZoneBegin { fires, .. } => logic_mut(fires, change),
+            | Step::MasterControlBegin { fires, .. } => logic_mut(fires, change),
             Step::ForBegin { count, .. } => change(SourceMut::Word(count)),
             Step::Summary(summary) => {
-                if let Some((count, ..)) = &mut summary.turns {
+                if let Some((count, ..)) = &mut summary.iterations {
                     change(SourceMut::Word(count));
                 }
             }
@@ -70,7 +70,7 @@ impl Instruction {
             | Step::End
             | Step::Unbounded { .. }
             | Step::ForEnd
-            | Step::ZoneEnd { .. }
+            | Step::MasterControlEnd { .. }
             | Step::Nothing => {}
         }
         if let Some(Units::Counted(counted)) = self.timing.as_mut().map(|key| &mut key.units) {

@@ -1,4 +1,4 @@
-//! Tests of the interpreter's control: stack, slots, zones, jumps, calls, loops and the order of routines.
+//! Tests of the interpreter's control: stack, slots, master control regions, jumps, calls, loops and the order of routines.
 
 use super::*;
 use crate::base::location::Location;
@@ -156,42 +156,49 @@ fn slots_keep_a_branch() {
 
 #[test]
 fn zones_hold_off_what_acts_but_not_contacts_and_loops() {
-    let zone = |level| step(Step::ZoneBegin { level, fires: Logic::Condition });
+    let master = |level| step(Step::MasterControlBegin { level, fires: Logic::Condition });
     let p = program(vec![
         ld(0),
-        zone(0),
+        master(0),
         ld(1),
-        zone(1),
+        master(1),
         ld(2),
         act(),
-        step(Step::ZoneEnd { level: 1 }),
+        step(Step::MasterControlEnd { level: 1 }),
         ld(2),
         act(),
-        step(Step::ZoneEnd { level: 0 }),
+        step(Step::MasterControlEnd { level: 0 }),
         ld(2),
         act(),
     ]);
     let acts = |ones| [fired(&p, ones, 5), fired(&p, ones, 8), fired(&p, ones, 11)];
     assert_eq!(acts(&[2]), [false, false, true]);
     assert_eq!(acts(&[1, 2]), [false, false, true]);
-    assert!(!fired(&p, &[1, 2], 3), "the inner zone is held off too");
-    assert!(fired(&p, &[2], 4), "a contact in a zone that is off reads its device");
+    assert!(!fired(&p, &[1, 2], 3), "the inner region is held off too");
+    assert!(fired(&p, &[2], 4), "a contact in a region that is off reads its device");
     assert_eq!(acts(&[0, 2]), [false, true, true]);
     assert_eq!(acts(&[0, 1, 2]), [true, true, true]);
 
     // Ending the outer level ends the inner one with it.
-    let p = program(vec![ld(0), zone(0), zone(1), step(Step::ZoneEnd { level: 0 }), ld(1), act()]);
-    assert!(fired(&p, &[1], 5));
-
-    // The loop in a zone that is off is made, its body held off.
     let p = program(vec![
         ld(0),
-        zone(0),
+        master(0),
+        master(1),
+        step(Step::MasterControlEnd { level: 0 }),
+        ld(1),
+        act(),
+    ]);
+    assert!(fired(&p, &[1], 5));
+
+    // The loop in a master control region that is off is made, its body held off.
+    let p = program(vec![
+        ld(0),
+        master(0),
         for_begin(WordSource::Const(2), 5),
         ld(1),
         act(),
         step(Step::ForEnd),
-        step(Step::ZoneEnd { level: 0 }),
+        step(Step::MasterControlEnd { level: 0 }),
     ]);
     let events = run(&p, &[1]);
     assert_eq!(events.iter().filter(|e| **e == (4, false)).count(), 2);
@@ -221,13 +228,13 @@ fn a_called_routine_has_its_own_stack_slots_and_zones() {
     let mut p = program(vec![
         ld(0),
         step(Step::Save(1)),
-        step(Step::ZoneBegin { level: 0, fires: Logic::Not(Box::new(m(1))) }),
+        step(Step::MasterControlBegin { level: 0, fires: Logic::Not(Box::new(m(1))) }),
         logic(Join::Start, Logic::Const(true)),
         call,
         act(),
         step(Step::End),
         act(), // never reached
-        act(), // the routine: stack and zones are empty
+        act(), // the routine: stack and master control regions are empty
         logic(Join::Start, Logic::Const(false)),
         step(Step::Fetch(1)),
         act(), // the slot is empty there
@@ -238,13 +245,13 @@ fn a_called_routine_has_its_own_stack_slots_and_zones() {
     let events = run(&p, &[]);
     assert_eq!(events[4..8], [(4, true), (8, true), (9, false), (10, true)]);
     assert_eq!(events[8..], [(11, true), (12, false), (13, true), (5, true), (6, true)]);
-    assert_eq!(run(&p, &[1])[4..], [(4, false), (5, false), (6, true)], "held off by the zone");
+    assert_eq!(run(&p, &[1])[4..], [(4, false), (5, false), (6, true)], "held off by the region");
 }
 
 #[test]
 fn an_end_in_a_called_routine_ends_its_main_and_the_next_main_begins_afresh() {
     let mut p = program(vec![
-        step(Step::ZoneBegin { level: 0, fires: Logic::Const(false) }),
+        step(Step::MasterControlBegin { level: 0, fires: Logic::Const(false) }),
         logic(Join::Start, Logic::Const(false)),
         step(Step::Call { fires: Logic::Const(true), target: 4 }),
         act(),
@@ -277,7 +284,7 @@ fn a_stop_ends_all_but_the_interrupts() {
     assert_eq!(run(&p, &[0, 1])[1..], [(3, true), (4, true), (3, true), (4, true)]);
     let times = [Times::new(Picos(ON), Picos(OFF)); 6];
     let events = replay(&p, &times, &Witness::default()).events;
-    let frame = |turn| [Frame { at: 3, turn }];
+    let frame = |iteration| [Frame { at: 3, iteration }];
     assert_eq!((&events[3].frames[..], &events[6].frames[..]), (&frame(0)[..], &frame(1)[..]));
 }
 
@@ -287,16 +294,16 @@ fn loops_turn_as_often_as_counted() {
         let begin = step(Step::ForBegin { count, least, most, end: 2 });
         program(vec![begin, act(), step(Step::ForEnd), act()])
     };
-    let turns = |p: &Program, value: u16| {
+    let iterations = |p: &Program, value: u16| {
         let mut witness = Witness::default();
         witness.start.insert(word(0), value);
         run_on(p, &witness).iter().filter(|(at, _)| *at == 1).count()
     };
     for (value, want) in [(0, 0), (1, 1), (3, 3), (9, 5), (0xFFFF, 0), (0x8000, 0)] {
-        assert_eq!(turns(&p(WordSource::Cell(word(0)), 0, 5), value), want, "{value}");
+        assert_eq!(iterations(&p(WordSource::Cell(word(0)), 0, 5), value), want, "{value}");
     }
-    assert_eq!(turns(&p(WordSource::Const(0xFFFF), 2, 5), 0), 2);
-    // No turn: the end of the turn is not reached either.
+    assert_eq!(iterations(&p(WordSource::Const(0xFFFF), 2, 5), 0), 2);
+    // No iteration: the end of the iteration is not reached either.
     assert_eq!(run(&p(WordSource::Const(0), 0, 5), &[]), [(0, true), (3, true)]);
 }
 
@@ -323,11 +330,11 @@ fn the_count_is_read_once_and_frames_tell_the_turns() {
     let frames: Vec<Vec<(usize, u32)>> = replay(&p, &times, &witness)
         .events
         .iter()
-        .map(|event| event.frames.iter().map(|frame| (frame.at, frame.turn)).collect())
+        .map(|event| event.frames.iter().map(|frame| (frame.at, frame.iteration)).collect())
         .collect();
-    let turn =
+    let iteration =
         |n| [vec![(0, n)], vec![(0, n)], vec![(0, n), (2, 0)], vec![(0, n), (2, 1)], vec![(0, n)]];
-    assert_eq!(frames, [&[vec![]][..], &turn(0), &turn(1)].concat());
+    assert_eq!(frames, [&[vec![]][..], &iteration(0), &iteration(1)].concat());
 }
 
 #[test]
@@ -377,7 +384,7 @@ fn a_loop_summary_charges_the_dearer_times_havocs_and_leaves_by_its_first_open_e
         havocs: vec![Region::Range { first: bit(0), count: 1 }],
         choice: ChoiceId(0),
         exits: vec![(ChoiceId(1), Exit::To(4)), (ChoiceId(2), Exit::To(3))],
-        turns: None,
+        iterations: None,
     }));
     let p = program(vec![step(summary), act(), step(Step::ForEnd), ld(0), ld(1)]);
     let times = [(5, 6), (1, 2), (20, 10), (100, 0), (1000, 0)]
@@ -413,7 +420,7 @@ fn choices_differ_by_turn_and_not_within_one() {
         step(Step::ForEnd),
     ]);
     let mut witness = Witness::default();
-    let frames = vec![Frame { at: 0, turn: 1 }];
+    let frames = vec![Frame { at: 0, iteration: 1 }];
     witness.choices.insert(ChoiceKey { frames, choice: ChoiceId(3), cell: None }, 1);
     let contacts: Vec<bool> =
         run_on(&p, &witness).iter().filter(|e| e.0 == 1 || e.0 == 2).map(|e| e.1).collect();

@@ -1,4 +1,4 @@
-//! The control of one scan: stack, slots, zones, loops, calls and the order of the routines.
+//! The control of one scan: stack, slots, master control regions, loops, calls and the order of the routines.
 
 use super::state::{Doubt, State, Truth};
 use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
@@ -10,15 +10,15 @@ use crate::program::{
 };
 use std::collections::BTreeMap;
 
-/// Of so many loops in a scan both is tried where they run one turn or none.
+/// Of so many loops in a scan both is tried where they run one iteration or none.
 pub(super) const MOST_ASKED: usize = 4;
 
 /// A loop that is being run.
 struct Loop {
     begin: usize,
     end: usize,
-    turn: u32,
-    turns: u32,
+    iteration: u32,
+    iterations: u32,
 }
 
 /// What belongs to one routine while it runs.
@@ -26,8 +26,8 @@ struct Loop {
 struct Routine {
     stack: Vec<Truth>,
     slots: BTreeMap<u32, Truth>,
-    /// The open zones, each with its level, its condition, and those of all up to it.
-    zones: Vec<(u32, Truth, Truth)>,
+    /// The open master control regions, each with its level, its condition, and those of all up to it.
+    masters: Vec<(u32, Truth, Truth)>,
     loops: Vec<Loop>,
     /// Where its caller goes on.
     back: usize,
@@ -60,7 +60,7 @@ pub(super) struct Machine<'p, F> {
     stopped: Option<Stopped>,
     /// So many instructions more are executed.
     left: u64,
-    /// Whether loops that run one turn or none run one, in the order in which they come; and how many came.
+    /// Whether loops that run one iteration or none run one, in the order in which they come; and how many came.
     once: Vec<bool>,
     asked: usize,
 }
@@ -89,7 +89,7 @@ impl<'p, F: Free> Machine<'p, F> {
         self
     }
 
-    /// Runs one scan really, of at most so many instructions; `once` says of loops that run one turn or none whether
+    /// Runs one scan really, of at most so many instructions; `once` says of loops that run one iteration or none whether
     /// they run one.
     pub(super) fn real(mut self, most: u64, once: Vec<bool>) -> (Real, usize) {
         (self.left, self.once) = (most, once);
@@ -120,11 +120,11 @@ impl<'p, F: Free> Machine<'p, F> {
         }
         self.state.interrupting = true;
         for interrupt in &program.interrupts {
-            for turn in 0..interrupt.times {
+            for iteration in 0..interrupt.times {
                 if self.stopped.is_some() {
                     break;
                 }
-                self.state.enter(Frame { at: interrupt.entry, turn });
+                self.state.enter(Frame { at: interrupt.entry, iteration });
                 self.run(interrupt.entry, program.instructions.len());
                 self.state.leave();
             }
@@ -201,14 +201,14 @@ impl<'p, F: Free> Machine<'p, F> {
             | Step::Jump { fires, .. }
             | Step::Call { fires, .. }
             | Step::Stop { fires }
-            | Step::ZoneBegin { fires, .. } => (Some(fires), None),
+            | Step::MasterControlBegin { fires, .. } => (Some(fires), None),
             Step::ForBegin { count, .. } => (None, Some(*count)),
             Step::Summary(summary) if self.state.mode == Mode::Real => {
-                (None, summary.turns.map(|(count, ..)| count))
+                (None, summary.iterations.map(|(count, ..)| count))
             }
             _ => (None, None),
         };
-        let turns = count.map(|count| self.turns(&instruction.step, count));
+        let iterations = count.map(|count| self.iterations(&instruction.step, count));
         let fired = match expression {
             Some(logic) => self.state.logic(logic, condition),
             None => Truth::TRUE,
@@ -227,9 +227,9 @@ impl<'p, F: Free> Machine<'p, F> {
         if let (true, Some(cause)) = (decides, fired.doubt) {
             return self.stop(at, Why::Unknown(cause));
         }
-        match turns {
+        match iterations {
             Some(Err(why)) => self.stop(at, why),
-            Some(Ok(turns)) => self.step(at, &instruction.step, fired, turns),
+            Some(Ok(iterations)) => self.step(at, &instruction.step, fired, iterations),
             None => self.step(at, &instruction.step, fired, 0),
         }
     }
@@ -258,12 +258,12 @@ impl<'p, F: Free> Machine<'p, F> {
         Next::Stop
     }
 
-    /// How many turns a loop makes.
-    fn turns(&mut self, step: &Step, count: WordSource) -> Result<u32, Why> {
+    /// How many iterations a loop makes.
+    fn iterations(&mut self, step: &Step, count: WordSource) -> Result<u32, Why> {
         let (least, most) = match step {
             Step::ForBegin { least, most, .. } => (*least, *most),
             Step::Summary(summary) => {
-                summary.turns.map_or((0, u32::MAX), |(_, least, most)| (least, most))
+                summary.iterations.map_or((0, u32::MAX), |(_, least, most)| (least, most))
             }
             _ => (0, u32::MAX),
         };
@@ -271,7 +271,7 @@ impl<'p, F: Free> Machine<'p, F> {
         let limited = |count: u16| number(count).max(least).min(most);
         let doubtful = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
-                Some(ChoiceKind::Turns(word)) => Some((choice, *word)),
+                Some(ChoiceKind::Iterations(word)) => Some((choice, *word)),
                 _ => None,
             },
             _ => None,
@@ -282,7 +282,7 @@ impl<'p, F: Free> Machine<'p, F> {
         match (doubtful, doubt) {
             (_, Some(cause)) => Err(Why::Unknown(cause)),
             (None, None) => Ok(limited(value)),
-            // More turns than are stated are no scan that can be.
+            // More iterations than are stated are no scan that can be.
             (Some(_), None) if number(value) > most && self.state.mode == Mode::Real => {
                 Err(Why::Excluded)
             }
@@ -316,8 +316,8 @@ impl<'p, F: Free> Machine<'p, F> {
             | Step::Unbounded { .. }
             | Step::Stop { .. }
             | Step::Summary(_)
-            | Step::ZoneBegin { .. }
-            | Step::ZoneEnd { .. }
+            | Step::MasterControlBegin { .. }
+            | Step::MasterControlEnd { .. }
             | Step::Nothing => true,
         };
         let routine = self.routine();
@@ -325,7 +325,7 @@ impl<'p, F: Free> Machine<'p, F> {
         if !acts {
             return top;
         }
-        routine.zones.last().map_or(top, |&(_, _, all)| top.and(all))
+        routine.masters.last().map_or(top, |&(_, _, all)| top.and(all))
     }
 
     fn charge(&mut self, instruction: usize, fired: bool, cost: Picos) {
@@ -366,7 +366,7 @@ impl<'p, F: Free> Machine<'p, F> {
         }
     }
 
-    fn step(&mut self, at: usize, step: &Step, fired: Truth, turns: u32) -> Next {
+    fn step(&mut self, at: usize, step: &Step, fired: Truth, iterations: u32) -> Next {
         match step {
             Step::Logic { join, .. } => self.join(*join, fired),
             Step::AndBlock => self.block(Truth::and),
@@ -383,7 +383,7 @@ impl<'p, F: Free> Machine<'p, F> {
             Step::Jump { target, .. } if fired.value => return self.go(*target),
             Step::Call { target, .. } if fired.value => {
                 self.routines.push(Routine { back: at + 1, ..Routine::default() });
-                self.state.enter(Frame { at, turn: 0 });
+                self.state.enter(Frame { at, iteration: 0 });
                 return Next::Go(*target);
             }
             Step::Return => return Next::Return,
@@ -394,18 +394,25 @@ impl<'p, F: Free> Machine<'p, F> {
             }
             Step::Stop { .. } if fired.value => return Next::Stop,
             Step::ForBegin { end, .. } => {
-                if turns == 0 {
+                if iterations == 0 {
                     return Next::Go(end + 1);
                 }
-                self.routine().loops.push(Loop { begin: at, end: *end, turn: 0, turns });
-                self.state.enter(Frame { at, turn: 0 });
+                self.routine().loops.push(Loop { begin: at, end: *end, iteration: 0, iterations });
+                self.state.enter(Frame { at, iteration: 0 });
             }
-            Step::Summary(summary) if summary.turns.is_some() && self.state.mode == Mode::Real => {
-                if turns == 0 {
+            Step::Summary(summary)
+                if summary.iterations.is_some() && self.state.mode == Mode::Real =>
+            {
+                if iterations == 0 {
                     return Next::Go(summary.end + 1);
                 }
-                self.routine().loops.push(Loop { begin: at, end: summary.end, turn: 0, turns });
-                self.state.enter(Frame { at, turn: 0 });
+                self.routine().loops.push(Loop {
+                    begin: at,
+                    end: summary.end,
+                    iteration: 0,
+                    iterations,
+                });
+                self.state.enter(Frame { at, iteration: 0 });
             }
             Step::Summary(_) if self.state.mode == Mode::Real => {
                 return self.stop(at, Why::Unknown(at));
@@ -415,18 +422,18 @@ impl<'p, F: Free> Machine<'p, F> {
                 let Summary { end, charges, havocs, choice, exits, .. } = &**summary;
                 return self.summary(*end, charges, havocs, *choice, exits);
             }
-            Step::ZoneBegin { level, .. } => {
-                let zones = &mut self.routine().zones;
-                let before = zones.last().map_or(Truth::TRUE, |zone| zone.2);
-                zones.push((*level, fired, before.and(fired)));
+            Step::MasterControlBegin { level, .. } => {
+                let masters = &mut self.routine().masters;
+                let before = masters.last().map_or(Truth::TRUE, |master| master.2);
+                masters.push((*level, fired, before.and(fired)));
             }
-            Step::ZoneEnd { level } => {
-                let zones = &mut self.routine().zones;
-                zones.retain(|(open, ..)| open < level);
+            Step::MasterControlEnd { level } => {
+                let masters = &mut self.routine().masters;
+                masters.retain(|(open, ..)| open < level);
                 let mut all = Truth::TRUE;
-                for zone in zones {
-                    all = all.and(zone.1);
-                    zone.2 = all;
+                for master in masters {
+                    all = all.and(master.1);
+                    master.2 = all;
                 }
             }
             Step::Act { .. }
@@ -476,15 +483,15 @@ impl<'p, F: Free> Machine<'p, F> {
         else {
             return Next::Go(at + 1);
         };
-        current.turn += 1;
-        let (begin, turn, turns) = (current.begin, current.turn, current.turns);
-        if turn == turns {
+        current.iteration += 1;
+        let (begin, iteration, iterations) = (current.begin, current.iteration, current.iterations);
+        if iteration == iterations {
             let open = self.routine().loops.len() - 1;
             self.leave_loops(open);
             return Next::Go(at + 1);
         }
         self.state.leave();
-        self.state.enter(Frame { at: begin, turn });
+        self.state.enter(Frame { at: begin, iteration });
         Next::Go(begin + 1)
     }
 

@@ -27,7 +27,7 @@ use std::sync::Arc;
 pub struct Event {
     /// Index into `Program::instructions`.
     pub instruction: usize,
-    /// Calls and loop turns on the way there, outermost first.
+    /// The call context: calls and loop iterations on the path there, outermost first.
     pub frames: Arc<[Frame]>,
     /// Whether it fired. For a charge of a summarised loop: whether its on-time is the dearer.
     pub fired: bool,
@@ -92,7 +92,7 @@ enum Mode {
 /// Why a scan that is run really is followed no further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Why {
-    /// The way on depends on what is not known: this instruction's result.
+    /// The further path depends on what is not known: this instruction's result.
     Unknown(usize),
     /// It is no scan that can be, by what the user stated.
     Excluded,
@@ -105,7 +105,7 @@ pub enum Why {
 pub struct Stopped {
     /// The instruction.
     pub at: usize,
-    /// Calls and loop turns on the way there.
+    /// The call context: calls and loop iterations on the path there.
     pub frames: Arc<[Frame]>,
     /// Why.
     pub why: Why,
@@ -136,7 +136,7 @@ impl Real {
     }
 }
 
-/// Runs one scan really, of at most `most` instructions. Of loops that run one turn or none, the cheapest way is taken.
+/// Runs one scan really, of at most `most` instructions. Of loops that run one iteration or none, the cheapest path is taken.
 /// `free` begins to give the same values anew each time.
 #[must_use]
 pub fn real<F: Free>(
@@ -160,7 +160,7 @@ pub fn real<F: Free>(
                 }
             }
         }
-        // What contradicts the user's statements can't be the way.
+        // What contradicts the user's statements is no path.
         let rank = |one: &Real| (!one.is_possible(), one.replay.total);
         if best.as_ref().is_none_or(|old| rank(&found) < rank(old)) {
             best = Some(found);

@@ -1,4 +1,4 @@
-//! Tests of real runs: what is not known, what an operation may write, loops that run one turn or none.
+//! Tests of real runs: what is not known, what an operation may write, loops that run one iteration or none.
 
 use super::control_tests::{bit, instruction, program, word};
 use super::*;
@@ -77,12 +77,12 @@ fn a_loop_of_one_turn_or_none_takes_the_cheaper() {
         let mut all = vec![instruction(Step::ForBegin { count, least: 0, most: 9, end }, vec![])];
         all.extend(body);
         all.push(instruction(Step::ForEnd, vec![]));
-        // Behind the loop so much that a turn that sets M1 is the cheaper way.
+        // Behind the loop so much that an iteration that sets M1 is the cheaper path.
         all.extend([contact(bit(1)), jump(end + 7)]);
         all.extend((0..4).map(|_| instruction(Step::Nothing, vec![])));
         all.push(instruction(Step::Nothing, vec![]));
         let mut p = program(all);
-        p.kinds.insert(ChoiceId(0), ChoiceKind::Turns(WordSource::Const(0)));
+        p.kinds.insert(ChoiceId(0), ChoiceKind::Iterations(WordSource::Const(0)));
         run(&p)
     };
     let set = Write::Bit(crate::program::BitTarget::Cell(bit(1)), Logic::Const(true));

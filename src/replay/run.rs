@@ -58,7 +58,7 @@ impl<'p> Run<'p> {
             before: self.last.take().map(Box::new),
         };
         let machine = Machine::new(self.program, self.times, start, Mode::Real);
-        // Of a loop that runs one turn or none it is not known which.
+        // Of a loop that runs one iteration or none it is not known which.
         let (real, state) = machine.real_from(most, MOST_ASKED);
         self.last = Some(state);
         real

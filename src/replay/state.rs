@@ -135,7 +135,7 @@ impl<'p, F: Free> State<'p, F> {
         self.program
     }
 
-    /// The calls and turns that are open, outermost first.
+    /// The calls and iterations that are open, outermost first.
     pub(super) fn frames(&self) -> &Arc<[Frame]> {
         &self.frames
     }
@@ -166,7 +166,7 @@ impl<'p, F: Free> State<'p, F> {
                     Some(self.free.choice(&key, kind)).filter(|&value| value < setting).unwrap_or(0)
                 }
             }
-            None | Some(ChoiceKind::Turns(_)) => {
+            None | Some(ChoiceKind::Iterations(_)) => {
                 self.doubt = self.doubt.or(Some(self.at));
                 self.free.choice(&key, kind)
             }

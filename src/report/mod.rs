@@ -7,10 +7,10 @@ pub mod compare;
 pub mod format;
 pub mod formats;
 pub mod method;
+mod path;
 pub mod render;
 mod response;
 pub mod tables;
-mod way;
 
 /// Declares the formats' modules and lists what each has as its `FORMAT`.
 macro_rules! formats {

@@ -42,14 +42,14 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     }
     text += &head(audit);
     text += &response::section(audit);
-    text += &super::way::loops(audit);
+    text += &super::path::loops(audit);
     text += &parts(audit, extent);
     for group in audit.main_groups(extent.top).0 {
         text += &self::group(audit, group, extent);
     }
     text += &witness(audit, extent);
     text += &run(audit, extent);
-    text += &super::way::way(audit);
+    text += &super::path::path(audit);
     text += &assumed(audit, extent);
     text += &list("What the table's times do not hold", &audit.table.notes);
     text += &list("What was stated and is believed", &shown(&audit.facts));

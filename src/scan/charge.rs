@@ -77,7 +77,7 @@ impl Run<'_> {
         times.with(units).max(times.off)
     }
 
-    /// Charges a summarised loop by what its count says, every turn at its dearest.
+    /// Charges a summarised loop by what its count says, every iteration at its dearest.
     pub(super) fn counted(
         &mut self,
         active: Lit,
@@ -85,15 +85,15 @@ impl Run<'_> {
         charges: &[(usize, u64)],
         (count, _, most): (WordSource, u32, u32),
     ) -> Result<(), ScanError> {
-        let mut turn = Picos::ZERO;
+        let mut iteration = Picos::ZERO;
         for &(instruction, times) in charges {
-            turn += self.dearest(instruction).times(times / u64::from(most.max(1)));
+            iteration += self.dearest(instruction).times(times / u64::from(most.max(1)));
         }
         let word = self.word(count, at);
         let bits = self.memory.words.bits(&mut self.memory.model.circuit, word);
         for (place, &bit) in bits.iter().enumerate().take(15) {
             let fires = self.memory.circuit().and(active, bit);
-            let cost = turn.0.checked_mul(1 << place).map(Picos);
+            let cost = iteration.0.checked_mul(1 << place).map(Picos);
             let cost = cost.ok_or(ScanError::TooOften { instruction: at })?;
             self.charge_where(at, fires, cost);
         }

@@ -1,4 +1,4 @@
-//! Choices of which something is known: what was learned by carrying operations out, and the turns of loops.
+//! Choices of which something is known: what was learned by carrying operations out, and the iterations of loops.
 
 use super::expression::describe;
 use super::word::Word;
@@ -76,8 +76,8 @@ impl Run<'_> {
     /// A choice read as a word.
     pub(super) fn word_choice(&mut self, choice: ChoiceId, at: usize) -> Word {
         let program = self.program;
-        let turns = match program.kinds.get(&choice) {
-            Some(ChoiceKind::Turns(word)) => Some(*word),
+        let iterations = match program.kinds.get(&choice) {
+            Some(ChoiceKind::Iterations(word)) => Some(*word),
             _ => None,
         };
         if let (Some(&ChoiceKind::Present { contact, setting }), Side::Below) =
@@ -86,11 +86,11 @@ impl Run<'_> {
             return self.present(choice, contact, setting, at);
         }
         let learned = !self.facts(choice).is_empty();
-        let free = match turns {
+        let free = match iterations {
             None => self.memory.word_choice(&self.frames, choice, &|| describe(program, at)),
             Some(_) => self.once(choice, at),
         };
-        if turns.is_none() && !learned {
+        if iterations.is_none() && !learned {
             return free;
         }
         let moment = (self.frames.clone(), choice);
@@ -98,7 +98,7 @@ impl Run<'_> {
             return known;
         }
         let mut word = free;
-        if let Some(count) = turns {
+        if let Some(count) = iterations {
             let count = self.word(count, at);
             let circuit = &mut self.memory.model.circuit;
             let some = self.memory.words.in_range(circuit, count, 1, 0x7FFF);
@@ -129,7 +129,7 @@ impl Run<'_> {
         words.either(contact, full, below)
     }
 
-    /// One turn or none.
+    /// One iteration or none.
     fn once(&mut self, choice: ChoiceId, at: usize) -> Word {
         if self.side == Side::Below {
             return self.memory.words.constant(0);

@@ -20,7 +20,7 @@ use crate::program::{
     BitSource, Cell, Effect, Exit, Frame, Join, Logic, Program, Relation, Source, Step, Summary,
     When, WordSource, Write,
 };
-use crate::scan::model::{Lit, ScanModel, Turns, Unbounded};
+use crate::scan::model::{Iterations, Lit, ScanModel, Unbounded};
 use memory::Memory;
 use reach::Reach;
 use std::collections::{BTreeMap, BTreeSet};
@@ -59,7 +59,7 @@ pub enum ScanError {
         instruction: usize,
     },
     /// A result is used that differs in depth by the path taken: the front end let through what is no rung.
-    #[error("the rung's result depends on the way control came here")]
+    #[error("the rung's result depends on the path by which control came here")]
     NoResult {
         /// The instruction.
         instruction: usize,
@@ -137,8 +137,8 @@ pub fn scan_model_knowing(
         run.routine(main.start, main.end, alive)?;
     }
     for interrupt in &program.interrupts {
-        for turn in 0..interrupt.times {
-            run.frames.push(Frame { at: interrupt.entry, turn });
+        for iteration in 0..interrupt.times {
+            run.frames.push(Frame { at: interrupt.entry, iteration });
             run.routine(interrupt.entry, program.instructions.len(), Lit::TRUE)?;
             run.frames.pop();
         }
@@ -179,19 +179,19 @@ struct Results {
     slots: BTreeMap<u32, Lit>,
 }
 
-/// A jump on its way to its target: whether it was taken, and the results it carries.
+/// A jump that has not reached its target yet: whether it was taken, and the results it carries.
 #[derive(Debug, Clone)]
 struct Landing {
     taken: Lit,
     results: Results,
 }
 
-/// An open zone.
+/// An open master control region.
 #[derive(Debug, Clone, Copy)]
-struct Zone {
+struct Master {
     level: u32,
     condition: Lit,
-    /// The conditions of this zone and of all that were opened before it.
+    /// The conditions of this master control region and of all that were opened before it.
     all: Lit,
     /// The highest level of these.
     highest: u32,
@@ -202,8 +202,8 @@ struct Activation {
     /// Whether control is here.
     active: Lit,
     results: Results,
-    /// The open zones: there may be thousands.
-    zones: Vec<Zone>,
+    /// The open master control regions: there may be thousands.
+    masters: Vec<Master>,
     /// The jumps under way, by their target.
     landings: BTreeMap<usize, Landing>,
     /// Whether a `Return` was reached.
@@ -220,7 +220,7 @@ struct Run<'p> {
     /// What came of it so far.
     known: knowing::Known,
     memory: Memory<'p>,
-    /// The calls, loop turns and interrupts that lead here, outermost first.
+    /// The calls, loop iterations and interrupts that lead here, outermost first.
     frames: Vec<Frame>,
     /// Whether a `Stop` ended the scan.
     stopped: Lit,
@@ -238,7 +238,7 @@ impl Run<'_> {
         let mut act = Activation {
             active,
             results: Results { stack: Some(Vec::new()), ..Results::default() },
-            zones: Vec::new(),
+            masters: Vec::new(),
             landings: BTreeMap::new(),
             returned: Lit::FALSE,
         };
@@ -277,7 +277,7 @@ impl Run<'_> {
         (act.active, act.results) = (taken, results);
     }
 
-    /// Two ways to one instruction, of which at most one is taken.
+    /// Two paths to one instruction, of which at most one is taken.
     fn meet(&mut self, here: Landing, there: Landing) -> Landing {
         if here.taken == Lit::FALSE {
             return there;
@@ -338,8 +338,8 @@ impl Run<'_> {
             None => return Err(ScanError::NoResult { instruction: at }),
         };
         let condition = if acts(&instruction.step) {
-            let zones = act.zones.last().map_or(Lit::TRUE, |zone| zone.all);
-            self.memory.circuit().and(top, zones)
+            let masters = act.masters.last().map_or(Lit::TRUE, |master| master.all);
+            self.memory.circuit().and(top, masters)
         } else {
             top
         };
@@ -418,7 +418,7 @@ impl Run<'_> {
             }
             Step::Jump { target, .. } => self.jump(act, *target, fires, fired),
             Step::Call { target, .. } => {
-                self.frames.push(Frame { at, turn: 0 });
+                self.frames.push(Frame { at, iteration: 0 });
                 let back = self.routine(*target, self.program.instructions.len(), fired)?;
                 self.frames.pop();
                 let circuit = self.memory.circuit();
@@ -442,18 +442,18 @@ impl Run<'_> {
                 act.active = Lit::FALSE;
             }
             Step::ForBegin { count, least, most, end } => {
-                self.turns(act, at, *count, *least, *most, *end)?;
+                self.iterations(act, at, *count, *least, *most, *end)?;
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
             Step::Summary(summary) => {
-                let Summary { end, charges, havocs, choice, exits, turns } = &**summary;
-                match *turns {
-                    Some(turns) if self.side == Side::Below => {
-                        self.counted(act.active, at, charges, turns)?;
+                let Summary { end, charges, havocs, choice, exits, iterations } = &**summary;
+                match *iterations {
+                    Some(iterations) if self.side == Side::Below => {
+                        self.counted(act.active, at, charges, iterations)?;
                     }
-                    Some(turns) => {
-                        self.most_turns(act.active, at, turns);
+                    Some(iterations) => {
+                        self.most_iterations(act.active, at, iterations);
                         self.charge_summary(act.active, charges)?;
                     }
                     None => self.charge_summary(act.active, charges)?,
@@ -469,28 +469,30 @@ impl Run<'_> {
                 }
                 return Ok(end + 1);
             }
-            Step::ZoneBegin { level, .. } => self.open(&mut act.zones, *level, fires),
-            Step::ZoneEnd { level } => self.close(&mut act.zones, *level),
+            Step::MasterControlBegin { level, .. } => self.open(&mut act.masters, *level, fires),
+            Step::MasterControlEnd { level } => self.close(&mut act.masters, *level),
         }
         Ok(next)
     }
 
-    /// Opens a zone.
-    fn open(&mut self, zones: &mut Vec<Zone>, level: u32, condition: Lit) {
-        let (all, highest) = zones.last().map_or((Lit::TRUE, 0), |zone| (zone.all, zone.highest));
+    /// Opens a master control region.
+    fn open(&mut self, masters: &mut Vec<Master>, level: u32, condition: Lit) {
+        let (all, highest) =
+            masters.last().map_or((Lit::TRUE, 0), |master| (master.all, master.highest));
         let all = self.memory.circuit().and(all, condition);
-        zones.push(Zone { level, condition, all, highest: highest.max(level) });
+        masters.push(Master { level, condition, all, highest: highest.max(level) });
     }
 
-    /// Closes all zones of a level or a higher one.
-    fn close(&mut self, zones: &mut Vec<Zone>, level: u32) {
-        while zones.last().is_some_and(|zone| zone.level >= level) {
-            zones.pop();
+    /// Closes all master control regions of a level or a higher one.
+    fn close(&mut self, masters: &mut Vec<Master>, level: u32) {
+        while masters.last().is_some_and(|master| master.level >= level) {
+            masters.pop();
         }
-        // Seldom: a zone of a higher level was opened before one of a lower.
-        if zones.last().is_some_and(|zone| zone.highest >= level) {
-            for zone in std::mem::take(zones).into_iter().filter(|zone| zone.level < level) {
-                self.open(zones, zone.level, zone.condition);
+        // Seldom: a master control region of a higher level was opened before one of a lower.
+        if masters.last().is_some_and(|master| master.highest >= level) {
+            for master in std::mem::take(masters).into_iter().filter(|master| master.level < level)
+            {
+                self.open(masters, master.level, master.condition);
             }
         }
     }
@@ -552,8 +554,8 @@ impl Run<'_> {
         }
     }
 
-    /// Runs a loop turn by turn, each where the count reaches it.
-    fn turns(
+    /// Runs a loop iteration by iteration, each where the count reaches it.
+    fn iterations(
         &mut self,
         act: &mut Activation,
         at: usize,
@@ -565,13 +567,13 @@ impl Run<'_> {
         let given_up = self.memory.words.given_up;
         let count = self.word(count, at);
         let mut done = Lit::FALSE;
-        for turn in 0..most {
+        for iteration in 0..most {
             if act.active == Lit::FALSE {
                 break;
             }
-            if turn >= least {
-                // One turn more: the count, signed, is above the turns made.
-                let first = u16::try_from(turn + 1).unwrap_or(u16::MAX);
+            if iteration >= least {
+                // One iteration more: the count, signed, is above the iterations made.
+                let first = u16::try_from(iteration + 1).unwrap_or(u16::MAX);
                 let more = match first {
                     0x8000.. => Lit::FALSE,
                     _ => self.memory.words.in_range(
@@ -590,7 +592,7 @@ impl Run<'_> {
                 done = circuit.or(done, finished);
                 act.active = circuit.and(act.active, more);
             }
-            self.frames.push(Frame { at, turn });
+            self.frames.push(Frame { at, iteration });
             let result = self.span(act, at + 1, end + 1);
             self.frames.pop();
             result?;
@@ -599,8 +601,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Notes how many turns a summarised loop can make here.
-    fn most_turns(
+    /// Notes how many iterations a summarised loop can make here.
+    fn most_iterations(
         &mut self,
         reached: Lit,
         at: usize,
@@ -608,7 +610,7 @@ impl Run<'_> {
     ) {
         let (word, once) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
-                Some(ChoiceKind::Turns(word)) => (*word, 1),
+                Some(ChoiceKind::Iterations(word)) => (*word, 1),
                 _ => (count, u32::MAX),
             },
             word => (word, 0),
@@ -616,15 +618,15 @@ impl Run<'_> {
         let word = self.word(word, at);
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
         let known = words.most(circuit, word);
-        let turns = known.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(once));
+        let iterations = known.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(once));
         if !self.knowledge.is_empty() {
             // What was learned may bound it where its looks do not.
             let bits = words.bits(circuit, word);
             let least = once.max(least);
-            self.memory.model.counts.push(Turns { instruction: at, reached, bits, least });
+            self.memory.model.counts.push(Iterations { instruction: at, reached, bits, least });
         }
-        let all = self.memory.model.turns.entry(at).or_default();
-        *all = turns.clamp(least, most).max(*all);
+        let all = self.memory.model.iterations.entry(at).or_default();
+        *all = iterations.clamp(least, most).max(*all);
     }
 
     /// Holds the start value of one or two words within a signed range.
@@ -647,7 +649,7 @@ impl Run<'_> {
     }
 }
 
-/// Whether zones hold the step off.
+/// Whether master control regions hold the step off.
 fn acts(step: &Step) -> bool {
     !matches!(
         step,
@@ -669,7 +671,7 @@ fn needs_no_result(step: &Step) -> bool {
         | Step::Jump { fires, .. }
         | Step::Call { fires, .. }
         | Step::Stop { fires }
-        | Step::ZoneBegin { fires, .. } => !mentions_condition(fires),
+        | Step::MasterControlBegin { fires, .. } => !mentions_condition(fires),
         Step::AndBlock | Step::OrBlock | Step::Save(_) | Step::Fetch(_) => false,
         _ => true,
     }

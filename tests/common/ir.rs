@@ -31,7 +31,7 @@ pub struct Taste {
     pub reals: bool,
     /// Choices and havocked regions.
     pub choices: bool,
-    /// Jumps, calls, loops, zones, stops and interrupts.
+    /// Jumps, calls, loops, master control regions, stops and interrupts.
     pub control: bool,
     /// How many items a block has at most.
     pub items: usize,
@@ -51,7 +51,7 @@ struct Generator<'t, 'a> {
     instructions: Vec<Instruction>,
     block: u32,
     slots: u32,
-    zones: u32,
+    masters: u32,
     choices: u32,
     /// Choices from here on are those of the instruction at work.
     shareable: u32,
@@ -70,7 +70,7 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> (Program, Vec<Times>) {
         instructions: Vec::new(),
         block: 0,
         slots: 0,
-        zones: 0,
+        masters: 0,
         choices: 0,
         shareable: 0,
         calls: Vec::new(),
@@ -232,20 +232,20 @@ impl Generator<'_, '_> {
             12 => {
                 self.contacts();
                 let fires = self.fires();
-                let level = self.zones;
-                self.put(Step::ZoneBegin { level, fires }, vec![]);
+                let level = self.masters;
+                self.put(Step::MasterControlBegin { level, fires }, vec![]);
                 let inner = u32::from(self.tape.percent(20));
                 if inner == 1 {
                     self.contacts();
                     let fires = self.fires();
-                    self.put(Step::ZoneBegin { level: level + 1, fires }, vec![]);
+                    self.put(Step::MasterControlBegin { level: level + 1, fires }, vec![]);
                 }
                 let breaks = std::mem::take(&mut self.breaks);
-                self.zones += 1 + inner;
+                self.masters += 1 + inner;
                 self.items(depth + 1, callable);
-                self.zones -= 1 + inner;
+                self.masters -= 1 + inner;
                 self.breaks = breaks;
-                self.put(Step::ZoneEnd { level }, vec![]);
+                self.put(Step::MasterControlEnd { level }, vec![]);
             }
             13 => self.loops(depth, callable),
             14 if self.taste.choices && self.tape.percent(40) => self.summary(pending),
@@ -300,8 +300,14 @@ impl Generator<'_, '_> {
             let items = 1 + self.tape.below(3);
             pending.push(Pending { at: begin, exit: Some(exit), items });
         }
-        self.instructions[begin].step =
-            Step::Summary(Box::new(Summary { end, charges, havocs, choice, exits, turns: None }));
+        self.instructions[begin].step = Step::Summary(Box::new(Summary {
+            end,
+            charges,
+            havocs,
+            choice,
+            exits,
+            iterations: None,
+        }));
     }
 
     /// Contacts that leave one result, then what acts on it.

@@ -119,7 +119,7 @@ pub fn words(program: &Program) -> Vec<u16> {
             | Step::Jump { fires: logic, .. }
             | Step::Call { fires: logic, .. }
             | Step::Stop { fires: logic }
-            | Step::ZoneBegin { fires: logic, .. } => in_logic(logic, &mut constants),
+            | Step::MasterControlBegin { fires: logic, .. } => in_logic(logic, &mut constants),
             Step::ForBegin { least, most, .. } => {
                 constants.extend([*least as u16, *most as u16]);
             }
@@ -270,7 +270,7 @@ pub fn none_above(
 pub fn told(replay: &Replay) -> String {
     let line = |event: &scanbound::replay::Event| {
         let frames: Vec<String> =
-            event.frames.iter().map(|frame| format!("{}.{}", frame.at, frame.turn)).collect();
+            event.frames.iter().map(|frame| format!("{}.{}", frame.at, frame.iteration)).collect();
         let on = if event.fired { "on" } else { "off" };
         format!("  {} [{}] {on} {:?}", event.instruction, frames.join(" "), event.cost)
     };

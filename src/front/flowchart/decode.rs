@@ -54,7 +54,7 @@ pub fn decode(source: &Source, latched: bool) -> Program {
     let blocks = blocks(source);
     let program = Program {
         dialect: super::NAME.to_owned(),
-        shows_way: true,
+        shows_path: true,
         shortest_timer: source.shortest_timer().map(|tenths| Picos(TENTH).times(u64::from(tenths))),
         areas: fixed.into_iter().chain(waits).collect(),
         blocks: blocks.last().copied().unwrap_or(0),

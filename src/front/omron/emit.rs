@@ -38,7 +38,7 @@ pub(super) struct Emitter<'a> {
     patches: Vec<(usize, usize)>,
     pub(super) calls: Vec<CallSite>,
     /// Levels of the open interlocks.
-    zones: Vec<u32>,
+    interlocks: Vec<u32>,
     /// Whether tasks are switched on and off.
     pub(super) switches: bool,
 }
@@ -53,7 +53,7 @@ impl<'a> Emitter<'a> {
             starts,
             patches: Vec::new(),
             calls: Vec::new(),
-            zones: Vec::new(),
+            interlocks: Vec::new(),
             switches: false,
         }
     }
@@ -327,14 +327,16 @@ impl<'a> Emitter<'a> {
             "end" => Step::End,
             "return" => Step::Return,
             "interlock-end" => {
-                self.zones.clear();
-                Step::ZoneEnd { level: 0 }
+                self.interlocks.clear();
+                Step::MasterControlEnd { level: 0 }
             }
-            "interlock-number-end" => Step::ZoneEnd { level: self.zones.pop().unwrap_or(0) },
+            "interlock-number-end" => {
+                Step::MasterControlEnd { level: self.interlocks.pop().unwrap_or(0) }
+            }
             "for" => self.turns(item),
             "next" => Step::ForEnd,
             "routine" => {
-                self.zones.clear();
+                self.interlocks.clear();
                 Step::Nothing
             }
             _ => Step::Nothing,
@@ -374,13 +376,13 @@ impl<'a> Emitter<'a> {
 
     /// An instruction with one condition in front.
     fn coil(&mut self, at: usize, item: &Item<'_>) {
-        let zoned = self.layout.zoned[at];
+        let interlocked = self.layout.interlocked[at];
         match item.meaning() {
             "out" | "out-not" | "set" | "reset" | "pulse-rise" | "pulse-fall" => {
-                self.bit_coil(item, zoned)
+                self.bit_coil(item, interlocked)
             }
-            "interlock" | "interlock-number" => self.interlock(item, zoned),
-            "jump" | "jump-if" | "jump-zero" => self.jump(at, item, zoned),
+            "interlock" | "interlock-number" => self.interlock(item, interlocked),
+            "jump" | "jump-if" | "jump-zero" => self.jump(at, item, interlocked),
             "break" => {
                 let fires = self.asm.fires(item.raw.edge);
                 let mut key = self.asm.key(item, true);
@@ -419,7 +421,7 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    fn bit_coil(&mut self, item: &Item<'_>, zoned: bool) {
+    fn bit_coil(&mut self, item: &Item<'_>, interlocked: bool) {
         let key = self.asm.key(item, false);
         let Some(target) = item.operands.first().and_then(Operand::bit_target) else {
             // Through an index register: any bit anywhere may change.
@@ -441,7 +443,7 @@ impl<'a> Emitter<'a> {
             "out" => {
                 self.asm.act(Logic::Condition, vec![always(bit(Logic::Condition))], Some(key));
             }
-            "out-not" if zoned => {
+            "out-not" if interlocked => {
                 // Off while the interlock holds, whatever the negation says.
                 self.asm.keep();
                 self.asm.invert();
@@ -465,8 +467,8 @@ impl<'a> Emitter<'a> {
                 let on =
                     if meaning == "pulse-rise" { Logic::Condition } else { Logic::Condition.not() };
                 let value = Logic::All(vec![on, free]);
-                if zoned {
-                    self.zoned_pulse(meaning, target, key);
+                if interlocked {
+                    self.interlocked_pulse(meaning, target, key);
                 } else {
                     self.asm.act(value.clone(), vec![always(bit(value))], Some(key));
                 }
@@ -475,7 +477,12 @@ impl<'a> Emitter<'a> {
     }
 
     /// DIFU and DIFD within an interlock: they do not run while it holds, so their bit stays.
-    fn zoned_pulse(&mut self, meaning: &str, target: BitTarget, key: crate::program::TimingKey) {
+    fn interlocked_pulse(
+        &mut self,
+        meaning: &str,
+        target: BitTarget,
+        key: crate::program::TimingKey,
+    ) {
         self.asm.keep();
         self.asm.always();
         self.asm.act(Logic::Condition, vec![fired(Write::Bit(target, Logic::Const(false)))], None);
@@ -490,13 +497,13 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    fn interlock(&mut self, item: &Item<'_>, zoned: bool) {
+    fn interlock(&mut self, item: &Item<'_>, interlocked: bool) {
         let key = self.asm.key(item, true);
         let numbered = item.meaning() == "interlock-number";
-        let level = if numbered { self.zones.len() as u32 + 1 } else { 0 };
+        let level = if numbered { self.interlocks.len() as u32 + 1 } else { 0 };
         let mut effects = Vec::new();
         if let Some(target) = item.operands.get(1).and_then(Operand::bit_target) {
-            let value = if zoned { self.asm.free() } else { Logic::Condition };
+            let value = if interlocked { self.asm.free() } else { Logic::Condition };
             effects.push(always(Write::Bit(target, value)));
         } else if let (true, Some(operand)) = (numbered, item.operands.get(1)) {
             let choice = self.asm.choice();
@@ -507,14 +514,18 @@ impl<'a> Emitter<'a> {
                     .map(|region| always(Write::Havoc(region, choice))),
             );
         }
-        self.zones.push(level);
-        self.asm.push(Step::ZoneBegin { level, fires: Logic::Condition }, effects, Some(key));
+        self.interlocks.push(level);
+        self.asm.push(
+            Step::MasterControlBegin { level, fires: Logic::Condition },
+            effects,
+            Some(key),
+        );
     }
 
-    fn jump(&mut self, at: usize, item: &Item<'_>, zoned: bool) {
+    fn jump(&mut self, at: usize, item: &Item<'_>, interlocked: bool) {
         let jumps =
             if item.meaning() == "jump-if" { Logic::Condition } else { Logic::Condition.not() };
-        let fires = match (item.meaning(), zoned) {
+        let fires = match (item.meaning(), interlocked) {
             (_, false) => jumps,
             ("jump-if", true) => Logic::Any(vec![jumps, self.asm.free()]),
             (_, true) => Logic::All(vec![jumps, self.asm.free()]),
@@ -529,7 +540,7 @@ impl<'a> Emitter<'a> {
         }
         let index = self.asm.push(Step::Jump { fires, target: 0 }, Vec::new(), Some(key));
         self.patches.push((index, target));
-        if zoned {
+        if interlocked {
             self.asm.note(
                 "a jump within an interlock may or may not be made while the interlock holds",
             );

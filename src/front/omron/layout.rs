@@ -33,7 +33,7 @@ pub(super) struct Layout {
     /// Items that are never reached: behind END, outside of subroutines.
     pub(super) dead: Vec<bool>,
     /// Items that stand in an interlock.
-    pub(super) zoned: Vec<bool>,
+    pub(super) interlocked: Vec<bool>,
     /// Items that may run more than once a scan: in loops, and in subroutines but those called once.
     pub(super) repeated: Vec<bool>,
 }
@@ -43,7 +43,7 @@ pub(super) struct Layout {
 struct Site {
     routine: usize,
     /// The innermost open interlock: there may be thousands around it.
-    zone: Option<usize>,
+    interlock: Option<usize>,
     loops: Vec<usize>,
 }
 
@@ -59,7 +59,7 @@ pub(super) fn layout(
     let sites = sites(items, &mut layout, faults);
     jumps(items, family, &sites, &mut layout, faults);
     layout.repeated = repeated(items, family, shared, &sites, &layout);
-    layout.zoned = sites.iter().map(|site| site.zone.is_some()).collect();
+    layout.interlocked = sites.iter().map(|site| site.interlock.is_some()).collect();
     layout
 }
 
@@ -181,18 +181,18 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
 fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Vec<Site> {
     let mut sites = Vec::with_capacity(items.len());
     let mut site = Site::default();
-    let mut zones: Vec<usize> = Vec::new();
+    let mut interlocks: Vec<usize> = Vec::new();
     for (at, item) in items.iter().enumerate() {
         match item.meaning() {
             "routine" => {
                 unclosed(items, &site, faults);
-                zones.clear();
+                interlocks.clear();
                 site = Site { routine: at + 1, ..Site::default() };
             }
             "interlock-end" | "interlock-number-end" => {
                 if item.meaning() == "interlock-end" {
-                    zones.clear();
-                } else if zones
+                    interlocks.clear();
+                } else if interlocks
                     .pop()
                     .is_none_or(|begin| items[begin].operands.first() != item.operands.first())
                 {
@@ -219,14 +219,14 @@ fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Ve
             },
             _ => {}
         }
-        site.zone = zones.last().copied();
+        site.interlock = interlocks.last().copied();
         sites.push(site.clone());
         match item.meaning() {
-            "interlock" | "interlock-number" => zones.push(at),
+            "interlock" | "interlock-number" => interlocks.push(at),
             "for" => site.loops.push(at),
             "return" => {
                 unclosed(items, &site, faults);
-                zones.clear();
+                interlocks.clear();
                 site = Site { routine: usize::MAX, ..Site::default() };
             }
             "end" => {
@@ -322,7 +322,7 @@ fn jumps(
             fault(item, Code::Jump, message.to_owned(), help, faults);
             continue;
         };
-        if sites[target].zone != sites[at].zone {
+        if sites[target].interlock != sites[at].interlock {
             fault(
                 item,
                 Code::Jump,

@@ -212,7 +212,7 @@ fn apply(program: &mut Program, found: &Found) {
         }
         let turns = match &instruction.step {
             Step::ForBegin { most, .. } => Some(*most),
-            Step::Summary(summary) => summary.turns.map(|(.., most)| most),
+            Step::Summary(summary) => summary.iterations.map(|(.., most)| most),
             _ => None,
         };
         if let (Some(most), Some(&known)) = (turns, found.turns.get(&at))

@@ -384,7 +384,7 @@ impl<'p> Run<'p> {
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
-            Step::Summary(summary) => match summary.turns {
+            Step::Summary(summary) => match summary.iterations {
                 Some((count, least, most)) => {
                     let turns = self.turns(act, at, count, least, most);
                     self.turn(act, at, summary.end, turns)?;
@@ -393,14 +393,14 @@ impl<'p> Run<'p> {
                 // What is summarised without turns was not laid out to be followed.
                 None => return Err(NotFollowed),
             },
-            Step::ZoneBegin { level, .. } => {
+            Step::MasterControlBegin { level, .. } => {
                 let all = match act.zones.last() {
                     Some((_, outer)) => outer.and(&fires),
                     None => fires,
                 };
                 act.zones.push((*level, all));
             }
-            Step::ZoneEnd { level } => act.zones.retain(|(open, _)| open < level),
+            Step::MasterControlEnd { level } => act.zones.retain(|(open, _)| open < level),
         }
         Ok(next)
     }
@@ -452,7 +452,7 @@ impl<'p> Run<'p> {
         let evaluation = Evaluation { program: self.program, slots: self.slots, state };
         let (word, odd) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
-                Some(ChoiceKind::Turns(word)) => (*word, true),
+                Some(ChoiceKind::Iterations(word)) => (*word, true),
                 _ => (count, false),
             },
             word => (word, false),

@@ -21,7 +21,7 @@ pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
         match &instruction.step {
             Step::ForBegin { count, .. } => slice.word(*count),
             Step::Summary(summary) => {
-                summary.turns.iter().for_each(|(count, ..)| slice.word(*count))
+                summary.iterations.iter().for_each(|(count, ..)| slice.word(*count))
             }
             _ => {}
         }
@@ -129,7 +129,7 @@ impl Slice<'_> {
         }
         let program = self.program;
         match program.kinds.get(&choice) {
-            Some(ChoiceKind::Turns(word)) => self.word(*word),
+            Some(ChoiceKind::Iterations(word)) => self.word(*word),
             Some(ChoiceKind::Exact(meaning)) => {
                 for input in &meaning.inputs {
                     match input {

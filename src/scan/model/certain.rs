@@ -18,7 +18,7 @@ pub enum Standing {
 type Pair = (Lit, Lit);
 
 /// The model in which nothing depends on unknown variables: each charge costs the least that it may, given the others,
-/// and, if `strict`, control's way is known wherever that costs something. Variables keep their numbers; charges do not.
+/// and, if `strict`, control's path is known wherever that costs something. Variables keep their numbers; charges do not.
 #[must_use]
 pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: bool) -> ScanModel {
     let mut circuit = Circuit::default();
@@ -145,7 +145,7 @@ mod tests {
             let holds = found.constraints.iter().all(|&holds| values.get(holds));
             (holds, found.cost(&all, &assignment))
         };
-        // X0 settles it; without it the second charge's way is open, and the first costs its lesser time.
+        // X0 settles it; without it the second charge's path is open, and the first costs its lesser time.
         assert_eq!(run(1), (true, Picos(100 + 100 + 7)));
         assert_eq!(run(0), (false, Picos(7 + 7)));
     }

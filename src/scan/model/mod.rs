@@ -37,7 +37,7 @@ pub enum Origin {
 pub struct Havoc {
     /// Whether it happened.
     pub happened: Lit,
-    /// Calls and loop turns on the way there.
+    /// The call context: calls and loop iterations on the path there.
     pub frames: Vec<Frame>,
     /// Under which choice.
     pub choice: ChoiceId,
@@ -61,7 +61,7 @@ pub struct Variable {
 pub struct Charge {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// Calls and loop turns on the way there.
+    /// The call context: calls and loop iterations on the path there.
     pub frames: Vec<Frame>,
     /// Whether control gets there.
     pub reached: Lit,
@@ -142,7 +142,7 @@ impl Charge {
 pub struct Unbounded {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// Calls and loop turns on the way there.
+    /// The call context: calls and loop iterations on the path there.
     pub frames: Vec<Frame>,
     /// Whether control gets there.
     pub reached: Lit,
@@ -163,22 +163,22 @@ pub struct ScanModel {
     pub havocs: Vec<Havoc>,
     /// Where a scan goes round for ever.
     pub unbounded: Vec<Unbounded>,
-    /// How many turns summarised loops make at most, by what their counts can say.
-    pub turns: BTreeMap<usize, u32>,
+    /// How many iterations summarised loops make at most, by what their counts can say.
+    pub iterations: BTreeMap<usize, u32>,
     /// The counts of these, each time control may get there.
-    pub counts: Vec<Turns>,
+    pub counts: Vec<Iterations>,
 }
 
 /// The count of a summarised loop.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Turns {
+pub struct Iterations {
     /// The loop, an index into `Program::instructions`.
     pub instruction: usize,
     /// Whether control gets there.
     pub reached: Lit,
     /// The count, a signed number, the least bit first.
     pub bits: [Lit; 16],
-    /// So many turns it may make whatever its count is.
+    /// So many iterations it may make whatever its count is.
     pub least: u32,
 }
 

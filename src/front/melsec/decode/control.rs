@@ -333,7 +333,7 @@ impl Decoder<'_> {
         } else {
             // Whether a count below 1 gives one turn or none differs between CPUs.
             let choice = self.choice();
-            self.program.kinds.insert(choice, ChoiceKind::Turns(words[0]));
+            self.program.kinds.insert(choice, ChoiceKind::Iterations(words[0]));
             (WordSource::Free(choice), 0, turns(high).max(1))
         };
         let at = self.add(

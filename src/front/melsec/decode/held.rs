@@ -54,7 +54,7 @@ fn let_hold_off(instruction: &mut Instruction, choice: ChoiceId) {
         Step::Act { fires }
         | Step::Call { fires, .. }
         | Step::Stop { fires }
-        | Step::ZoneBegin { fires, .. } => put_behind(fires, &may),
+        | Step::MasterControlBegin { fires, .. } => put_behind(fires, &may),
         // Also one without a condition: where it is held off, what it would skip runs.
         Step::Jump { fires, .. } => {
             let taken = std::mem::replace(fires, Logic::Const(true));

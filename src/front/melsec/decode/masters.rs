@@ -51,7 +51,7 @@ impl Decoder<'_> {
         let at = self.add(
             Some(key("MC", "master")),
             effects,
-            Step::ZoneBegin { level, fires: Logic::Condition },
+            Step::MasterControlBegin { level, fires: Logic::Condition },
         );
         self.masters.open.push((level, at));
     }
@@ -72,7 +72,7 @@ impl Decoder<'_> {
             return;
         }
         self.masters.open.retain(|&(open, _)| open < level);
-        self.add(Some(key("MCR", "master")), Vec::new(), Step::ZoneEnd { level });
+        self.add(Some(key("MCR", "master")), Vec::new(), Step::MasterControlEnd { level });
     }
 
     fn nesting(&mut self, text: &str) -> Option<u32> {
@@ -90,7 +90,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// A state of a step ladder: a zone that runs while its relay is on, and perhaps once more behind that,
+    /// A state of a step ladder: a master control region that runs while its relay is on, and perhaps once more behind that,
     /// to switch its coils off.
     pub(super) fn state_begins(&mut self, raw: &RawInstruction) {
         let here = self.program.instructions.len();
@@ -129,8 +129,9 @@ impl Decoder<'_> {
         let skipped = Logic::All(vec![on.clone().not(), self.free_bit()]);
         let timing = TimingKey { dearer: true, ..key("STL", "set") };
         let jump = self.add(Some(timing), Vec::new(), Step::Jump { fires: skipped, target: OPEN });
-        let zone = self.add(None, Vec::new(), Step::ZoneBegin { level: STATE_LEVEL, fires: on });
-        self.masters.open.push((STATE_LEVEL, zone));
+        let master =
+            self.add(None, Vec::new(), Step::MasterControlBegin { level: STATE_LEVEL, fires: on });
+        self.masters.open.push((STATE_LEVEL, master));
         self.add(None, Vec::new(), Step::Logic { join: Join::Start, value: Logic::Const(true) });
         self.rung.depth = 1;
         self.masters.state = Some(State { relays, jump, begins: self.program.instructions.len() });
@@ -140,7 +141,7 @@ impl Decoder<'_> {
     pub(super) fn close_state(&mut self) {
         let Some(state) = self.masters.state.take() else { return };
         self.masters.open.retain(|&(open, _)| open < STATE_LEVEL);
-        self.add(None, Vec::new(), Step::ZoneEnd { level: STATE_LEVEL });
+        self.add(None, Vec::new(), Step::MasterControlEnd { level: STATE_LEVEL });
         let behind = self.add(None, Vec::new(), Step::Nothing);
         if let Step::Jump { target, .. } = &mut self.program.instructions[state.jump].step {
             *target = behind;

@@ -300,7 +300,7 @@ impl Decoder<'_> {
 }
 
 impl Decoder<'_> {
-    /// The result, of which it is not known whether zones that are off hold it off.
+    /// The result, of which it is not known whether master control regions that are off hold it off.
     fn maybe_held_off(&mut self) -> Logic {
         let within = self.memory();
         let acts = Step::Act { fires: Logic::Const(true) };

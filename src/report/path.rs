@@ -1,4 +1,4 @@
-//! The way of the worst scan through a program that does not run everything once, and its endless loops, as text.
+//! The path of the worst scan through a program that does not run everything once, and its endless loops, as text.
 
 use super::columns::{Cell, columns, left, right};
 use crate::audit::{Audit, LoopUse};
@@ -25,8 +25,8 @@ pub fn loops(audit: &Audit) -> String {
     }
 }
 
-/// The way step by step; empty if the audit has none.
-pub fn way(audit: &Audit) -> String {
+/// The path instruction by instruction; empty if the audit has none.
+pub fn path(audit: &Audit) -> String {
     if audit.path.is_empty() {
         return String::new();
     }
@@ -45,7 +45,7 @@ pub fn way(audit: &Audit) -> String {
             left(if step.held { "" } else { "no" }),
         ]);
     }
-    format!("\nIts way through the program\n{}", columns(2, &rows))
+    format!("\nIts path through the program\n{}", columns(2, &rows))
 }
 
 fn us(time: Picos) -> String {
