@@ -102,3 +102,30 @@ fn weight(group: &Group) -> usize {
 fn part(rest: Duration, share: f64) -> Duration {
     rest.mul_f64(share.min(SHARE))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::groups::groups;
+    use crate::scan::model::Lit;
+    use crate::solve::testing::Builder;
+
+    #[test]
+    fn a_groups_best_scan_says_nothing_of_what_decides_nothing_in_it() {
+        let mut builder = Builder::default();
+        let [jump, dear] = [builder.bit(), builder.bit()];
+        // What is jumped over costs the same on and off, so that the two groups share nothing.
+        builder.charge(jump, dear, 3, 3);
+        builder.charge(Lit::TRUE, dear, 70, 0);
+        let model = builder.model;
+        let groups = groups(&model);
+        assert_eq!(groups.len(), 2);
+        for method in [Method::Subsets, Method::Cores] {
+            let found = maxima(&model, &groups, &[method; 2], &Limits::default(), &|_, _, _| {});
+            for (group, maximum) in groups.iter().zip(&found) {
+                let told = maximum.best.0.iter().map(|&(variable, _)| variable);
+                assert_eq!(told.collect::<Vec<_>>(), group.variables);
+            }
+        }
+    }
+}

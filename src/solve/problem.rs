@@ -60,7 +60,11 @@ impl Problem {
         for &index in &group.charges {
             let charge = &model.charges[index];
             let reached = cone.copy(&mut problem.circuit, charge.reached);
-            let fires = cone.copy(&mut problem.circuit, charge.fires);
+            // What decides nothing belongs to other groups: a search's values for it would overwrite theirs.
+            let fires = match charge.fires_matters() {
+                true => cone.copy(&mut problem.circuit, charge.fires),
+                false => Lit::FALSE,
+            };
             let (Picos(base), units) = charge.fired();
             let (mut on, Picos(off)) = (base, charge.off);
             for &(handled, Picos(more)) in units {

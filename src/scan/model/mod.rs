@@ -113,12 +113,17 @@ impl Charge {
 
     /// The literals on which it depends what it costs.
     pub fn guards(&self) -> impl Iterator<Item = Lit> + '_ {
-        let fires_matters = self.on != self.off || self.counted.is_some();
-        let matters = move |guard: &Lit| {
+        let matters = |guard: &Lit| {
             !guard.is_constant()
-                && (fires_matters || *guard != self.fires || *guard == self.reached)
+                && (self.fires_matters() || *guard != self.fires || *guard == self.reached)
         };
         self.literals().filter(matters)
+    }
+
+    /// Whether it costs something else where it fires than where it is reached and does not.
+    #[must_use]
+    pub fn fires_matters(&self) -> bool {
+        self.on != self.off || self.counted.is_some()
     }
 
     /// All its literals, those that are constant and those that change nothing included.
