@@ -7,13 +7,14 @@ use std::fmt::Write as _;
 /// What may stand in a table for them: a row for each mnemonic.
 const MNEMONICS: &str = "LD LDI AND ANI OR ORI LDP ANDP LD= LD<> LD> LD>= LD< LD<= AND= AND<> AND> AND>= AND< AND<= \
     OUT SET RST PLS MOV + - INC DEC WAND WOR WXOR ROL ROR SFL SFR BCD BIN SUM * / BMOV FMOV XCH SWAP LIMIT DECO ENCO \
-    MAX SER FOR NEXT CJ CALL RET FEND END DIS UNI BSET BRST MPS MRD MPP MC MCR CML BK+ WSUM";
+    MAX SER FOR NEXT BREAK CJ CALL RET FEND END DIS UNI BSET BRST MPS MRD MPP MC MCR CML BK+ WSUM";
 
 /// Rows of a table, each with times by chance, those of blocks by the word. Contacts cost the same either way.
 pub fn rows(tape: &mut Tape<'_>) -> String {
     let mut rows = String::new();
     for name in MNEMONICS.split_whitespace() {
-        let (on, off) = (1 + tape.below(300), tape.below(60));
+        let on = 1 + tape.below(300);
+        let off = if tape.percent(20) { on } else { tape.below(60) };
         let per_unit = if matches!(name, "BMOV" | "FMOV") { tape.below(40) } else { 0 };
         let _ = writeln!(rows, "{name},{on},{off},{per_unit}");
     }
@@ -98,8 +99,15 @@ impl Generator<'_, '_> {
                 if !self.called && self.tape.percent(40) {
                     self.call();
                 }
+                let left = self.tape.percent(25).then(|| {
+                    self.labels += 1;
+                    self.contacts();
+                    self.put(format!("BREAK D13 P{}", self.labels - 1));
+                    self.labels - 1
+                });
                 self.items(depth + 1, 2);
                 self.put("NEXT");
+                left.iter().for_each(|label| self.put(format!("P{label}")));
             }
             8 => {
                 self.contacts();
@@ -171,10 +179,16 @@ impl Generator<'_, '_> {
                 self.put(format!("{name} {bit}"));
             }
             3 => {
-                let bit = self.tape.pick(&["M0Z0", "SM400", "M3"]);
+                let bit = self.tape.pick(&["M0Z0", "SM400", "M3", "T0", "C0", "DX3"]);
                 self.put(format!("{kind} {bit}"));
             }
             _ if kind == "OR" => self.put("OR M1"),
+            4 if self.tape.percent(20) => {
+                let relation = self.tape.pick(&["=", ">", "<="]);
+                let present = self.tape.pick(&["T0", "C0"]);
+                let value = self.tape.pick(&["K1", "K2", "K3", "K5"]);
+                self.put(format!("{kind}{relation} {present} {value}"));
+            }
             _ => {
                 let relation = self.tape.pick(&["=", ">", "<", "<>", ">=", "<="]);
                 let left = self.word();
@@ -190,6 +204,11 @@ impl Generator<'_, '_> {
     fn output(&mut self) {
         let (a, b, to) = (self.word(), self.word(), self.word());
         let line = match self.tape.below(30) {
+            0 if self.tape.percent(30) => {
+                let what = self.tape.pick(&["OUT T0", "OUT C0", "RST T0", "RST C0"]);
+                let setting = self.tape.pick(&[" K3", " K2", " K1"]);
+                format!("{what}{}", if what.starts_with('O') { setting } else { "" })
+            }
             0..=2 => {
                 let bit = self.tape.pick(&["M0", "M1", "M2", "M3"]);
                 let name = self.tape.pick(&["OUT", "SET", "RST", "PLS"]);
