@@ -15,7 +15,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 /// Programs with more ways than this are passed over.
-const MOST_WAYS: usize = 3_000;
+const MOST_WAYS: usize = 6_000;
 
 /// Answers every question in every way, one way a scan.
 #[derive(Default)]

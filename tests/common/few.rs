@@ -179,11 +179,12 @@ impl Generator<'_, '_> {
                 self.put(format!("{name} {bit}"));
             }
             3 => {
-                let bit = self.tape.pick(&["M0Z0", "SM400", "M3", "T0", "C0", "DX3"]);
+                let bit =
+                    self.tape.pick(&["M0Z0", "SM400", "M3", "M0Z0", "SM400", "M3", "T0", "C0"]);
                 self.put(format!("{kind} {bit}"));
             }
             _ if kind == "OR" => self.put("OR M1"),
-            4 if self.tape.percent(20) => {
+            4 if self.tape.percent(10) => {
                 let relation = self.tape.pick(&["=", ">", "<="]);
                 let present = self.tape.pick(&["T0", "C0"]);
                 let value = self.tape.pick(&["K1", "K2", "K3", "K5"]);
@@ -204,7 +205,7 @@ impl Generator<'_, '_> {
     fn output(&mut self) {
         let (a, b, to) = (self.word(), self.word(), self.word());
         let line = match self.tape.below(30) {
-            0 if self.tape.percent(30) => {
+            0 if self.tape.percent(20) => {
                 let what = self.tape.pick(&["OUT T0", "OUT C0", "RST T0", "RST C0"]);
                 let setting = self.tape.pick(&[" K3", " K2", " K1"]);
                 format!("{what}{}", if what.starts_with('O') { setting } else { "" })
