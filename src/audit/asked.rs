@@ -1,8 +1,8 @@
 //! A model's dearest scan: searched, and replayed by the interpreter.
 
-use super::assemble::constant_charges;
 use super::confirmed::{confirm, together};
-use super::request::{Failure, Progress, Request};
+use super::failure::Failure;
+use super::request::{Progress, Request};
 use super::search::Search;
 use crate::base::budget::Budget;
 use crate::base::time::Picos;
@@ -47,7 +47,7 @@ impl Asked<'_> {
         knowledge: &Knowledge,
     ) -> Result<Searched, Failure> {
         let zeros = Assignment(vec![0; model.variables.len()]);
-        let always = model.cost(&constant_charges(&model), &zeros);
+        let always = model.cost(&model.constant(), &zeros);
         let search = Search {
             request: self.request,
             prices: self.prices,

@@ -77,11 +77,6 @@ pub struct Finished {
     pub delays: Option<Delays>,
 }
 
-/// The charges that no assignment changes.
-pub fn constant_charges(model: &ScanModel) -> Vec<usize> {
-    (0..model.charges.len()).filter(|&index| model.charges[index].is_constant()).collect()
-}
-
 impl Findings<'_> {
     /// The scan that is shown, where it is not that of the assignment.
     fn real(&self) -> Option<&Found> {
@@ -96,7 +91,7 @@ impl Findings<'_> {
         let pick = |charges: &[usize], executed: Option<&Executed>| -> Vec<ChargeUse> {
             charges.iter().map(|&charge| self.charge(charge, &values, executed, &names)).collect()
         };
-        let always = pick(&constant_charges(self.model), None);
+        let always = pick(&self.model.constant(), None);
         let overhead: Vec<OverheadUse> = self
             .prices
             .overhead

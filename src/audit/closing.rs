@@ -1,9 +1,10 @@
 //! Both bounds of a model: searches it, runs really what it finds, and makes it closer by what that taught.
 
 use super::asked::{Asked, Searched};
+use super::failure::Failure;
 use super::modelling::put_back;
 use super::real::{self, Found};
-use super::request::{Failure, Progress, Request};
+use super::request::{Progress, Request};
 use crate::base::budget::Budget;
 use crate::base::time::Picos;
 use crate::program::meaning::Knowledge;

@@ -1,6 +1,7 @@
 //! A scan out of the groups' best ones, and the interpreter's word on what it costs.
 
-use super::request::{Failure, Request};
+use super::failure::Failure;
+use super::request::Request;
 use crate::base::budget::Budget;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;

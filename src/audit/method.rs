@@ -2,8 +2,9 @@
 
 use super::condition;
 use super::deciding::depends_on;
+use super::failure::Failure;
 use super::names::Names;
-use super::request::{Failure, Request};
+use super::request::Request;
 use crate::base::budget::Budget;
 use crate::base::location::Location;
 use crate::base::time::Picos;

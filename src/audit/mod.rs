@@ -9,6 +9,7 @@ mod deciding;
 mod doubt;
 mod executed;
 mod fact;
+mod failure;
 #[cfg(test)]
 pub mod fixture;
 pub mod method;
@@ -29,9 +30,10 @@ pub mod verdict;
 
 pub use doubt::Doubt;
 pub use fact::Fact;
+pub use failure::Failure;
 pub use pipeline::{Concluded, Followed, audit, conclude, follow};
 pub use questions::{File, Form, certificates, question};
-pub use request::{Failure, Progress, Request};
+pub use request::{Progress, Request};
 
 use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;

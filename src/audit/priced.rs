@@ -1,6 +1,7 @@
 //! The second stage: every instruction has its time.
 
-use super::request::{Failure, Progress, Request};
+use super::failure::Failure;
+use super::request::{Progress, Request};
 use super::stated;
 use super::understood::Understood;
 use crate::base::code::Code;

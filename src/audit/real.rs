@@ -1,6 +1,5 @@
 //! The search for a scan that a PLC really makes: run the model's, learn from where it differs, and go on.
 
-use super::assemble::constant_charges;
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
@@ -130,7 +129,7 @@ impl Search<'_> {
         let methods = vec![Method::Cores; slices.len()];
         let found = maxima(model, &slices, &methods, &self.limits, &|_, _, _| {});
         let mut all = Assignment(vec![0; model.variables.len()]);
-        let mut most = model.cost(&constant_charges(model), &all);
+        let mut most = model.cost(&model.constant(), &all);
         for found in &found {
             most += found.upper;
             found.best.put(&mut all);

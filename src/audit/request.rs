@@ -1,4 +1,4 @@
-//! What an audit is asked, what it tells on its way, and why there may be none.
+//! What an audit is asked, and what it tells while it runs.
 
 use super::response::Given;
 use crate::base::diagnostic::Diagnostic;
@@ -102,25 +102,4 @@ pub enum Progress {
         /// All groups.
         groups: usize,
     },
-}
-
-/// Why there is no audit.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Failure {
-    /// The input can't be taken; all faults that were found.
-    Input(Vec<Diagnostic>),
-    /// The program contradicts itself: the analysis and the interpreter disagree.
-    Internal(String),
-}
-
-impl From<Vec<Diagnostic>> for Failure {
-    fn from(faults: Vec<Diagnostic>) -> Failure {
-        Failure::Input(faults)
-    }
-}
-
-impl From<Diagnostic> for Failure {
-    fn from(fault: Diagnostic) -> Failure {
-        Failure::Input(vec![fault])
-    }
 }

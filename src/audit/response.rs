@@ -1,6 +1,6 @@
 //! The worst time from an input's edge to an output's.
 
-use super::request::Failure;
+use super::failure::Failure;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;

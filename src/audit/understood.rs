@@ -1,6 +1,7 @@
 //! The first stage: the project's files become a program, and a table is found that prices it.
 
-use super::request::{Failure, Progress, Request};
+use super::failure::Failure;
+use super::request::{Progress, Request};
 use super::stated;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;

@@ -1,9 +1,9 @@
 //! Reads scan times, time stamps or a captured signal from CSV, as PulseView, oscilloscopes and others write it.
 
 use super::Measurements;
-use super::capture::{Edges, Origin, Selection, fault};
 use super::heading::{self, Heading};
 use super::number::{Decimal, Signs, Stamp};
+use super::signal::{Edges, Origin, Selection, fault};
 use super::sigrok::{Sigrok, cut_period, sigrok};
 use crate::base::code::Code;
 use crate::base::column::{UNITS, Unit, line_of};

@@ -1,8 +1,8 @@
 //! Reads a captured signal from a value change dump.
 
 use super::Measurements;
-use super::capture::{Edges, Origin, Selection, fault};
 use super::number::Decimal;
+use super::signal::{Edges, Origin, Selection, fault};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
 use crate::minasec::vcd::EMULATED;

@@ -7,6 +7,7 @@ mod fit;
 mod heading;
 mod histogram;
 mod number;
+mod signal;
 mod sigrok;
 
 pub use capture::{Edge, Selection, Threshold};

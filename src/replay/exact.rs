@@ -1,8 +1,9 @@
 //! Exact choices: operations on operands that are carried out, and what is learned from it.
 
 use super::Free;
-use super::operation::{bcd, number, run};
+use super::operation::run;
 use super::state::{Doubt, State, Truth};
+use super::words::{bcd, number};
 use crate::program::meaning::{
     Address, Count, Digits, Fact, Learned, Meaning, Operand, Read, Shape, Target, Term,
 };

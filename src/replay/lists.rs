@@ -1,7 +1,7 @@
 //! How operations on blocks, bits, bytes, reals and times are carried out; `None` where no manual settles what comes
 //! of it.
 
-use super::operation::{number, words_of};
+use super::words::{number, words_of};
 use crate::program::meaning::{Arithmetic, Operation};
 
 /// No list is longer.

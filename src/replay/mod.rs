@@ -9,6 +9,7 @@ mod machine;
 mod operation;
 pub mod run;
 mod state;
+mod words;
 
 #[cfg(test)]
 mod control_tests;

@@ -1,6 +1,7 @@
 //! How operations on lists of words are carried out; `None` where no manual settles what comes of it.
 
 use super::lists;
+use super::words::{bcd, number, words_of};
 use crate::program::meaning::{Operation, Unary};
 
 /// The operation's results on these inputs.
@@ -100,21 +101,6 @@ fn digits(value: i128, words: usize) -> Vec<u16> {
     (0..words).map(|w| (0..4).fold(0, |word, n| word | digit(4 * w + n) << (4 * n))).collect()
 }
 
-/// The number that words make, the least first; at most four words.
-pub fn number(words: &[u16], signed: bool) -> Option<i128> {
-    if words.len() > 4 {
-        return None;
-    }
-    let value = words.iter().rev().fold(0i128, |value, &word| value << 16 | i128::from(word));
-    let negative = signed && words.last()? >> 15 == 1;
-    Some(if negative { value - (1i128 << (16 * words.len())) } else { value })
-}
-
-/// The lowest so many words of a number.
-pub(super) fn words_of(value: i128, count: usize) -> Vec<u16> {
-    (0..count).map(|n| (value >> (16 * n)) as u16).collect()
-}
-
 fn each(unary: Unary, words: &[u16]) -> Option<Vec<u16>> {
     let count = words.len();
     match unary {
@@ -142,16 +128,6 @@ fn each(unary: Unary, words: &[u16]) -> Option<Vec<u16>> {
             Some(words_of((0..16 * count).fold(0, |sum, bit| sum ^ (value >> bit)), count))
         }
     }
-}
-
-/// The number that words' digits make; `None` if a digit is above 9.
-pub fn bcd(words: &[u16]) -> Option<i128> {
-    let digits =
-        words.iter().rev().flat_map(|word| (0..4).rev().map(move |n| word >> (4 * n) & 15));
-    digits.into_iter().try_fold(0i128, |value, digit| {
-        let digit = (digit <= 9).then_some(i128::from(digit))?;
-        value.checked_mul(10)?.checked_add(digit)
-    })
 }
 
 /// The bits of words, the least first.

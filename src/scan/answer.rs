@@ -1,30 +1,9 @@
 //! What is asked of words, worked out as guards: whether one lies in a range, its bits, and what a sum carries.
 
-use super::word::{Carry, CarryOf, Gate, Node, Word, Words};
+use super::term::{Carry, CarryOf, Gate, Node, Question, Range, Word};
+use super::word::Words;
 use crate::scan::model::{Atom, Circuit, Lit, VarId};
 use rustc_hash::FxHashMap;
-
-/// A question.
-#[derive(Debug, Clone, Copy)]
-enum Question {
-    Range(Range),
-    Bits(Word),
-    Carry(Carry),
-}
-
-/// Whether a word, unsigned, lies between two values, both included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Range(Word, u16, u16);
-
-/// What was asked of the words so far.
-#[derive(Debug, Default)]
-pub(super) struct Answers {
-    ranges: FxHashMap<Range, Lit>,
-    bits: FxHashMap<Word, [Lit; 16]>,
-    carries: FxHashMap<Carry, Lit>,
-    /// The questions under way; kept for the next, since most are answered at once.
-    open: Vec<Question>,
-}
 
 impl Words {
     /// Whether the word, unsigned, lies in `low..=high`.

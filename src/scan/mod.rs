@@ -12,6 +12,7 @@ mod memory;
 pub mod model;
 mod number;
 pub mod reach;
+mod term;
 mod word;
 
 use crate::base::time::Times;

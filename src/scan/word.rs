@@ -3,7 +3,8 @@
 //! A word is only noted down here. What is asked of it is worked out when it is asked (`answer`), so that what nobody
 //! asks costs nothing: most results of a plant's arithmetic decide nothing.
 
-use super::answer::Answers;
+use super::term::{Answers, CarryOf, Node};
+pub use super::term::{Carry, Gate, Word};
 use crate::scan::model::{self, Atom, Circuit, Lit, Shared, VarId};
 use rustc_hash::FxHashSet;
 use std::collections::BTreeSet;
@@ -12,54 +13,6 @@ use std::collections::BTreeSet;
 const MOST_PARTS: usize = 64;
 /// Asking that of them takes less than this.
 const ASKED: usize = 1 << 14;
-
-/// A symbolic word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Word(u32);
-
-/// How a word comes about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Node {
-    Const(u16),
-    Free(VarId),
-    Either(Lit, Word, Word),
-    Plus(Word, u16),
-    /// Sixteen bits, by their number.
-    Bits(u32),
-    Bitwise(Gate, Word, Word),
-    /// The sum of two words and a carry.
-    Sum(Word, Word, Carry),
-    /// The sum of a word, a constant and a carry.
-    Carried(Word, u16, Carry),
-}
-
-/// What is done with two bits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Gate {
-    And,
-    Or,
-    Xor,
-}
-
-/// The carry out of a sum, for the next word of the number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Carry(u32);
-
-/// Of which sum.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum CarryOf {
-    None,
-    Always,
-    Sum(Word, Word, Carry),
-    Carried(Word, u16, Carry),
-}
-
-impl Carry {
-    /// No carry.
-    pub const NONE: Carry = Carry(0);
-    /// A carry, whatever was added.
-    pub const ALWAYS: Carry = Carry(1);
-}
 
 /// All symbolic words of a scan, equal ones shared, and what was already asked of them.
 #[derive(Debug)]

@@ -231,4 +231,10 @@ impl ScanModel {
         let values = self.circuit.evaluate(assignment);
         charges.iter().map(|&c| self.charges[c].cost(&values)).sum()
     }
+
+    /// The charges that no assignment changes, indices into `charges`.
+    #[must_use]
+    pub fn constant(&self) -> Vec<usize> {
+        (0..self.charges.len()).filter(|&index| self.charges[index].is_constant()).collect()
+    }
 }
