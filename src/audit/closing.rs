@@ -17,14 +17,14 @@ use crate::solve::{Limits, Method, maximum};
 use crate::timing::price::Prices;
 use std::collections::BTreeMap;
 
-/// So many nodes has a model, at most, that is searched again with what was learned. Of larger ones that takes several
+/// The most nodes of a model that is searched again with what was learned. Of larger ones that takes several
 /// times as long as the first search, and what single scans teach hardly ever lowers their bound.
 const MOST_AGAIN: usize = 50_000;
-/// With what was learned, a model may have so many nodes and questions to words.
+/// The most nodes and questions to words of a model with what was learned.
 const MOST_LEARNED: usize = 4_000_000;
-/// So often loops are put back whose counts were learned.
+/// The most rounds of putting back loops whose counts were learned.
 const MOST_ROUNDS: usize = 8;
-/// Of so many loops the solver is asked how large their counts can be.
+/// The most loops of which the solver is asked how large their counts can be.
 const MOST_ASKED: usize = 16;
 
 /// What both bounds are searched with.

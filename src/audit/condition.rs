@@ -35,7 +35,7 @@ impl Formula {
 struct Writer<'a> {
     circuit: &'a Circuit,
     name: &'a dyn Fn(VarId) -> String,
-    /// So many leaves may still be written.
+    /// The number of leaves that may still be written.
     left: usize,
 }
 

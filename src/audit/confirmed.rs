@@ -13,7 +13,7 @@ use crate::scan::model::{Assignment, Group, Portion, ScanModel, Values};
 use crate::solve::{Limits, Maximum, Method, maximum};
 use std::time::{Duration, Instant};
 
-/// So long a scan that keeps what is stated is looked for where the time is over.
+/// How long a scan that keeps what is stated is looked for where the time is over.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// The groups' best assignments in one, since they share no variable; and what else it takes for a scan that

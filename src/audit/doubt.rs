@@ -6,7 +6,7 @@ use crate::program::Program;
 use crate::timing::price::{MorePoints, UnstatedPoints};
 use std::fmt;
 
-/// Of so many loops that were not asked to the end it is told each.
+/// The most loops listed one by one of which the search did not find out whether they end.
 const MOST_TOLD: usize = 10;
 
 /// Why a bound may be too low.
@@ -18,7 +18,7 @@ pub enum Doubt {
     Interrupts {
         /// The routine.
         name: String,
-        /// So often it was taken to.
+        /// How often it was assumed to.
         taken: u32,
     },
     /// What networks take to refresh what the program uses is not stated.
@@ -38,7 +38,7 @@ pub enum Doubt {
         /// The line.
         line: u32,
     },
-    /// Nor of so many more loops.
+    /// The number of further such loops.
     MorePerhapsEndless(usize),
     /// A scan may last longer than a timer that it starts, and that is taken not to run out within it.
     OutlastsTimer(Picos),

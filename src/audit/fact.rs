@@ -23,7 +23,7 @@ pub enum Fact {
     Interrupts {
         /// The routine.
         name: String,
-        /// So often at most.
+        /// The most interrupts in a scan.
         times: u32,
     },
     /// An instruction's times.

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// So many conditions of a group are written out.
+/// The most conditions of a group that are written out.
 const MOST: usize = 200;
 
 /// Of a longer condition so many devices are named.

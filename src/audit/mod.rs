@@ -132,7 +132,7 @@ impl Audit {
         self.bound.upper + more_points(&self.points)
     }
 
-    /// So long a scan takes even if no point is fitted where it is not stated how many are, and those that are on the
+    /// The lower bound if no point is fitted where it is not stated how many are, and those that are on the
     /// cheapest base where it is not stated on which.
     #[must_use]
     pub fn lower_without_points(&self) -> Picos {
@@ -174,7 +174,7 @@ impl Audit {
     }
 }
 
-/// So long a scan takes as is known to happen: of a machine with a clock, without what its tolerance allows for.
+/// The longest scan that is known to be possible: on a machine with a clock, without the clock's tolerance.
 fn possible(bound: &Bound, factor: Option<&FactorUse>, is_clocked: bool) -> Picos {
     match factor {
         Some(factor) if is_clocked => bound.lower.min(factor.without),

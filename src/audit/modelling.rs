@@ -15,15 +15,15 @@ use crate::timing::price::Prices;
 use crate::timing::table::Table;
 use std::collections::BTreeMap;
 
-/// Loops and calls may add so many executed instructions to those that the program has.
+/// The most executed instructions that loops and calls may add to those that the program has.
 const MOST_UNROLLED: u64 = 200_000;
-/// So often loops are put back whose counts the model of a scan tells.
+/// The most rounds of putting back loops whose counts the model of a scan tells.
 const MOST_NESTED: usize = 8;
-/// The model of a scan may have so many nodes and questions to words, ...
+/// The limit on a model's nodes and questions to words is this, ...
 const NODES: usize = 1_000_000;
-/// ... so many more for each instruction that is executed, ...
+/// ... plus this for each instruction that is executed, ...
 const NODES_EACH: usize = 48;
-/// ... and no more than so many.
+/// ... but never above this.
 const MOST_NODES: usize = 8_000_000;
 /// A thousand hours.
 const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);

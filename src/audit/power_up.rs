@@ -12,11 +12,11 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// So many scans a run has at most.
+/// The most scans of a run.
 const LONGEST: usize = 8;
-/// So many runs are tried whose inputs change at random.
+/// The number of runs that are tried with inputs that change at random.
 const RANDOM: u64 = 64;
-/// So many instructions are executed in all.
+/// The most instructions that are executed in all.
 const MOST_EXECUTED: u64 = 2_000_000;
 
 /// Which inputs the outside sets in the scans before the last.

@@ -12,9 +12,9 @@ use crate::scan::{Side, scan_model_knowing};
 use crate::solve::{Limits, Method, maxima, maximum};
 use std::collections::BTreeSet;
 
-/// So many instructions of a scan are run.
+/// The most instructions of a scan that are run.
 const MOST_RUN: u64 = 400_000;
-/// So many gates are searched in all, in models that grow with what is learned, at most in so many rounds.
+/// Limits of the search in models that grow with what is learned: gates in all, and rounds.
 const MOST_GATES: usize = 2_000_000;
 const MOST_ROUNDS: usize = 400;
 

@@ -10,7 +10,7 @@ use crate::timing::price::own_points;
 use crate::timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// So many facts are told of.
+/// The most facts that are reported.
 const MOST_TOLD: usize = 100;
 
 /// Refuses ranges of words where the machine has none.

@@ -9,7 +9,7 @@ use crate::scan::model::{Assignment, Charge, Lit, ScanModel};
 use crate::solve::{Limits, Method, maximum};
 use std::collections::BTreeSet;
 
-/// Where so many loops are found, no more are asked for: one alone leaves a scan without bound.
+/// The search for loops stops when this many are found: one alone leaves a scan without bound.
 const MOST_FOUND: usize = 10;
 
 /// What is known of the loops.

@@ -11,7 +11,7 @@ use crate::program::Program;
 use crate::timing::table::{Evidence, Factor, StatedClock, Table};
 use std::collections::BTreeSet;
 
-/// So many wrong facts of a kind are told.
+/// The most wrong facts of one kind that are reported.
 const MOST_TOLD: usize = 100;
 
 /// A program that is understood, and what prices it.

@@ -224,7 +224,7 @@ impl Check {
     }
 }
 
-/// So many assumed times are named where they are too many.
+/// The number of assumed times that are named where there are too many.
 const MOST_NAMED: usize = 6;
 
 /// Why a limit between the bounds is neither kept nor broken, and what to do.

@@ -8,7 +8,7 @@ use std::ops::Range;
 pub struct Unit {
     /// As it is written.
     pub name: &'static str,
-    /// So many picoseconds are ten to this power.
+    /// Its picoseconds are ten to this power.
     digits: u32,
 }
 

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use super::{Input, encoding};
 use crate::base::diagnostic::Diagnostic;
 
-/// So many bytes at the beginning tell what a file is.
+/// The number of bytes at the beginning that tell what a file is.
 pub const BEGINNING: usize = 64 * 1024;
 
 /// The text of a file's beginning, faults replaced. `marks` are words that tell code pages apart.

@@ -222,7 +222,7 @@ struct Plan {
     loops: BTreeSet<usize>,
     routines: BTreeSet<usize>,
     interrupts: BTreeSet<usize>,
-    /// So many instructions are executed then.
+    /// How many instructions are executed then.
     total: u64,
 }
 

@@ -74,7 +74,7 @@ pub enum Operand {
     Number(Number),
     /// A truth value as 0 or 1; the condition is that of the instruction.
     Truth(Logic),
-    /// So many from an address on.
+    /// A number of words from an address on.
     Run(Address, Shape, Count),
 }
 
@@ -150,7 +150,7 @@ pub struct Stretch {
 /// How many words a list has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Count {
-    /// So many.
+    /// A known number.
     Exactly(u32),
     /// As many as the term says; not known outside these limits.
     Of {

@@ -455,7 +455,7 @@ impl Step {
 pub enum Units {
     /// The instruction has no count.
     None,
-    /// So many, known.
+    /// A known number.
     Exactly(u64),
     /// Not known: at most so many.
     AtMost(u64),
@@ -470,7 +470,7 @@ pub enum Units {
 pub struct Counted {
     /// The count, an unsigned number, its least word first.
     pub words: Vec<WordSource>,
-    /// So many units are handled for each that is counted.
+    /// How many units are handled for each that is counted.
     pub each: u64,
     /// A larger count handles no more than this one.
     pub most: u64,
@@ -480,7 +480,7 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// In so many iterations of a loop the words are asked.
+    /// The number of iterations of a loop in which the words are asked.
     pub const ITERATIONS: u32 = 16;
 
     /// Whether the words are asked in a call context.
@@ -622,9 +622,9 @@ pub struct Indexed {
 /// How many cells an instruction writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Length {
-    /// So many.
+    /// A known number.
     Exactly(u32),
-    /// So many for each that a word counts.
+    /// A number for each that a word counts.
     Counted(WordSource, u32),
     /// It is not known.
     Unknown,

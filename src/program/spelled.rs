@@ -5,11 +5,11 @@ use super::flow::written_by;
 use super::meaning::{Meaning, Operand, Target};
 use super::{ChoiceId, Effect, Number, Region, Write};
 
-/// So many cells may be spelled out in a program.
+/// The most cells that may be spelled out in a program.
 const MOST: usize = 2_000_000;
-/// An instruction that writes so few cells may always say which.
+/// An instruction that writes no more cells than this may always say which.
 const FEW: usize = 16;
-/// So many cells' room takes what is known of a result besides its cells.
+/// The room, in cells, of what is known of a result besides its cells.
 const KNOWN: usize = 12;
 
 /// How much a program has spelled out so far.

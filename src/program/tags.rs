@@ -16,7 +16,7 @@ pub enum Type {
     Bit,
     /// A number, a time or a text of so many words, the least first.
     Words(u32),
-    /// So many elements, numbered from `first` on. One of several dimensions is an array of arrays.
+    /// Elements of one type, numbered from `first` on. One of several dimensions is an array of arrays.
     Array {
         /// The first one's number.
         first: i64,

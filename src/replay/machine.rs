@@ -10,7 +10,7 @@ use crate::program::{
 };
 use std::collections::BTreeMap;
 
-/// Of so many loops in a scan both is tried where they run one iteration or none.
+/// The most loops in a scan of which both cases are tried, one iteration and none.
 pub(super) const MOST_ASKED: usize = 4;
 
 /// A loop that is being run.
@@ -58,7 +58,7 @@ pub(super) struct Machine<'p, F> {
     unbounded: Option<usize>,
     /// Where and why it is not known how the scan goes on.
     stopped: Option<Stopped>,
-    /// So many instructions more are executed.
+    /// How many more instructions may be executed.
     left: u64,
     /// Whether loops that run one iteration or none run one, in the order in which they come; and how many came.
     once: Vec<bool>,

@@ -29,7 +29,7 @@ impl Default for Reach<'_> {
 /// What a single instruction may take, one try after the other.
 const ONCE: [usize; 5] = [1 << 15, 1 << 11, 1 << 7, 1 << 5, 8];
 
-/// So often instructions that take too much are sought before the next try.
+/// How many times instructions that take too much are sought before the next try.
 const ROUNDS: usize = 3;
 
 /// Executes one scan symbolically, within what its model may take: where single instructions take much, what they

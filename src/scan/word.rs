@@ -9,7 +9,7 @@ use crate::scan::model::{self, Atom, Circuit, Lit, Shared, VarId};
 use rustc_hash::FxHashSet;
 use std::collections::BTreeSet;
 
-/// So many parts of a word are looked at for the most that it can be.
+/// The most parts of a word that are looked at for the largest value it can have.
 const MOST_PARTS: usize = 64;
 /// Asking that of them takes less than this.
 const ASKED: usize = 1 << 14;

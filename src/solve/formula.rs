@@ -137,7 +137,7 @@ impl Formula {
 
 /// New numbers for the variables that a partition of a formula added by itself.
 pub struct Renumber {
-    /// So many variables all partitions have in common: these keep their numbers.
+    /// The number of variables that all partitions have in common: these keep their numbers.
     shared: usize,
     /// How many variables the partitions before it added.
     by: usize,

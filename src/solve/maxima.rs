@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// Of the time left, the part that one round of groups may take; what they leave over is the next ones'.
 const SHARE: f64 = 0.9;
 
-/// So many small groups are searched by subsets where the method is not stated. Some projects have thousands of a
+/// The most small groups that are searched by subsets where the method is not stated. Some projects have thousands of a
 /// single charge, and Z3 takes a millisecond to begin with one.
 const FEW: usize = 24;
 

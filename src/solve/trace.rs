@@ -3,7 +3,7 @@
 use crate::base::time::Picos;
 use std::time::Duration;
 
-/// So many steps of a group are kept; more are counted.
+/// The most steps of a group that are kept; further ones are counted.
 const MOST: usize = 5_000;
 
 /// The steps of a search, in an order that does not depend on threads.

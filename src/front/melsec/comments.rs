@@ -25,7 +25,7 @@ const COMMENT_HEADS: [&str; 6] = ["comment", "コメント", "注释", "註解",
 pub(super) const MARKS: [&str; 5] = ["コメント", "注释", "軟元件", "코멘트", "주석"];
 /// The heads stand within the first so many rows.
 const HEADING_ROWS: usize = 4;
-/// So many rows behind them are looked at where the heads are not known.
+/// The number of rows behind them that are looked at where the heads are not known.
 const LOOKED_AT: usize = 6;
 
 /// How a comment file is laid out.

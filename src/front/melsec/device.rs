@@ -30,7 +30,7 @@ impl Family {
         }
     }
 
-    /// So many steps the largest CPU of the family holds: no program has more instructions.
+    /// The steps that the largest CPU of the family holds: no program has more instructions.
     #[must_use]
     pub fn most_steps(self) -> usize {
         const K: usize = 1024;

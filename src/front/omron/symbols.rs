@@ -28,7 +28,7 @@ const TYPES: [&str; 18] = [
 ];
 /// Types of timers and counters, whose address is their number.
 const TIMES: [&str; 2] = ["TIMER", "COUNTER"];
-/// So many lines are looked at.
+/// The number of lines that are looked at.
 const LOOKED_AT: usize = 50;
 
 /// Whether the beginning of a file is that of such a table: every line but perhaps the first, its heads.

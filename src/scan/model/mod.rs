@@ -183,7 +183,7 @@ pub struct Iterations {
     pub reached: Lit,
     /// The count, a signed number, the least bit first.
     pub bits: [Lit; 16],
-    /// So many iterations it may make whatever its count is.
+    /// The iterations that it may make whatever its count is.
     pub least: u32,
 }
 

@@ -267,7 +267,7 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// So many wrong bases of a side are told.
+/// The most wrong bases of a side that are reported.
 const MOST_TOLD: usize = 100;
 
 /// How many points the program is seen to use among those that the CPU can have, and how that was found: what lies

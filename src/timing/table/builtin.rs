@@ -56,7 +56,7 @@ fn tables() -> impl Iterator<Item = (&'static str, &'static Table)> {
     FILES.iter().enumerate().filter_map(|(index, (name, _))| Some((*name, table(index)?)))
 }
 
-/// So many CPUs of like names are told at most.
+/// The most CPUs of like names that are suggested.
 const MOST_NEAR: usize = 4;
 
 /// What a list of the built-in tables shows of one.

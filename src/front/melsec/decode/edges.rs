@@ -20,7 +20,7 @@ pub(super) struct Edge {
 /// What remembers bits from one execution of an instruction to the next.
 #[derive(Default)]
 pub(super) struct Edges {
-    /// So many such bits there are.
+    /// How many such bits there are.
     pub count: u32,
     /// Instructions of the FX and FX5 that act at edges.
     pub at: Vec<Edge>,

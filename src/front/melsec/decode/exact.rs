@@ -321,7 +321,7 @@ impl Decoder<'_> {
     }
 }
 
-/// So many devices of an area every CPU of the family surely has.
+/// The number of devices of an area that every CPU of the family surely has.
 pub(super) fn certain_points(family: Family, cells: AreaId, letters: &str) -> Option<u32> {
     if family == Family::Fx || family == Family::Fx5 {
         return match letters {
