@@ -3,7 +3,6 @@
 use super::term::{Carry, CarryOf, Gate, Node, Question, Range, Word};
 use super::word::Words;
 use crate::scan::model::{Atom, Circuit, Lit, VarId};
-use rustc_hash::FxHashMap;
 
 impl Words {
     /// Whether the word, unsigned, lies in `low..=high`.
