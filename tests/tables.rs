@@ -72,7 +72,10 @@ fn a_limit_that_hangs_on_the_base_is_neither_proved_nor_refuted() {
     let near = audited(PROGRAM, &own, &format!("{io}base = 'main'\n"));
     let verdict = |limit| Check::new(&far, limit, Margin::default()).verdict;
     let Verdict::Undecided(reasons) = verdict(near.bound.upper) else { panic!() };
-    assert!(reasons.iter().any(|reason| reason.contains("[io] base = \"main\"")), "{reasons:?}");
+    assert!(
+        reasons.iter().any(|reason| reason.to_string().contains("[io] base = \"main\"")),
+        "{reasons:?}"
+    );
     assert_eq!(verdict(far.bound.upper), Verdict::Proved);
     assert_eq!(verdict(Picos(near.bound.lower.0 - 1)), Verdict::Refuted);
 }

@@ -20,6 +20,7 @@ mod power_up;
 mod priced;
 mod questions;
 mod real;
+mod reason;
 mod request;
 pub mod response;
 mod search;
@@ -33,6 +34,7 @@ pub use fact::Fact;
 pub use failure::Failure;
 pub use pipeline::{Concluded, Followed, audit, conclude, follow};
 pub use questions::{File, Form, certificates, question};
+pub use reason::Reason;
 pub use request::{Progress, Request};
 
 use crate::base::budget::Cut;

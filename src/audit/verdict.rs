@@ -1,6 +1,6 @@
 //! Whether a program keeps to a limit: proved, refuted by a scan, or undecided with the reasons.
 
-use crate::audit::{Audit, Doubt, Evidence, Share, UnstatedBase, UnstatedPoints};
+use crate::audit::{Audit, Doubt, Evidence, Reason, Share, UnstatedPoints};
 use crate::base::time::Picos;
 use std::fmt;
 use std::str::FromStr;
@@ -122,7 +122,7 @@ pub enum Verdict {
     /// A scan that was replayed is over the limit, or never ends.
     Refuted,
     /// Neither is known, for these reasons.
-    Undecided(Vec<String>),
+    Undecided(Vec<Reason>),
 }
 
 /// A limit and what became of it.
@@ -170,13 +170,14 @@ impl Check {
         let doubts = || {
             // All that the CPU can have is counted where that is known.
             let unknown = audit.points.iter().any(|points| points.most.is_none());
-            in_words(&if unknown { audit.all_doubts() } else { audit.doubts.clone() })
+            reasons(&if unknown { audit.all_doubts() } else { audit.doubts.clone() })
         };
         let verdict = if lower > limit || !audit.unbounded.is_empty() {
             Verdict::Refuted
         } else if upper > limit {
-            let reasons = [open(audit, limit, margin), bases(audit), in_words(&audit.doubts)];
-            Verdict::Undecided(reasons.concat())
+            let bases = audit.bases.iter().cloned().map(Reason::DearestBase);
+            let found = [open(audit, limit, margin), bases.collect(), reasons(&audit.doubts)];
+            Verdict::Undecided(found.concat())
         } else if doubts().is_empty() {
             Verdict::Proved
         } else {
@@ -191,10 +192,7 @@ impl Check {
     #[must_use]
     pub fn if_reached(mut self, audit: &Audit) -> Check {
         if self.verdict == Verdict::Refuted && audit.unbounded.is_empty() && !audit.is_reached() {
-            let reason = format!(
-                "a scan takes {}, but no run from power-up to the state in which it starts was found (--refute reached)",
-                audit.possible()
-            );
+            let reason = Reason::NotReached { took: audit.possible() };
             self.verdict = Verdict::Undecided(vec![reason]);
         }
         self
@@ -208,14 +206,18 @@ impl Check {
         if !audit.unbounded.is_empty() || !self.assumed.is_above(most) {
             return self;
         }
-        let first: Vec<&str> =
-            audit.table.assumed.iter().take(MOST_NAMED).map(|one| one.name.as_str()).collect();
-        let reason = format!(
-            "{} of {} rests on assumed times, more than the {most} of --max-assumed: state times (--time, or a table of your own), first of {}",
-            self.assumed.share(),
-            if self.verdict == Verdict::Refuted { "the scan that was found" } else { "the bound" },
-            first.join(", ")
-        );
+        let reason = Reason::Assumed {
+            share: self.assumed.share(),
+            of_lower: self.verdict == Verdict::Refuted,
+            most: most.to_string(),
+            first: audit
+                .table
+                .assumed
+                .iter()
+                .take(MOST_NAMED)
+                .map(|one| one.name.clone())
+                .collect(),
+        };
         self.verdict = match self.verdict {
             Verdict::Undecided(reasons) => Verdict::Undecided([reasons, vec![reason]].concat()),
             Verdict::Proved | Verdict::Refuted => Verdict::Undecided(vec![reason]),
@@ -228,75 +230,37 @@ impl Check {
 const MOST_NAMED: usize = 6;
 
 /// Why a limit between the bounds is neither kept nor broken, and what to do.
-fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<String> {
-    let seen = |points: &UnstatedPoints| format!("{} {}", points.taken, points.side);
-    let seen = listed(audit, " and ", seen);
+fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<Reason> {
+    let seen = audit.points.iter().map(|points| (points.taken, points.side)).collect();
+    let sides = audit.points.iter().map(|points| points.side).collect();
     let upper = audit.bound.upper;
     if margin.on(upper) <= limit {
         let all = |points: &UnstatedPoints| {
             let most = points.most.as_ref().map_or(0, |most| most.points);
-            format!("{} {}", most.max(points.taken), points.side)
+            (most.max(points.taken), points.side)
         };
-        let all = listed(audit, " and ", all);
+        let all = audit.points.iter().map(all).collect();
         let most = audit.upper_with_all_points();
         let room = margin.room(limit).checked_sub(upper).unwrap_or_default();
         let dearest = audit.points.iter().map(|points| points.sixteen.0).max().unwrap_or(0);
         let more = room.0.checked_div(dearest).unwrap_or(0).saturating_mul(16);
-        return vec![
-            format!(
-                "it depends on how many I/O points are fitted, which is not stated: with the {seen} points that the program is seen to use no scan takes longer than {upper}, with all {all} points that the CPU can have {most}"
-            ),
-            format!(
-                "{}; up to {more} points more than it is seen to use keep the limit",
-                state(audit)
-            ),
-        ];
+        let depends = Reason::MorePoints { seen, all, upper, most };
+        return vec![depends, Reason::StatePoints { sides, more: Some(more) }];
     }
     if margin.on(audit.possible()) > limit {
         if audit.points.is_empty() {
             return Vec::new();
         }
-        return vec![
-            format!(
-                "it depends on how many I/O points are fitted, which is not stated: the scan that was found is over the limit with the {seen} points that the program is seen to use, and not without any"
-            ),
-            state(audit),
-        ];
+        return vec![Reason::FewerPoints(seen), Reason::StatePoints { sides, more: None }];
     }
-    let reason = match audit.clocked {
-        Some(_) => {
-            "the limit lies within the clock's tolerance; measure the clock and state it (--clock)"
-        }
-        None => {
-            "the limit lies between the scan that was found and the bound; give the search more time (--time-limit)"
-        }
-    };
-    vec![reason.to_owned()]
+    vec![match audit.clocked {
+        Some(_) => Reason::WithinTolerance,
+        None => Reason::Between,
+    }]
 }
 
-fn in_words(doubts: &[Doubt]) -> Vec<String> {
-    doubts.iter().map(ToString::to_string).collect()
-}
-
-/// What stating the base units would take off.
-fn bases(audit: &Audit) -> Vec<String> {
-    let one = |base: &UnstatedBase| {
-        let UnstatedBase { side, least, saves } = base;
-        format!(
-            "{side} refresh is counted on the dearest base unit, since it is not stated on which the modules sit: on the base {least} it takes {saves} less: state it in a facts file (--facts): [io] base = \"{least}\""
-        )
-    };
-    audit.bases.iter().map(one).collect()
-}
-
-/// What to write in a facts file.
-fn state(audit: &Audit) -> String {
-    let sides = listed(audit, ", ", |points| format!("{}s = N", points.side));
-    format!("state those that are fitted in a facts file (--facts): [io] {sides}")
-}
-
-fn listed(audit: &Audit, between: &str, text: impl Fn(&UnstatedPoints) -> String) -> String {
-    audit.points.iter().map(text).collect::<Vec<String>>().join(between)
+fn reasons(doubts: &[Doubt]) -> Vec<Reason> {
+    doubts.iter().map(Reason::from).collect()
 }
 
 #[cfg(test)]
@@ -336,7 +300,7 @@ mod tests {
         let mut audit = fixture();
         audit.doubts = vec![Doubt::Interrupts { name: "I0".to_owned(), taken: 1 }];
         let check = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
-        assert_eq!(check(u64::MAX), Verdict::Undecided(in_words(&audit.doubts)));
+        assert_eq!(check(u64::MAX), Verdict::Undecided(super::reasons(&audit.doubts)));
         assert_eq!(check(1), Verdict::Refuted);
     }
 
@@ -352,7 +316,7 @@ mod tests {
         };
         assert_eq!(check(upper, "28.8398%"), Verdict::Proved);
         let told = |verdict| match verdict {
-            Verdict::Undecided(reasons) => reasons.join("\n"),
+            Verdict::Undecided(reasons) => told_all(&reasons),
             other => panic!("{other:?}"),
         };
         assert!(told(check(upper, "28.8397%")).contains("28.8 % of the bound rests"));
@@ -370,6 +334,10 @@ mod tests {
         for bad in ["30", "101%", "-1%", "", "100.0001%"] {
             assert!(bad.parse::<MostAssumed>().is_err(), "{bad}");
         }
+    }
+
+    fn told_all(reasons: &[Reason]) -> String {
+        reasons.iter().map(|reason| format!("{reason}\n")).collect()
     }
 
     /// The fixture without other doubts, with 16 input points taken for 4.3 us and perhaps 4096 in all.
@@ -402,7 +370,7 @@ mod tests {
         assert_eq!(check(upper + more).verdict, Verdict::Proved);
         assert_eq!(check(upper + more).upper, Picos(upper + more));
         let reasons = |ps| match check(ps).verdict {
-            Verdict::Undecided(reasons) => reasons.join("\n"),
+            Verdict::Undecided(reasons) => told_all(&reasons),
             other => panic!("{other:?}"),
         };
         assert!(reasons(upper + more - 1).contains("[io] inputs = N; up to 4064 points more"));
@@ -416,7 +384,7 @@ mod tests {
     fn points_of_which_the_most_is_not_known_stay_a_doubt() {
         let audit = with_points(None);
         let check = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
-        assert_eq!(check(u64::MAX), Verdict::Undecided(in_words(&audit.all_doubts())));
+        assert_eq!(check(u64::MAX), Verdict::Undecided(super::reasons(&audit.all_doubts())));
         assert_eq!(check(1), Verdict::Refuted);
         // All that there can be is counted: nothing is left to doubt.
         assert_eq!(with_points(Some(0)).all_doubts(), []);

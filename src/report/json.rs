@@ -47,7 +47,7 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     ended: Vec<Ended<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    check: Option<CheckResult<'a>>,
+    check: Option<CheckResult>,
     #[serde(skip_serializing_if = "Option::is_none")]
     response: Option<Response<'a>>,
     seconds: f64,
@@ -247,7 +247,7 @@ struct Overhead<'a> {
 }
 
 #[derive(Serialize)]
-struct CheckResult<'a> {
+struct CheckResult {
     verdict: &'static str,
     limit_ps: u64,
     margin: String,
@@ -257,7 +257,7 @@ struct CheckResult<'a> {
     assumed_of_ps: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     max_assumed: Option<String>,
-    reasons: &'a [String],
+    reasons: Vec<String>,
     ended_early: bool,
 }
 
@@ -519,11 +519,13 @@ fn endless(one: &audit::LoopUse) -> Loop<'_> {
     }
 }
 
-fn result<'a>(audit: &Audit, check: &'a Check) -> CheckResult<'a> {
-    let (verdict, reasons): (_, &[String]) = match &check.verdict {
-        Verdict::Proved => ("proved", &[]),
-        Verdict::Refuted => ("refuted", &[]),
-        Verdict::Undecided(reasons) => ("undecided", reasons),
+fn result(audit: &Audit, check: &Check) -> CheckResult {
+    let (verdict, reasons) = match &check.verdict {
+        Verdict::Proved => ("proved", Vec::new()),
+        Verdict::Refuted => ("refuted", Vec::new()),
+        Verdict::Undecided(reasons) => {
+            ("undecided", reasons.iter().map(ToString::to_string).collect())
+        }
     };
     CheckResult {
         verdict,

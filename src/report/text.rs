@@ -5,7 +5,8 @@ use super::format::{Extent, Format};
 use super::{compare, method, response};
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{
-    ApproximationUse, Audit, Fate, FreeValue, GroupUse, RungUse, Share, UnstatedPoints, Value,
+    ApproximationUse, Audit, Fate, FreeValue, GroupUse, Reason, RungUse, Share, UnstatedPoints,
+    Value,
 };
 use crate::base::budget::Cut;
 use crate::base::location::Location;
@@ -88,9 +89,8 @@ fn answer(audit: &Audit, check: &Check) -> String {
             if audit.is_reached() { "" } else { ", unless its start state is impossible" }
         ),
         Verdict::Undecided(reasons) if check.upper <= limit => {
+            let doubts = reasons.iter().any(|reason| !matches!(reason, Reason::Assumed { .. }));
             let reasons: String = reasons.iter().map(|reason| format!("  {reason}\n")).collect();
-            let above = |most| check.assumed.is_above(most);
-            let doubts = reasons.len() > usize::from(check.most_assumed.is_some_and(above));
             let low = if doubts { "; but the bound may be too low" } else { "; but" };
             format!(
                 "{}: no scan takes longer than {most}{}{}, the limit is {limit}{low}:\n{reasons}\n",
@@ -614,5 +614,18 @@ mod tests {
             answers += &anstream::adapter::strip_str(&answer(&audit, &check)).to_string();
         }
         insta::assert_snapshot!(answers);
+    }
+
+    #[test]
+    fn a_bound_that_rests_on_assumed_times_alone_is_not_said_to_be_too_low() {
+        let mut audit = fixture();
+        let told = |audit: &Audit| {
+            let check = Check::new(audit, Picos(600_000_000), Margin::default());
+            let check = check.if_assumed_at_most(audit, "0%".parse().expect("a share"));
+            anstream::adapter::strip_str(&answer(audit, &check)).to_string()
+        };
+        assert!(told(&audit).contains("; but the bound may be too low:\n"));
+        audit.doubts.clear();
+        assert!(told(&audit).contains("; but:\n"));
     }
 }
