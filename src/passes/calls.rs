@@ -23,3 +23,39 @@ fn check(program: &Program) -> Result<(), Vec<Diagnostic>> {
     };
     Err(vec![program.fault(&program.instructions[at], code, message, help)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::location::Location;
+    use crate::program::{Instruction, Logic, Step};
+
+    /// A program of routines that each call the next, and the last one `last`.
+    fn chain(calls: usize, last: usize) -> Program {
+        let call = |target| [Step::Call { fires: Logic::Const(true), target }, Step::Return];
+        let mut steps = vec![Step::Call { fires: Logic::Const(true), target: 2 }, Step::End];
+        (1..calls).for_each(|n| steps.extend(call(2 + 2 * n)));
+        steps.extend(if last > 0 { call(last) } else { [Step::Nothing, Step::Return] });
+        let instruction = |step| Instruction {
+            place: Location { file: 0, line: 1, step: None },
+            block: 1,
+            text: "".into(),
+            operands: std::sync::Arc::default(),
+            timing: None,
+            effects: Vec::new(),
+            step,
+        };
+        let instructions = steps.into_iter().map(instruction).collect();
+        Program { instructions, ..Program::default() }
+    }
+
+    #[test]
+    fn calls_may_stand_in_each_other_but_not_in_a_circle_nor_too_deep() {
+        let code = |calls, last| check(&chain(calls, last)).map_err(|faults| faults[0].code);
+        assert_eq!(code(1, 0), Ok(()));
+        assert_eq!(code(MOST_NESTED, 0), Ok(()));
+        assert_eq!(code(MOST_NESTED + 1, 0), Err(Code::Nesting));
+        assert_eq!(code(3, 2), Err(Code::Recursion));
+        assert_eq!(code(1, 2), Err(Code::Recursion));
+    }
+}

@@ -333,7 +333,7 @@ impl<'a> Emitter<'a> {
             "interlock-number-end" => {
                 Step::MasterControlEnd { level: self.interlocks.pop().unwrap_or(0) }
             }
-            "for" => self.turns(item),
+            "for" => self.iterations(item),
             "next" => Step::ForEnd,
             "routine" => {
                 self.interlocks.clear();
@@ -351,27 +351,27 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    fn turns(&mut self, item: &Item<'_>) -> Step {
+    fn iterations(&mut self, item: &Item<'_>) -> Step {
         let most = u32::from(u16::MAX);
         let Some(operand) = item.operands.first() else { return Step::Nothing };
-        let Some(turns) = operand.count(self.asm.memory.family) else {
+        let Some(iterations) = operand.count(self.asm.memory.family) else {
             if matches!(operand, Operand::Constant(..) | Operand::Real(_) | Operand::Text) {
                 let help = "a loop runs 0 to 65535 times: write the count so, such as FOR(512) &10";
-                self.asm.fault(item, Code::LoopCount, "this is no count of turns", help);
+                self.asm.fault(item, Code::LoopCount, "this is no count of iterations", help);
                 return Step::Nothing;
             }
-            // How many turns the word can say is asked when all that writes it is known.
+            // How many iterations the word can say is asked when all that writes it is known.
             let count = WordSource::Free(self.asm.choice());
             self.asm.counted.push((self.asm.next(), operand.word()));
             return Step::ForBegin { count, least: 0, most, end: 0 };
         };
-        if turns > most {
+        if iterations > most {
             let help = "a loop runs 0 to 65535 times";
             self.asm.fault(item, Code::LoopCount, "the count is too large", help);
             return Step::Nothing;
         }
         // The count is read as a signed number: it is stated by `least` and `most` alone.
-        Step::ForBegin { count: WordSource::Const(0), least: turns, most: turns, end: 0 }
+        Step::ForBegin { count: WordSource::Const(0), least: iterations, most: iterations, end: 0 }
     }
 
     /// An instruction with one condition in front.

@@ -12,8 +12,8 @@ use crate::program::{
 };
 use std::collections::BTreeMap;
 
-/// Most turns a loop can have.
-pub(super) const MOST_TURNS: u32 = 32_767;
+/// The most iterations that a loop can have.
+pub(super) const MOST_ITERATIONS: u32 = 32_767;
 
 /// Loops and calls in each other beyond this are refused: no CPU can follow them either.
 pub(super) const MOST_NESTED: usize = 64;
@@ -316,25 +316,25 @@ impl Decoder<'_> {
             return;
         }
         let text = &raw.operands[0];
-        let (low, high, known) = self.count_range(text, i64::from(MOST_TURNS));
-        if self.constant(text).is_some() && !(1..=i64::from(MOST_TURNS)).contains(&low) {
+        let (low, high, known) = self.count_range(text, i64::from(MOST_ITERATIONS));
+        if self.constant(text).is_some() && !(1..=i64::from(MOST_ITERATIONS)).contains(&low) {
             self.fault(
                 Code::LoopCount,
                 text,
-                format!("a loop runs 1 to {MOST_TURNS} times"),
+                format!("a loop runs 1 to {MOST_ITERATIONS} times"),
                 "write a count of that range",
             );
             return;
         }
         let Some(words) = self.read_words(text, 1) else { return };
-        let turns = |n: i64| n.clamp(0, i64::from(MOST_TURNS)) as u32;
+        let iterations = |n: i64| n.clamp(0, i64::from(MOST_ITERATIONS)) as u32;
         let (count, least, most) = if low >= 1 {
-            (words[0], turns(low), turns(high))
+            (words[0], iterations(low), iterations(high))
         } else {
             // Whether a count below 1 gives one turn or none differs between CPUs.
             let choice = self.choice();
             self.program.kinds.insert(choice, ChoiceKind::Iterations(words[0]));
-            (WordSource::Free(choice), 0, turns(high).max(1))
+            (WordSource::Free(choice), 0, iterations(high).max(1))
         };
         let at = self.add(
             Some(key("FOR", "loop")),
