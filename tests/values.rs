@@ -4,17 +4,22 @@
 mod common;
 
 use common::audited::table;
-use scanbound::audit::{Request, audit};
+use scanbound::audit::{Failure, Request, audit};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
 use scanbound::passes::values::Trust;
 
 /// What one scan takes at most and at least, in operations `Op1` and words moved.
 fn bounds(trust: Trust, text: &str) -> (u64, u64) {
+    with_facts(trust, "", text).unwrap_or_else(|why| panic!("{text}\n{why}"))
+}
+
+/// The same where something is stated, or the first fault.
+fn with_facts(trust: Trust, facts: &str, text: &str) -> Result<(u64, u64), String> {
     let table = table("Op1,1,0,0\nOp100,100,0,0\nFMOV,0,0,1\nBMOV,0,0,1\n");
     let lines = text.replace("; ", "\n") + "\n";
     let inputs = [Input { name: "a.txt".to_owned(), bytes: lines.into_bytes() }];
-    let facts = Facts::default();
+    let facts = Facts::parse("facts.toml", facts).map_err(|faults| faults[0].message.clone())?;
     let request = Request {
         dialect: Some("melsec-list"),
         cpu: Some("Q26UDV"),
@@ -22,9 +27,13 @@ fn bounds(trust: Trust, text: &str) -> (u64, u64) {
         trust,
         ..Request::new(&inputs, &facts)
     };
-    let bound = audit(&request).unwrap_or_else(|why| panic!("{text}\n{why:?}")).bound;
+    let bound = match audit(&request) {
+        Ok(audit) => audit.bound,
+        Err(Failure::Input(faults)) => return Err(faults[0].message.clone()),
+        Err(why) => return Err(format!("{why:?}")),
+    };
     let us = |time: scanbound::base::time::Picos| (time.0 - bound.overhead.0) / 1_000_000;
-    (us(bound.upper), us(bound.lower))
+    Ok((us(bound.upper), us(bound.lower)))
 }
 
 fn none(text: &str) -> u64 {
@@ -66,7 +75,20 @@ fn an_index_to_an_extended_register_may_have_two_words() {
     };
     assert_eq!(none(&write("DMOV K3 Z0")), 19);
     // Z1 may be anything, and whether it counts is a parameter.
-    assert_eq!(none(&write("MOV K3 Z0")), 32_767);
+    let one = write("MOV K3 Z0");
+    assert_eq!(none(&one), 32_767);
+    let stated = |bits: u32, text: &str| {
+        with_facts(Trust::None, &format!("[index]\nbits = {bits}\n"), text).map(|found| found.0)
+    };
+    assert_eq!(stated(16, &one), Ok(19));
+    // Such a D may be no extended one all the same; a file register has one reading.
+    assert_eq!(stated(32, &one), Ok(32_767));
+    let file = "LD SM400; MOV K0 Z1; MOV K19 ZR50; MOV D9 ZR40Z0; FOR ZR50; LD X0; Op1; NEXT; END";
+    assert_eq!(none(file), 32_767);
+    let low = file.replace("MOV K0 Z1", "DMOV K3 Z0");
+    assert_eq!(stated(32, &low), Ok(19));
+    assert_eq!(stated(16, &low), Ok(19));
+    assert_eq!(stated(16, file), Ok(32_767));
 }
 
 #[test]
@@ -147,4 +169,82 @@ fn what_is_written_in_every_scan_is_trusted_and_nothing_else() {
 fn lower_bounds_start_from_what_is_trusted() {
     let later = "FOR D50; LD X0; Op1; NEXT; LD SM400; MOV K19 D50; END";
     assert_eq!(bounds(Trust::Counts, later), (19, 19));
+}
+
+#[test]
+fn a_stated_count_holds_at_its_place_and_excludes_scans_with_another() {
+    let stated = |facts: &str, text: &str| with_facts(Trust::None, facts, text);
+    let five = "[counts]\n\"a.txt:2\" = [0, 5]\n";
+    // Turns and units, whoever wrote the word.
+    assert_eq!(stated(five, "NOP; FOR D50; LD X1; Op1; NEXT; END"), Ok((5, 5)));
+    assert_eq!(stated(five, "LD X0; BMOV D0 D100 D50; END"), Ok((5, 5)));
+    assert_eq!(
+        stated("[counts]\n\"a.txt:2\" = 3\n", "NOP; FOR D50; LD X1; Op1; NEXT; END"),
+        Ok((3, 3))
+    );
+    // A scan that counts otherwise there is none: what it would do elsewhere costs nothing.
+    let elsewhere = "NOP; FOR D50; LD X1; Op1; NEXT; LD> D50 K9; Op100; END";
+    assert_eq!(bounds(Trust::None, elsewhere).0, 32_767 + 100);
+    assert_eq!(stated(five, elsewhere), Ok((5, 5)));
+    let elsewhere = "LD X0; BMOV D0 D100 D50; LD> D50 K9; Op100; END";
+    // Where the block is not moved nothing is said of the word.
+    assert_eq!(stated(five, elsewhere), Ok((100, 100)));
+    assert_eq!(stated(five, &elsewhere.replace("LD X0", "LD SM400")), Ok((5, 5)));
+    // At this place and no other.
+    let twice = "NOP; FOR D50; LD X1; Op1; NEXT; LD SM400; INC D50; FOR D50; LD X1; Op1; NEXT; END";
+    assert_eq!(stated(five, twice).map(|(upper, _)| upper), Ok(5 + 6));
+    // An index that nobody knows writes the word in between.
+    let lost = "NOP; FOR D50; LD SM400; MOV K900 D0Z5; Op1; NEXT; FOR D50; LD X1; Op1; NEXT; END";
+    assert_eq!(stated(five, lost).map(|(upper, _)| upper), Ok(5 + 32_767));
+}
+
+#[test]
+fn counts_are_stated_of_places_that_count() {
+    let loops = "NOP; FOR D50; LD X1; Op1; NEXT; FOR K9; LD X1; Op1; NEXT; END";
+    for (facts, told) in [
+        ("\"a.txt:3\" = 5", "no word counts iterations or units at a.txt:3"),
+        // A constant.
+        ("\"a.txt:6\" = 5", "no word counts iterations or units at a.txt:6"),
+        ("\"b.txt:2\" = 5", "there is no file 'b.txt' in this program"),
+        ("\"a.txt\" = 5", "'a.txt' is no place"),
+        ("\"a.txt:x\" = 5", "'a.txt:x' names no line"),
+        ("\"a.txt:2\" = 40000", "the count of `FOR D50` at a.txt:2 is never 40000 to 40000"),
+        (
+            "\"a.txt:2\" = [3, 1]",
+            "the count at a.txt:2 is no number from 0 on, nor two of them, the least first",
+        ),
+    ] {
+        let fault = with_facts(Trust::None, &format!("[counts]\n{facts}\n"), loops);
+        assert_eq!(fault, Err(told.to_owned()));
+    }
+}
+
+#[test]
+fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
+    let table = table("Op1,1,0,0\nFMOV,0,0,1\n");
+    let text =
+        "LD X0\nFMOV K0 D100 D50\nFOR D51\nLD X1\nOp1\nOp1\nNEXT\nFOR K3\nLD X1\nOp1\nNEXT\nEND\n";
+    let inputs = [Input { name: "dir/a b.txt".to_owned(), bytes: text.as_bytes().to_vec() }];
+    let told = |facts: &str| {
+        let facts = Facts::parse("facts.toml", facts).expect("facts");
+        let request = Request {
+            dialect: Some("melsec-list"),
+            cpu: Some("Q26UDV"),
+            table: Some(&table),
+            ..Request::new(&inputs, &facts)
+        };
+        audit(&request).expect("an audit").unknowns
+    };
+    let unknowns = told("");
+    let us = |time: scanbound::base::time::Picos| time.0 / 1_000_000;
+    let shown: Vec<_> = unknowns
+        .iter()
+        .map(|one| (&*one.word, one.at.line, one.most, us(one.each), us(one.cost)))
+        .collect();
+    // The block's 65,535 words at 1 us each, the loop's 32,767 iterations at 2 us.
+    assert_eq!(shown, [("D50", 2, 65_535, 1, 65_535), ("D51", 3, 32_767, 2, 65_534)]);
+    assert_eq!(unknowns[0].fact, "\"a b.txt:2\" = [0, 20]");
+    // What is offered is taken, and nothing is left to be said.
+    let lines: Vec<&str> = unknowns.iter().map(|one| one.fact.as_str()).collect();
+    assert_eq!(told(&format!("[counts]\n{}\n", lines.join("\n"))), []);
 }

@@ -10,6 +10,7 @@ use super::real::Found;
 use super::request::Request;
 use super::response::Delays;
 use super::unbounded::Loops;
+use super::unknown::UnknownCount;
 use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
     GroupUse, NetworkUse, OverheadUse, PathStep, RunScan, RungUse, Share, TableUse, Tie, Value,
@@ -148,6 +149,7 @@ impl Findings<'_> {
             clocked,
             table,
             doubts: Doubt::all(self.program, &networks, &loops.found, &loops.open, bound.upper),
+            unknowns: UnknownCount::all(self.program, &self.prices.times(), bound.upper),
             bound,
             overhead,
             always,

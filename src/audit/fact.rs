@@ -19,6 +19,17 @@ pub enum Fact {
         /// Its largest one.
         high: i64,
     },
+    /// What a count is at a place.
+    Count {
+        /// The place.
+        at: String,
+        /// The least count.
+        low: i64,
+        /// The largest one.
+        high: i64,
+    },
+    /// How many bits an index to file registers has.
+    IndexBits(u32),
     /// How often a routine interrupts a scan.
     Interrupts {
         /// The routine.
@@ -46,11 +57,17 @@ impl Fact {
             let word = word.clone();
             Fact::Range { word, low, high }
         });
+        let counts = facts.counts.iter().map(|(at, &(low, high))| {
+            let at = at.clone();
+            Fact::Count { at, low, high }
+        });
         let interrupts = program.interrupts.iter().filter(|one| one.stated);
         let interrupts =
             interrupts.map(|one| Fact::Interrupts { name: one.name.clone(), times: one.times });
         let factor = facts.factor.iter().map(|StatedFactor { text, .. }| text.clone());
         ranges
+            .chain(counts)
+            .chain(facts.index_bits.map(Fact::IndexBits))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
             .chain(facts.base.iter().cloned().map(Fact::Base))
@@ -67,6 +84,11 @@ impl fmt::Display for Fact {
             Fact::Range { word, low, high } => {
                 write!(f, "{word} is {low} to {high} when the scan starts")
             }
+            Fact::Count { at, low, high } if low == high => {
+                write!(f, "the count at {at} is {low}")
+            }
+            Fact::Count { at, low, high } => write!(f, "the count at {at} is {low} to {high}"),
+            Fact::IndexBits(bits) => write!(f, "an index to file registers has {bits} bits"),
             Fact::Interrupts { name, times } => {
                 write!(f, "{name} interrupts a scan at most {times} times")
             }

@@ -156,6 +156,15 @@ pub fn fixture() -> Audit {
         bases: Vec::new(),
         networks: Vec::new(),
         doubts: vec![Doubt::Interrupts { name: "I0".to_owned(), taken: 1 }],
+        unknowns: vec![UnknownCount {
+            word: "D50".into(),
+            at: Location { file: 0, line: 6, step: None },
+            instruction: "BMOV D0 D100 D50".into(),
+            most: 65_535,
+            each: Picos(40_000),
+            cost: Picos(2_621_400_000),
+            fact: "\"a.il:6\" = [0, 20]".to_owned(),
+        }],
         approximations: [
             (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),
             (8, "MOV K1 D301Z0", "an indexed device is written: any D may have changed"),

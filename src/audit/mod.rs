@@ -5,6 +5,7 @@ mod assemble;
 mod closing;
 mod condition;
 mod confirmed;
+mod counts;
 mod deciding;
 mod doubt;
 mod executed;
@@ -27,6 +28,7 @@ mod search;
 mod stated;
 mod unbounded;
 mod understood;
+mod unknown;
 pub mod verdict;
 
 pub use doubt::Doubt;
@@ -49,6 +51,7 @@ pub use crate::timing::table::Evidence;
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
+pub use unknown::UnknownCount;
 
 /// What is known about one project's longest scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -96,6 +99,8 @@ pub struct Audit {
     pub networks: Vec<NetworkUse>,
     /// Why else the bound may be too low all the same, where something needed was not stated.
     pub doubts: Vec<Doubt>,
+    /// Counts of which nothing is known and that the bound rests on, the dearest first.
+    pub unknowns: Vec<UnknownCount>,
     /// What is over-approximated.
     pub approximations: Vec<ApproximationUse>,
     /// Findings that did not stop the audit.

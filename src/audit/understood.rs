@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::request::{Progress, Request};
-use super::stated;
+use super::{counts, stated};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Part, StatedFactor};
@@ -27,12 +27,13 @@ impl Understood {
     pub fn of(request: &Request<'_>) -> Result<Understood, Failure> {
         (request.progress)(Progress::Stage("reading"));
         let project = request.fronts.read(request.inputs, request.dialect)?;
-        let (program, table) = understand(&*project, request)?;
+        let (mut program, table) = understand(&*project, request)?;
         let warnings = project.warnings();
         // The source takes as much memory as the program, which is all that the stages behind look at.
         drop(project);
         know_interrupts(&program, request)?;
         stated::know_words(&program, request.facts)?;
+        counts::state(&mut program, request.facts)?;
         Ok(Understood { program, table, warnings })
     }
 }
@@ -47,6 +48,12 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         let message = "[io] latched is stated, but of this PLC it is known";
         let fault =
             request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "leave it out");
+        return Err(Failure::from(fault));
+    }
+    if request.facts.index_bits.is_some() && !open.index_bits {
+        let message = "[index] bits is stated, but of this PLC it is known";
+        let fault =
+            request.facts.fault(["index", "bits"], Part::Key, Code::Facts, message, "leave it out");
         return Err(Failure::from(fault));
     }
     if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {

@@ -19,6 +19,9 @@ pub use places::Part;
 pub struct Facts {
     /// Device as written (`D100`) to the least and the largest value that it holds when the scan starts, signed.
     pub ranges: BTreeMap<String, (i64, i64)>,
+    /// Place as written (`MAIN.csv:543`) to the least and the largest count that an instruction there has, wherever it is
+    /// executed: a loop's turns, a block's length.
+    pub counts: BTreeMap<String, (i64, i64)>,
     /// Interrupt label in upper case (`I0`) to how often its routine runs in one scan at most.
     pub interrupts: BTreeMap<String, u32>,
     /// Input points that the CPU refreshes.
@@ -35,6 +38,8 @@ pub struct Facts {
     pub factor: Option<StatedFactor>,
     /// Whether a flowchart PC reads its inputs once a pass, into an image, instead of at each test.
     pub latched: Option<bool>,
+    /// How many bits an index to file registers and extended data registers has, 16 or 32: a parameter of some CPUs.
+    pub index_bits: Option<u32>,
     /// Where they stand.
     pub places: Places,
 }
@@ -49,9 +54,9 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\") and [scan] (factor = 1.1)";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16) and [scan] (factor = 1.1)";
 /// The tables of a facts file.
-const TABLES: [&str; 5] = ["ranges", "interrupts", "io", "network", "scan"];
+const TABLES: [&str; 7] = ["ranges", "counts", "interrupts", "io", "network", "index", "scan"];
 /// More faults than this are counted, not listed.
 const MOST_FAULTS: usize = 100;
 /// No network's refresh takes longer, nor is any scan multiplied by more.
@@ -152,6 +157,8 @@ impl Reader<'_> {
     fn fact(&mut self, table: &str, key: &Key<'_>, value: &Value<'_>) {
         match table {
             "ranges" => self.range(key.get_ref(), value),
+            "counts" => self.counted(key.get_ref(), value),
+            "index" => self.index(key, value),
             "interrupts" => {
                 if let Some(times) = self.count(key.get_ref(), value) {
                     let most = self.facts.interrupts.entry(key.get_ref().to_ascii_uppercase());
@@ -184,6 +191,36 @@ impl Reader<'_> {
                 format!("the range of {device} is not two whole numbers"),
                 "write D100 = [0, 10]; a device with a point in its name goes in quotes: \"D10.A\"",
             ),
+        }
+    }
+
+    fn counted(&mut self, place: &str, value: &Value<'_>) {
+        let item = |value: &DeValue<'_>| integer(value).filter(|count| *count >= 0);
+        let numbers: Option<Vec<i64>> = match value.get_ref().as_array() {
+            Some(array) => array.iter().map(|one| item(one.get_ref())).collect(),
+            None => item(value.get_ref()).map(|count| vec![count, count]),
+        };
+        match numbers.as_deref() {
+            Some(&[low, high]) if low <= high => {
+                self.facts.counts.insert(place.to_owned(), (low, high));
+            }
+            _ => self.fault(
+                Some(value.span()),
+                format!("the count at {place} is no number from 0 on, nor two of them, the least first"),
+                "write \"MAIN.csv:543\" = 20 for a count that is always 20, = [0, 20] for one of at most 20",
+            ),
+        }
+    }
+
+    fn index(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = "write bits = 16 or bits = 32, as the CPU's parameters say of the index of file registers (ZR)";
+        if key.get_ref().as_ref() != "bits" {
+            return self.unknown(key, "index", &meant(key.get_ref(), &["bits"], help));
+        }
+        match integer(value.get_ref()) {
+            Some(16) => self.facts.index_bits = Some(16),
+            Some(32) => self.facts.index_bits = Some(32),
+            _ => self.fault(Some(value.span()), "bits is neither 16 nor 32".to_owned(), help),
         }
     }
 
@@ -332,12 +369,14 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[index]\nbits = 32\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         assert_eq!(
             facts,
             Facts {
                 ranges: [("D100".to_owned(), (0, 10)), ("Z0".to_owned(), (-1, 31))].into(),
+                counts: [("A.csv:7".to_owned(), (0, 9)), ("A.csv:9".to_owned(), (3, 3))].into(),
+                index_bits: Some(32),
                 interrupts: [("I0".to_owned(), 2)].into(),
                 inputs: Some(64),
                 outputs: Some(32),

@@ -138,6 +138,8 @@ pub struct Open {
     pub clock: bool,
     /// Whether inputs are read once a scan.
     pub latched: bool,
+    /// How many bits an index to extended registers has.
+    pub index_bits: bool,
 }
 
 /// What a front needs to know besides the source to say what it means.

@@ -685,6 +685,9 @@ pub struct Program {
     pub direct_links: Option<usize>,
     /// Ranges the user stated.
     pub ranges: Vec<StartRange>,
+    /// What the user stated of the count at an instruction, wherever it is executed: the turns of a loop, signed, or the
+    /// units that [`Counted`] words say, unsigned. The least and the largest.
+    pub counts: BTreeMap<usize, (i64, i64)>,
     /// What holds in the state in which every scan starts; no choice and no condition occurs in it.
     pub invariants: Vec<Logic>,
 }

@@ -214,6 +214,9 @@ impl<'p, F: Free> Machine<'p, F> {
             None => Truth::TRUE,
         };
         let times = self.times[at];
+        if fired == Truth::TRUE && self.breaks_count(instruction) {
+            return self.stop(at, Why::Excluded);
+        }
         let cost = match (fired.doubt, fired.value) {
             // It takes the lesser of the two at least.
             (Some(_), _) => times.on.min(times.off),
@@ -234,6 +237,26 @@ impl<'p, F: Free> Machine<'p, F> {
         }
     }
 
+    /// Whether an instruction handles another number of units than is stated, as far as that is known.
+    fn breaks_count(&mut self, instruction: &Instruction) -> bool {
+        let stated = self.program.counts.get(&self.state.at).copied();
+        let (Some((low, high)), Some(counted), Mode::Real) =
+            (stated, instruction.counted(), self.state.mode)
+        else {
+            return false;
+        };
+        let (count, doubt) = self.number_of_units(counted);
+        doubt.is_none() && !(low..=high).contains(&i64::try_from(count).unwrap_or(i64::MAX))
+    }
+
+    /// What the words say that count units, and why it is not known, if so.
+    fn number_of_units(&mut self, counted: &Counted) -> (u64, Doubt) {
+        let outer = self.state.doubt.take();
+        let number = counted.words.iter().rev();
+        let count = number.fold(0, |count, &word| count << 16 | u64::from(self.state.word(word)));
+        (count, std::mem::replace(&mut self.state.doubt, outer))
+    }
+
     /// How many units an instruction handles that words count. Really it is only counted what is known.
     fn units(&mut self, instruction: &Instruction, times: Times) -> u64 {
         let counted = instruction.counted().filter(|_| times.per_unit > Picos::ZERO);
@@ -241,10 +264,7 @@ impl<'p, F: Free> Machine<'p, F> {
         if self.state.mode == Mode::Model && !Counted::is_asked(self.state.frames()) {
             return counted.most_units();
         }
-        let outer = self.state.doubt.take();
-        let number = counted.words.iter().rev();
-        let count = number.fold(0, |count, &word| count << 16 | u64::from(self.state.word(word)));
-        let doubt: Doubt = std::mem::replace(&mut self.state.doubt, outer);
+        let (count, doubt) = self.number_of_units(counted);
         if self.state.mode == Mode::Real && (doubt.is_some() || count > counted.sure) {
             return 0;
         }
@@ -281,11 +301,14 @@ impl<'p, F: Free> Machine<'p, F> {
         let doubt: Doubt = std::mem::replace(&mut self.state.doubt, outer);
         match (doubtful, doubt) {
             (_, Some(cause)) => Err(Why::Unknown(cause)),
-            (None, None) => Ok(limited(value)),
-            // More iterations than are stated are no scan that can be.
+            // Other iterations than are stated are no scan that can be.
+            (_, None) if self.state.mode == Mode::Real && !self.allows_iterations(value) => {
+                Err(Why::Excluded)
+            }
             (Some(_), None) if number(value) > most && self.state.mode == Mode::Real => {
                 Err(Why::Excluded)
             }
+            (None, None) => Ok(limited(value)),
             (Some(_), None) if number(value) >= 1 => Ok(limited(value)),
             (Some((choice, _)), None) if self.state.mode == Mode::Model => {
                 Ok(u32::from(self.state.choose_bit(choice)).max(least).min(most))
@@ -297,6 +320,12 @@ impl<'p, F: Free> Machine<'p, F> {
                 Ok(u32::from(once))
             }
         }
+    }
+
+    /// Whether a loop may have this count, by what is stated of it.
+    fn allows_iterations(&self, count: u16) -> bool {
+        let stated = self.program.counts.get(&self.state.at);
+        stated.is_none_or(|&(low, high)| (low..=high).contains(&i64::from(count.cast_signed())))
     }
 
     fn condition(&mut self, step: &Step) -> Truth {

@@ -41,6 +41,8 @@ struct Report<'a> {
     bases: Vec<Base<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     networks: Vec<Network<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    unknowns: Vec<Unknown<'a>>,
     approximations: Vec<Approximation<'a>>,
     warnings: Vec<Warning<'a>>,
     overhead: Vec<Overhead<'a>>,
@@ -51,6 +53,25 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     response: Option<Response<'a>>,
     seconds: f64,
+}
+
+/// A count of which nothing is known.
+#[derive(Serialize)]
+struct Unknown<'a> {
+    name: &'a str,
+    kind: &'static str,
+    places: [UnknownPlace<'a>; 1],
+    taken: [i64; 2],
+    per_unit_ps: u64,
+    ps: u64,
+    fact: &'a str,
+}
+
+#[derive(Serialize)]
+struct UnknownPlace<'a> {
+    file: u32,
+    line: u32,
+    instruction: &'a str,
 }
 
 /// A stage that was cut short.
@@ -341,6 +362,7 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
             .iter()
             .map(|one| Network { what: &one.what, file: one.first.file, line: one.first.line })
             .collect(),
+        unknowns: audit.unknowns.iter().map(unknown).collect(),
         approximations: audit
             .approximations
             .iter()
@@ -378,6 +400,22 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
     };
     serde_json::to_writer_pretty(&mut *out, &report)?;
     out.write_all(b"\n")
+}
+
+fn unknown(one: &audit::UnknownCount) -> Unknown<'_> {
+    Unknown {
+        name: &one.word,
+        kind: "count",
+        places: [UnknownPlace {
+            file: one.at.file,
+            line: one.at.line,
+            instruction: &one.instruction,
+        }],
+        taken: [0, one.most],
+        per_unit_ps: one.each.0,
+        ps: one.cost.0,
+        fact: &one.fact,
+    }
 }
 
 fn points(points: &audit::UnstatedPoints) -> Points<'_> {

@@ -42,6 +42,7 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
         text += &answer(audit, check);
     }
     text += &head(audit);
+    text += &unknowns(audit, extent);
     text += &response::section(audit);
     text += &super::path::loops(audit);
     text += &parts(audit, extent);
@@ -434,6 +435,32 @@ fn assumed(audit: &Audit, extent: Extent) -> String {
     heading(&title)
         + &columns(2, &rows)
         + &more(table.assumed.len(), extent.values, "  ", "assumed time", "assumed times")
+}
+
+/// Counts of which nothing is known, and what to state of them.
+fn unknowns(audit: &Audit, extent: Extent) -> String {
+    let Some(first) = audit.unknowns.first() else { return String::new() };
+    let rows: Vec<Vec<Cell>> = audit
+        .unknowns
+        .iter()
+        .take(extent.values)
+        .map(|one| {
+            vec![
+                right(one.cost.to_string()),
+                left(place(audit, one.at)),
+                left(one.instruction.to_string()),
+                left(format!("{} taken as up to {}, {} each", one.word, one.most, one.each))
+                    .styled(FAINT),
+            ]
+        })
+        .collect();
+    heading("The bound rests on counts that are not known, the dearest first")
+        + &columns(2, &rows)
+        + &more(audit.unknowns.len(), extent.values, "  ", "count", "counts")
+        + &format!(
+            "  say in a facts file (--facts) what they are, such as at most 20:\n      [counts]\n      {}\n",
+            first.fact
+        )
 }
 
 fn approximations(audit: &Audit, extent: Extent) -> String {

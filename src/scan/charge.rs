@@ -38,6 +38,10 @@ impl Run<'_> {
             return (if self.side == Side::Above { most } else { times.on }, None);
         }
         let number: Vec<Word> = counted.words.iter().map(|word| self.word(*word, at)).collect();
+        if let Some(&(low, high)) = self.program.counts.get(&at) {
+            let within = self.within(&number, false, low, high);
+            self.hold(fires, within);
+        }
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
         let mut above = |most: u64| {
             let places = number.iter().enumerate();

@@ -443,12 +443,16 @@ impl Run<'_> {
                 act.active = Lit::FALSE;
             }
             Step::ForBegin { count, least, most, end } => {
+                self.hold_iterations(act.active, at, *count);
                 self.iterations(act, at, *count, *least, *most, *end)?;
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
             Step::Summary(summary) => {
                 let Summary { end, charges, havocs, choice, exits, iterations } = &**summary;
+                if let Some((count, ..)) = *iterations {
+                    self.hold_iterations(act.active, at, count);
+                }
                 match *iterations {
                     Some(iterations) if self.side == Side::Below => {
                         self.counted(act.active, at, charges, iterations)?;
@@ -633,20 +637,55 @@ impl Run<'_> {
     /// Holds the start value of one or two words within a signed range.
     fn constrain(&mut self, cells: &[Cell], low: i64, high: i64) {
         let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
-        let bits = 16 * cells.len() as u32;
-        let (least, largest) = (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1);
-        for (limit, relation) in
-            [(low.max(least), Relation::GreaterOrEqual), (high.min(largest), Relation::LessOrEqual)]
-        {
-            let limit: Vec<Word> = (0..cells.len())
+        let within = self.within(&value, true, low, high);
+        self.hold(Lit::TRUE, within);
+    }
+
+    /// Whether a number of these words, least first, lies in a range.
+    fn within(&mut self, value: &[Word], signed: bool, low: i64, high: i64) -> Lit {
+        let bits = 16 * value.len() as u32;
+        let (least, largest) = match signed {
+            true => (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1),
+            false => (0, (1i64 << bits) - 1),
+        };
+        if low > largest || high < least {
+            return Lit::FALSE;
+        }
+        let limits = [
+            (low.max(least), Relation::GreaterOrEqual),
+            (high.min(largest), Relation::LessOrEqual),
+        ];
+        limits.into_iter().fold(Lit::TRUE, |all, (limit, relation)| {
+            let limit: Vec<Word> = (0..value.len())
                 .map(|i| self.memory.words.constant((limit >> (16 * i)) as u16))
                 .collect();
             let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
-            let holds = number::compare(words, circuit, relation, true, &value, &limit);
-            if holds != Lit::TRUE {
-                self.memory.model.constraints.push(holds);
-            }
+            let holds = number::compare(words, circuit, relation, signed, value, &limit);
+            self.memory.circuit().and(all, holds)
+        })
+    }
+
+    /// Leaves out all scans in which this does not hold where that does.
+    fn hold(&mut self, where_: Lit, holds: Lit) {
+        let holds = self.memory.circuit().or(!where_, holds);
+        if holds != Lit::TRUE {
+            self.memory.model.constraints.push(holds);
         }
+    }
+
+    /// Leaves out scans in which a loop's count is not as stated.
+    fn hold_iterations(&mut self, reached: Lit, at: usize, count: WordSource) {
+        let Some(&(low, high)) = self.program.counts.get(&at) else { return };
+        let word = match count {
+            WordSource::Free(choice) => match self.program.kinds.get(&choice) {
+                Some(ChoiceKind::Iterations(word)) => *word,
+                _ => return,
+            },
+            word => word,
+        };
+        let word = self.word(word, at);
+        let within = self.within(&[word], true, low, high);
+        self.hold(reached, within);
     }
 }
 

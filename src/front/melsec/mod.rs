@@ -11,7 +11,7 @@ pub mod project;
 pub mod source;
 mod words;
 
-use super::{Dialect, Front, Input, Options, Project, Sniff};
+use super::{Dialect, Front, Input, Open, Options, Project, Sniff};
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
 use decode::DecodeOptions;
@@ -82,6 +82,10 @@ impl Project for RawProject {
 
     fn warnings(&self) -> Vec<Diagnostic> {
         self.warnings.clone()
+    }
+
+    fn open(&self) -> Open {
+        Open { index_bits: true, ..Open::default() }
     }
 
     fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {

@@ -270,7 +270,8 @@ impl<'p> Run<'p> {
             let count = words.iter().rev().fold(0, |count, &word| {
                 count * 65_536 + evaluation.word(word).unsigned().1.unsigned_abs()
             });
-            most = Some(count);
+            let stated = self.program.counts.get(&at).map(|&(_, most)| most.unsigned_abs());
+            most = Some(stated.map_or(count, |stated| count.min(stated)));
         }
         for (slot, value) in before.into_iter().rev() {
             state.know(slot, value);
@@ -442,13 +443,13 @@ impl<'p> Run<'p> {
     /// How many turns a loop makes: at least and at most.
     fn turns(
         &mut self,
-        act: &Activation,
+        act: &mut Activation,
         at: usize,
         count: WordSource,
         least: u32,
         most: u32,
     ) -> (u64, u64) {
-        let Some(state) = &act.state else { return (0, 0) };
+        let Some(state) = &mut act.state else { return (0, 0) };
         let evaluation = Evaluation { program: self.program, slots: self.slots, state };
         let (word, odd) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
@@ -457,7 +458,17 @@ impl<'p> Run<'p> {
             },
             word => (word, false),
         };
-        let (low, high) = evaluation.word(word).signed();
+        let (mut low, mut high) = evaluation.word(word).signed();
+        if let Some(&(least, largest)) = self.program.counts.get(&at) {
+            (low, high) = (low.max(least), high.min(largest));
+            // A way on which the word holds something else is no scan's.
+            if let WordSource::Cell(cell) = word
+                && let Some(slot) = self.slots.slot(cell)
+                && let Some(value) = state.value(slot).within(true, least, largest)
+            {
+                state.know(slot, value);
+            }
+        }
         let within = |turns: i64| turns.clamp(least.into(), most.into());
         let high = within(if odd { high.max(1) } else { high });
         let low = if odd && low < 1 { i64::from(least) } else { within(low) };

@@ -253,7 +253,13 @@ impl Decoder<'_> {
         let is_extended =
             certain_points(self.family, area, device.name).is_none_or(|points| number >= points);
         if is_extended && matches!(self.family, Family::Q | Family::L) {
-            readings.push(vec![at(register), at(register + 1)]);
+            let wide = vec![at(register), at(register + 1)];
+            match self.options.facts.index_bits {
+                Some(16) => {}
+                // D and W beyond the usual numbers may be extended registers or not.
+                Some(_) if device.name == "ZR" => readings = vec![wide],
+                _ => readings.push(wide),
+            }
         }
         Some(Indexed { first: Cell { area, index: number }, readings, length })
     }

@@ -1,0 +1,160 @@
+//! Counts of which nothing is known and that the bound rests on, with what to state of them.
+
+use crate::base::location::Location;
+use crate::base::time::{Picos, Times};
+use crate::program::{Approximated, Counted, Program, Step};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What takes less than this part of the bound is not worth stating.
+const SMALLEST: u64 = 1000;
+
+/// A count that stands in a word of which nothing is known where it counts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownCount {
+    /// The word, as the source has it.
+    pub word: Arc<str>,
+    /// Where it counts.
+    pub at: Location,
+    /// The instruction's text.
+    pub instruction: Arc<str>,
+    /// It is taken as up to so many.
+    pub most: i64,
+    /// What each of them takes at most: an iteration, a unit.
+    pub each: Picos,
+    /// What all of them take at most, each time that the instruction runs.
+    pub cost: Picos,
+    /// The line for `[counts]` in a facts file, with a number to be replaced.
+    pub fact: String,
+}
+
+impl UnknownCount {
+    /// Those on which a bound rests, the dearest first. `times` is parallel to the program's instructions.
+    pub(super) fn all(program: &Program, times: &[Times], upper: Picos) -> Vec<UnknownCount> {
+        let mut costs = Costs { program, times, routines: BTreeMap::new() };
+        let found = program.approximations.iter().filter_map(|one| {
+            let Approximated::UnknownCount { word, most, .. } = &one.what else { return None };
+            let instruction = &program.instructions[one.instruction];
+            let (most, cost) = costs.counted(one.instruction, *most)?;
+            let each = Picos(cost.0 / most.max(1).unsigned_abs());
+            Some(UnknownCount {
+                word: word.clone(),
+                at: instruction.place,
+                instruction: instruction.text.clone(),
+                most,
+                each,
+                cost,
+                fact: fact(program, instruction.place),
+            })
+        });
+        let mut found: Vec<UnknownCount> =
+            found.filter(|one| one.cost.0 >= upper.0.div_ceil(SMALLEST).max(1)).collect();
+        found.sort_by_key(|one| (std::cmp::Reverse(one.cost), one.at));
+        found.dedup_by_key(|one| one.at);
+        found
+    }
+}
+
+/// The line that states the count at a place.
+fn fact(program: &Program, at: Location) -> String {
+    let whole = |index: usize| program.files.get(index).map_or("", |file| file.name.as_str());
+    let last = |name: &'_ str| name.rsplit(['/', '\\']).next().map_or(0, str::len);
+    let file = whole(at.file as usize);
+    let short = &file[file.len() - last(file)..];
+    let alike = (0..program.files.len())
+        .filter(|&other| whole(other)[whole(other).len() - last(whole(other))..] == *short)
+        .count();
+    let file = if alike == 1 { short } else { file };
+    // A name in quotes: what TOML takes for an escape is one of Rust's, too.
+    format!("{:?} = [0, 20]", format!("{file}:{}", at.line))
+}
+
+/// What parts of a program take at most, everything in them at its dearer time.
+struct Costs<'a> {
+    program: &'a Program,
+    times: &'a [Times],
+    /// By their entries; zero while they are worked out.
+    routines: BTreeMap<usize, Picos>,
+}
+
+impl Costs<'_> {
+    /// How many an instruction counts at most, and what these take together.
+    fn counted(&mut self, at: usize, most: i64) -> Option<(i64, Picos)> {
+        match &self.program.instructions[at].step {
+            Step::ForBegin { most, end, .. } => {
+                let iteration = self.span(at + 1, end + 1);
+                Some((i64::from(*most), times(iteration, u64::from(*most))))
+            }
+            Step::Summary(summary) => {
+                let (.., most) = summary.iterations?;
+                Some((i64::from(most), self.summary(&summary.charges)))
+            }
+            _ => {
+                let per_unit = self.times[at].per_unit;
+                match self.program.instructions[at].counted() {
+                    Some(counted) => {
+                        let cost = times(per_unit, counted.most_units());
+                        Some((i64::try_from(counted.most).unwrap_or(i64::MAX), cost))
+                    }
+                    // What cannot be told by the word is in the instruction's own time.
+                    None => Some((most, self.dearest(at))),
+                }
+            }
+        }
+    }
+
+    /// What a summary's charges take: instructions, and how often each.
+    fn summary(&self, charges: &[(usize, u64)]) -> Picos {
+        let all = charges.iter().map(|&(at, often)| times(self.dearest(at), often));
+        all.fold(Picos::ZERO, plus)
+    }
+
+    /// What an instruction takes once at most.
+    fn dearest(&self, at: usize) -> Picos {
+        let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
+        self.times[at].with(units).max(self.times[at].off)
+    }
+
+    /// What a routine takes, up to its return.
+    fn routine(&mut self, entry: usize) -> Picos {
+        if let Some(&known) = self.routines.get(&entry) {
+            return known;
+        }
+        self.routines.insert(entry, Picos::ZERO);
+        let instructions = self.program.instructions.iter().enumerate().skip(entry);
+        let end = instructions
+            .filter(|(_, one)| matches!(one.step, Step::Return | Step::End))
+            .map(|(at, _)| at)
+            .next();
+        let cost = end.map_or(Picos::ZERO, |end| self.span(entry, end + 1));
+        self.routines.insert(entry, cost);
+        cost
+    }
+
+    /// What a stretch takes, its loops and calls followed.
+    fn span(&mut self, from: usize, to: usize) -> Picos {
+        let program = self.program;
+        let (mut cost, mut at) = (Picos::ZERO, from);
+        while at < to.min(program.instructions.len()) {
+            cost = plus(cost, self.dearest(at));
+            let (more, next) = match &program.instructions[at].step {
+                Step::ForBegin { most, end, .. } => {
+                    (times(self.span(at + 1, end + 1), u64::from(*most)), end + 1)
+                }
+                Step::Summary(summary) => (self.summary(&summary.charges), summary.end + 1),
+                Step::Call { target, .. } => (self.routine(*target), at + 1),
+                _ => (Picos::ZERO, at + 1),
+            };
+            (cost, at) = (plus(cost, more), next);
+        }
+        cost
+    }
+}
+
+fn plus(a: Picos, b: Picos) -> Picos {
+    Picos(a.0.saturating_add(b.0))
+}
+
+fn times(a: Picos, n: u64) -> Picos {
+    Picos(a.0.saturating_mul(n))
+}
