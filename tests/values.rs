@@ -224,8 +224,8 @@ fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
     let table = table("Op1,1,0,0\nFMOV,0,0,1\n");
     let text =
         "LD X0\nFMOV K0 D100 D50\nFOR D51\nLD X1\nOp1\nOp1\nNEXT\nFOR K3\nLD X1\nOp1\nNEXT\nEND\n";
-    let inputs = [Input { name: "dir/a b.txt".to_owned(), bytes: text.as_bytes().to_vec() }];
-    let told = |facts: &str| {
+    let told = |text: &str, facts: &str| {
+        let inputs = [Input { name: "dir/a b.txt".to_owned(), bytes: text.as_bytes().to_vec() }];
         let facts = Facts::parse("facts.toml", facts).expect("facts");
         let request = Request {
             dialect: Some("melsec-list"),
@@ -235,7 +235,7 @@ fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
         };
         audit(&request).expect("an audit").unknowns
     };
-    let unknowns = told("");
+    let unknowns = told(text, "");
     let us = |time: scanbound::base::time::Picos| time.0 / 1_000_000;
     let shown: Vec<_> = unknowns
         .iter()
@@ -244,7 +244,13 @@ fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
     // The block's 65,535 words at 1 us each, the loop's 32,767 iterations at 2 us.
     assert_eq!(shown, [("D50", 2, 65_535, 1, 65_535), ("D51", 3, 32_767, 2, 65_534)]);
     assert_eq!(unknowns[0].fact, "\"a b.txt:2\" = [0, 20]");
+    // A little is known of the one, enough of the other.
+    let guards = text.replace("LD X0\nFMOV", "LD X0\nAND>= D50 K0\nAND<= D50 K9000\nFMOV");
+    let guards = guards.replace("NEXT\nFOR K3", "NEXT\nLD SM400\nWAND K63 D51\nFOR D51");
+    let words: Vec<(String, i64)> =
+        told(&guards, "").iter().map(|one| (one.word.to_string(), one.most)).collect();
+    assert_eq!(words, [("D51".to_owned(), 32_767), ("D50".to_owned(), 9000)]);
     // What is offered is taken, and nothing is left to be said.
     let lines: Vec<&str> = unknowns.iter().map(|one| one.fact.as_str()).collect();
-    assert_eq!(told(&format!("[counts]\n{}\n", lines.join("\n"))), []);
+    assert_eq!(told(text, &format!("[counts]\n{}\n", lines.join("\n"))), []);
 }

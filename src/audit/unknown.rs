@@ -1,15 +1,19 @@
-//! Counts of which nothing is known and that the bound rests on, with what to state of them.
+//! Counts of which nothing is known, or not much, and that the bound rests on, with what to state of them.
 
 use crate::base::location::Location;
 use crate::base::time::{Picos, Times};
-use crate::program::{Approximated, Counted, Program, Step};
+use crate::program::meaning::ChoiceKind;
+use crate::program::{Approximated, Counted, Program, Step, WordSource};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// What takes less than this part of the bound is not worth stating.
 const SMALLEST: u64 = 1000;
 
-/// A count that stands in a word of which nothing is known where it counts.
+/// A count that is taken as less than this, by what is known of it, is no unknown one.
+const WIDE: i64 = 1000;
+
+/// A count that stands in a word of which nothing is known where it counts, or not much.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownCount {
     /// The word, as the source has it.
@@ -32,13 +36,27 @@ impl UnknownCount {
     /// Those on which a bound rests, the dearest first. `times` is parallel to the program's instructions.
     pub(super) fn all(program: &Program, times: &[Times], upper: Picos) -> Vec<UnknownCount> {
         let mut costs = Costs { program, times, routines: BTreeMap::new() };
-        let found = program.approximations.iter().filter_map(|one| {
-            let Approximated::UnknownCount { word, most, .. } = &one.what else { return None };
-            let instruction = &program.instructions[one.instruction];
-            let (most, cost) = costs.counted(one.instruction, *most)?;
+        let unknown = program.approximations.iter().filter_map(|one| match &one.what {
+            Approximated::UnknownCount { word, most, .. } => {
+                Some((one.instruction, (word.clone(), *most)))
+            }
+            _ => None,
+        });
+        let unknown: BTreeMap<usize, (Arc<str>, i64)> = unknown.collect();
+        let found = (0..program.instructions.len()).filter_map(|at| {
+            let instruction = &program.instructions[at];
+            let (word, taken) = match unknown.get(&at) {
+                Some(told) => told.clone(),
+                None => (word(program, at)?, 0),
+            };
+            let (most, cost) = costs.counted(at, taken)?;
+            // What is known of a count may still be far from what it is meant to be.
+            if !unknown.contains_key(&at) && most < WIDE {
+                return None;
+            }
             let each = Picos(cost.0 / most.max(1).unsigned_abs());
             Some(UnknownCount {
-                word: word.clone(),
+                word,
                 at: instruction.place,
                 instruction: instruction.text.clone(),
                 most,
@@ -52,6 +70,28 @@ impl UnknownCount {
         found.sort_by_key(|one| (std::cmp::Reverse(one.cost), one.at));
         found.dedup_by_key(|one| one.at);
         found
+    }
+}
+
+/// The word in which an instruction finds a count.
+fn word(program: &Program, at: usize) -> Option<Arc<str>> {
+    let instruction = &program.instructions[at];
+    let count = match &instruction.step {
+        Step::ForBegin { count, .. } => Some(*count),
+        Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
+        _ => instruction.counted().and_then(|counted| counted.words.first().copied()),
+    };
+    let count = match count? {
+        WordSource::Free(choice) => match program.kinds.get(&choice) {
+            Some(ChoiceKind::Iterations(word)) => *word,
+            _ => WordSource::Free(choice),
+        },
+        count => count,
+    };
+    match count {
+        WordSource::Const(_) => None,
+        WordSource::Cell(cell) => Some(program.cell_name(cell).into()),
+        _ => Some(instruction.text.split_whitespace().last()?.into()),
     }
 }
 
