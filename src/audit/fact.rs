@@ -39,6 +39,8 @@ pub enum Fact {
     },
     /// An instruction's times.
     Time(Override),
+    /// A flowchart PC reads its inputs once a pass, into an image, or at each test.
+    Latched(bool),
     /// The base unit of all modules.
     Base(String),
     /// What networks take to refresh.
@@ -70,6 +72,7 @@ impl Fact {
             .chain(facts.index_bits.map(Fact::IndexBits))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
+            .chain(facts.latched.map(Fact::Latched))
             .chain(facts.base.iter().cloned().map(Fact::Base))
             .chain(facts.network.map(Fact::Network))
             .chain(factor.map(Fact::Factor))
@@ -96,6 +99,8 @@ impl fmt::Display for Fact {
             Fact::Time(Override { name, on, off }) => {
                 write!(f, "{name} takes {on}, {off} where it does not run")
             }
+            Fact::Latched(true) => f.write_str("inputs are read once a pass, into an image"),
+            Fact::Latched(false) => f.write_str("inputs are read at each test"),
             Fact::Base(base) => write!(f, "all I/O modules sit on the base {base}"),
             Fact::Network(Picos::ZERO) => f.write_str("no network is refreshed"),
             Fact::Network(time) => {

@@ -572,10 +572,16 @@ impl Writer<'_> {
                     Some(ChoiceKind::Exact(meaning)) => Some(meaning),
                     _ => None,
                 };
+                // A bit of a word is not followed: that word may hold anything.
+                let is_followed = |to: &Target| match to {
+                    Target::Words(_) | Target::Nowhere => true,
+                    Target::Bits(bits) => {
+                        bits.iter().all(|bit| !matches!(bit, BitTarget::WordBit(..)))
+                    }
+                    Target::Run(..) => false,
+                };
                 if let Some(meaning) = exact
-                    && meaning.outputs.iter().all(|to| {
-                        matches!(to, Target::Words(_) | Target::Bits(_) | Target::Nowhere)
-                    })
+                    && meaning.outputs.iter().all(is_followed)
                     && let Some(results) = evaluation.operation(meaning)
                 {
                     // All effects with this choice are one writing.
