@@ -66,16 +66,25 @@ fn garbage_of_100_mb_is_refused() {
 #[test]
 fn a_reader_that_goes_away_is_no_error() {
     use std::process::Stdio;
-    let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(["tables", "qnudv"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    drop(child.stdout.take());
-    let output = child.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(0));
-    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    let directory = tempfile::tempdir().expect("a directory");
+    // Its reports take several writes.
+    let text = format!("{}END\n", "LDP X0\nMOV K1 D0\n".repeat(400));
+    std::fs::write(directory.path().join("a.il"), text).expect("written");
+    let audit = |format| vec!["audit", "a.il", "--cpu", "Q26UDV", "--format", format];
+    for arguments in [vec!["tables", "qnudv"], audit("text"), audit("json"), audit("csv")] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+            .args(&arguments)
+            .current_dir(directory.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {told}");
+        assert!(!told.contains("cannot be written"), "{arguments:?}: {told}");
+    }
 }
 
 #[test]

@@ -46,7 +46,12 @@ pub fn render(audit: &Audit) -> String {
 
 fn write(audit: &Audit, out: &mut dyn io::Write) -> io::Result<()> {
     let mut writer = Writer::from_writer(out);
-    let mut put = |row: &[String]| writer.write_record(row);
+    // As it was met: where the reader has gone away, that must still be seen.
+    let fault = |error: csv::Error| match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    };
+    let mut put = |row: &[String]| writer.write_record(row).map_err(fault);
     put(&HEADS.map(str::to_owned))?;
     for group in &audit.groups {
         for charge in &group.charges {
