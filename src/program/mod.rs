@@ -424,6 +424,31 @@ pub enum Exit {
 }
 
 impl Step {
+    /// Whether master control regions that are off hold it off.
+    #[must_use]
+    pub fn acts(&self) -> bool {
+        match self {
+            Step::Logic { .. }
+            | Step::AndBlock
+            | Step::OrBlock
+            | Step::Save(_)
+            | Step::Fetch(_)
+            | Step::ForBegin { .. }
+            | Step::ForEnd => false,
+            Step::Act { .. }
+            | Step::Jump { .. }
+            | Step::Call { .. }
+            | Step::Return
+            | Step::End
+            | Step::Unbounded { .. }
+            | Step::Stop { .. }
+            | Step::Summary(_)
+            | Step::MasterControlBegin { .. }
+            | Step::MasterControlEnd { .. }
+            | Step::Nothing => true,
+        }
+    }
+
     /// What decides whether the step fires; `None` if it fires whenever it is reached.
     #[must_use]
     pub fn fires(&self) -> Option<&Logic> {

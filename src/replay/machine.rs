@@ -329,29 +329,9 @@ impl<'p, F: Free> Machine<'p, F> {
     }
 
     fn condition(&mut self, step: &Step) -> Truth {
-        let acts = match step {
-            Step::Logic { .. }
-            | Step::AndBlock
-            | Step::OrBlock
-            | Step::Save(_)
-            | Step::Fetch(_)
-            | Step::ForBegin { .. }
-            | Step::ForEnd => false,
-            Step::Act { .. }
-            | Step::Jump { .. }
-            | Step::Call { .. }
-            | Step::Return
-            | Step::End
-            | Step::Unbounded { .. }
-            | Step::Stop { .. }
-            | Step::Summary(_)
-            | Step::MasterControlBegin { .. }
-            | Step::MasterControlEnd { .. }
-            | Step::Nothing => true,
-        };
         let routine = self.routine();
         let top = routine.stack.last().copied().unwrap_or(Truth::TRUE);
-        if !acts {
+        if !step.acts() {
             return top;
         }
         routine.masters.last().map_or(top, |&(_, _, all)| top.and(all))

@@ -338,7 +338,7 @@ impl Run<'_> {
             None if needs_no_result(&instruction.step) => Lit::TRUE,
             None => return Err(ScanError::NoResult { instruction: at }),
         };
-        let condition = if acts(&instruction.step) {
+        let condition = if instruction.step.acts() {
             let masters = act.masters.last().map_or(Lit::TRUE, |master| master.all);
             self.memory.circuit().and(top, masters)
         } else {
@@ -687,20 +687,6 @@ impl Run<'_> {
         let within = self.within(&[word], true, low, high);
         self.hold(reached, within);
     }
-}
-
-/// Whether master control regions hold the step off.
-fn acts(step: &Step) -> bool {
-    !matches!(
-        step,
-        Step::Logic { .. }
-            | Step::AndBlock
-            | Step::OrBlock
-            | Step::Save(_)
-            | Step::Fetch(_)
-            | Step::ForBegin { .. }
-            | Step::ForEnd
-    )
 }
 
 /// Whether the step can stand between rungs, where there is no result.

@@ -225,19 +225,9 @@ impl<'p> Run<'p> {
         let instruction = &program.instructions[at];
         let Some(state) = &act.state else { return Ok(at + 1) };
         let top = Run::top(act);
-        let condition = match (&instruction.step, act.zones.last()) {
-            (
-                Step::Logic { .. }
-                | Step::AndBlock
-                | Step::OrBlock
-                | Step::Save(_)
-                | Step::Fetch(_)
-                | Step::ForBegin { .. }
-                | Step::ForEnd,
-                _,
-            )
-            | (_, None) => top,
-            (_, Some((_, all))) => top.and(all),
+        let condition = match act.zones.last() {
+            Some((_, all)) if instruction.step.acts() => top.and(all),
+            _ => top,
         };
         let evaluation = Evaluation { program, slots: self.slots, state };
         let fires = match instruction.step.fires() {
