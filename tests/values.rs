@@ -193,6 +193,14 @@ fn a_stated_count_holds_at_its_place_and_excludes_scans_with_another() {
     // At this place and no other.
     let twice = "NOP; FOR D50; LD X1; Op1; NEXT; LD SM400; INC D50; FOR D50; LD X1; Op1; NEXT; END";
     assert_eq!(stated(five, twice).map(|(upper, _)| upper), Ok(5 + 6));
+    // What the program always counts otherwise no scan keeps; what it may count otherwise is left out.
+    let set = "LD X0; FMOV K0 D100 D50; LD SM400; MOV K19 D50; FOR D50; LD X1; Op1; NEXT; END";
+    let other = |low: u32| format!("[counts]\n\"a.txt:5\" = [{low}, 18]\n");
+    let contradicts = Err("no scan keeps all the stated ranges and counts".to_owned());
+    assert_eq!(stated(&other(0), set), contradicts);
+    assert_eq!(stated(&other(18), set), contradicts);
+    let may = set.replace("LD SM400", "LD X2");
+    assert_eq!(stated(&other(0), &may).map(|found| found.0), Ok(18 + 18));
     // An index that nobody knows writes the word in between.
     let lost = "NOP; FOR D50; LD SM400; MOV K900 D0Z5; Op1; NEXT; FOR D50; LD X1; Op1; NEXT; END";
     assert_eq!(stated(five, lost).map(|(upper, _)| upper), Ok(5 + 32_767));

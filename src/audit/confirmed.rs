@@ -9,7 +9,7 @@ use crate::base::time::Picos;
 use crate::program::Program;
 use crate::replay::Replay;
 use crate::scan::groups;
-use crate::scan::model::{Assignment, Group, Portion, ScanModel, Values};
+use crate::scan::model::{Assignment, Group, Lit, Portion, ScanModel, Values};
 use crate::solve::{Limits, Maximum, Method, maximum};
 use std::time::{Duration, Instant};
 
@@ -48,6 +48,16 @@ fn allowed(
     model: &ScanModel,
     constraints: &Group,
 ) -> Result<Portion, Failure> {
+    let contradicts = Err(Failure::from(Diagnostic::file(
+        Code::Facts,
+        request.inputs.first().map_or("", |input| &input.name),
+        "no scan keeps all the stated ranges and counts",
+        "look for two that concern the same word, and for counts that the program sets otherwise",
+    )));
+    // A program that always counts otherwise leaves nothing to search.
+    if constraints.constraints.iter().any(|&index| model.constraints[index] == Lit::FALSE) {
+        return contradicts;
+    }
     // Nearly always found at once, so it is looked for even where the time is over.
     let least = Instant::now() + GRACE;
     let deadline = budget.deadline().map(|end| end.max(least));
@@ -60,16 +70,11 @@ fn allowed(
         return Err(Failure::from(Diagnostic::file(
             Code::Time,
             request.inputs.first().map_or("", |input| &input.name),
-            "in the time given no scan was found that keeps all the stated ranges",
+            "in the time given no scan was found that keeps all the stated ranges and counts",
             "give it more time (--time-limit), or state less",
         )));
     }
-    Err(Failure::from(Diagnostic::file(
-        Code::Facts,
-        request.inputs.first().map_or("", |input| &input.name),
-        "no scan keeps all the stated ranges",
-        "look for two ranges that concern the same word",
-    )))
+    contradicts
 }
 
 /// Holds the scan that was replayed against what the analysis says that it costs.

@@ -32,7 +32,9 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
                 faults.push(fault(Part::Value, message, "leave it out, or state what it can be"));
                 continue;
             }
-            program.counts.insert(at, (low, high));
+            // A line and a step may name the same place: both hold.
+            let all = program.counts.entry(at).or_insert((low, high));
+            *all = (all.0.max(low), all.1.min(high));
             // Its iterations are known now: it is followed if they are few enough.
             program.uncounted.remove(&at);
             let unknown = |what: &Approximated| matches!(what, Approximated::UnknownCount { .. });

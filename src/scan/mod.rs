@@ -666,8 +666,8 @@ impl Run<'_> {
     }
 
     /// Leaves out all scans in which this does not hold where that does.
-    fn hold(&mut self, where_: Lit, holds: Lit) {
-        let holds = self.memory.circuit().or(!where_, holds);
+    fn hold(&mut self, reached: Lit, holds: Lit) {
+        let holds = self.memory.circuit().or(!reached, holds);
         if holds != Lit::TRUE {
             self.memory.model.constraints.push(holds);
         }
