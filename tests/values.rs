@@ -262,3 +262,22 @@ fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
     let lines: Vec<&str> = unknowns.iter().map(|one| one.fact.as_str()).collect();
     assert_eq!(told(text, &format!("[counts]\n{}\n", lines.join("\n"))), []);
 }
+
+#[test]
+fn a_count_may_be_stated_by_its_step() {
+    let head = "\"t\"\n\"PLC Information:\",\"Q26UDV\"\n\"Step No.\",\"Line Statement\",\"Instruction\",\"I/O (Device)\",\"Blank\",\"PI Statement\",\"Note\"\n";
+    let rows = "0,,LD,X0,,,\n1,,FMOV,K0,,,\n,,,D100,,,\n,,,D50,,,\n5,,FMOV,K0,,,\n,,,D100,,,\n,,,D51,,,\n9,,END,,,,\n";
+    let inputs =
+        [Input { name: "MAIN.csv".to_owned(), bytes: format!("{head}{rows}").into_bytes() }];
+    let told = |facts: &str| {
+        let facts = Facts::parse("facts.toml", facts).expect("facts");
+        let table = table("FMOV,0,0,1\n");
+        let found = audit(&Request { table: Some(&table), ..Request::new(&inputs, &facts) });
+        let unknowns = found.expect("an audit").unknowns;
+        unknowns.iter().map(|one| one.at.step).collect::<Vec<_>>()
+    };
+    assert_eq!(told(""), [Some(1), Some(5)]);
+    assert_eq!(told("[counts]\n\"main.csv:step 5\" = [0, 9]\n"), [Some(1)]);
+    // Line 8 is the one in which it begins.
+    assert_eq!(told("[counts]\n\"MAIN.csv:8\" = 9\n\"MAIN.csv:step 1\" = 9\n"), []);
+}
