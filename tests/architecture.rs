@@ -21,7 +21,7 @@ const STRANGERS: &[(&str, &[&str], &str)] = &[
     ("scan", &["front", "timing"], "fronts end at the program, and times are copied"),
     (
         "solve",
-        &["front", "timing", "scan::scan_model", "scan::Side", "scan::reach"],
+        &["front", "timing", "scan::scan_model", "scan::Purpose", "scan::fit"],
         "the scan model is all there is to solve",
     ),
     ("timing::price", &["front"], "fronts end at the program"),

@@ -9,7 +9,7 @@ use common::tape::{Tape, cases, on_tapes};
 use scanbound::base::time::Times;
 use scanbound::passes::loops;
 use scanbound::replay::replay;
-use scanbound::scan::reach::scan_model_fitted;
+use scanbound::scan::fit::scan_model_fitted;
 use scanbound::solve::{Limits, Method};
 use std::sync::atomic::{AtomicU32, Ordering};
 

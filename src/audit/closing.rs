@@ -9,10 +9,10 @@ use crate::base::budget::Budget;
 use crate::base::time::Picos;
 use crate::program::meaning::Knowledge;
 use crate::program::{Program, Witness};
+use crate::scan::fit::SizeLimits;
 use crate::scan::groups;
 use crate::scan::model::{Assignment, Charge, Group, Lit, ScanModel};
-use crate::scan::reach::Reach;
-use crate::scan::{Side, scan_model_knowing};
+use crate::scan::{Purpose, scan_model_knowing};
 use crate::solve::{Limits, Method, maximum};
 use crate::timing::price::Prices;
 use std::collections::BTreeMap;
@@ -71,15 +71,18 @@ impl Closing<'_> {
             if !small || !open || found.knowledge.is_empty() {
                 return Ok((searched, found));
             }
-            let reach =
-                Reach { once: usize::MAX, all: MOST_LEARNED, ended: &|| self.budget.reached() };
+            let limits = SizeLimits {
+                per_execution: usize::MAX,
+                in_all: MOST_LEARNED,
+                is_over: &|| self.budget.reached(),
+            };
             let times = prices.times();
             let learned = &found.knowledge;
-            let known = scan_model_knowing(program, &times, learned, Side::Above, &reach);
+            let known = scan_model_knowing(program, &times, learned, Purpose::UpperBound, &limits);
             let Ok(known) = known else { return Ok((searched, found)) };
             if rounds < MOST_ROUNDS
                 && let Some(closer) =
-                    put_back(program, prices, learned, &self.iterations(&known), &reach)
+                    put_back(program, prices, learned, &self.iterations(&known), &limits)
             {
                 (*program, *prices, model) = closer;
                 slices = groups::groups(&model);

@@ -120,7 +120,7 @@ fn matching(program: &Program, name: &str) -> Vec<usize> {
 
 /// Lowers what an instruction counts at most to what is stated. Whether it can count that at all.
 fn lower(program: &mut Program, at: usize, low: i64, high: i64) -> bool {
-    let turned = |least: &mut u32, most: &mut u32| {
+    let keep_within = |least: &mut u32, most: &mut u32| {
         let (low, high) = (low.max(0).unsigned_abs(), high.max(0).unsigned_abs());
         if low > u64::from(*most) || high < u64::from(*least) {
             return false;
@@ -132,9 +132,9 @@ fn lower(program: &mut Program, at: usize, low: i64, high: i64) -> bool {
     };
     let instruction = &mut program.instructions[at];
     let iterations = match &mut instruction.step {
-        Step::ForBegin { least, most, .. } => turned(least, most),
+        Step::ForBegin { least, most, .. } => keep_within(least, most),
         Step::Summary(summary) => match &mut summary.iterations {
-            Some((_, least, most)) => turned(least, most),
+            Some((_, least, most)) => keep_within(least, most),
             None => true,
         },
         _ => true,

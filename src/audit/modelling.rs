@@ -8,9 +8,9 @@ use crate::base::time::Picos;
 use crate::passes::loops;
 use crate::program::meaning::Knowledge;
 use crate::program::{Program, Unfollowed};
+use crate::scan::fit::{SizeLimits, scan_model_fitted};
 use crate::scan::model::ScanModel;
-use crate::scan::reach::{Reach, scan_model_fitted};
-use crate::scan::{ScanError, Side, scan_model, scan_model_knowing};
+use crate::scan::{Purpose, ScanError, scan_model, scan_model_knowing};
 use crate::timing::price::Prices;
 use crate::timing::table::Table;
 use std::collections::BTreeMap;
@@ -100,7 +100,7 @@ pub fn put_back(
     prices: &Prices,
     knowledge: &Knowledge,
     iterations: &BTreeMap<usize, u32>,
-    reach: &Reach<'_>,
+    limits: &SizeLimits<'_>,
 ) -> Option<(Program, Prices, ScanModel)> {
     let mut closer = program.clone();
     if !loops::put_back(&mut closer, iterations) {
@@ -110,7 +110,7 @@ pub fn put_back(
     let mut priced = prices.clone();
     priced.instructions.resize(closer.instructions.len(), None);
     let times = priced.times();
-    let model = scan_model_knowing(&closer, &times, knowledge, Side::Above, reach).ok()?;
+    let model = scan_model_knowing(&closer, &times, knowledge, Purpose::UpperBound, limits).ok()?;
     Some((closer, priced, model))
 }
 

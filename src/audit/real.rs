@@ -4,11 +4,11 @@ use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
 use crate::replay::{Free, Real, Why, real};
+use crate::scan::fit::SizeLimits;
 use crate::scan::groups::{groups, unpriced, witness};
 use crate::scan::model::certain::{Standing, certain};
 use crate::scan::model::{Assignment, Lit, Origin, ScanModel, VarId};
-use crate::scan::reach::Reach;
-use crate::scan::{Side, scan_model_knowing};
+use crate::scan::{Purpose, scan_model_knowing};
 use crate::solve::{Limits, Method, maxima, maximum};
 use std::collections::BTreeSet;
 
@@ -55,14 +55,23 @@ impl Search<'_> {
             better(&mut found, one, other.clone());
         }
         let summary = summary_choices(self.program);
-        let reach = Reach { once: usize::MAX, all: MOST_GATES, ended: &|| self.is_late() };
+        let limits = SizeLimits {
+            per_execution: usize::MAX,
+            in_all: MOST_GATES,
+            is_over: &|| self.is_late(),
+        };
         let mut gates = 0;
         for _ in 0..MOST_ROUNDS {
             if found.best.replay.total >= upper || (self.limits.cancelled)() || self.is_late() {
                 break;
             }
-            let model =
-                scan_model_knowing(self.program, self.least, &found.knowledge, Side::Below, &reach);
+            let model = scan_model_knowing(
+                self.program,
+                self.least,
+                &found.knowledge,
+                Purpose::LowerBound,
+                &limits,
+            );
             let Ok(full) = model else { break };
             gates += full.circuit.nodes().len();
             let standing = |variable| standing(self.program, &summary, &full, variable);

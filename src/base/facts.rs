@@ -20,7 +20,7 @@ pub struct Facts {
     /// Device as written (`D100`) to the least and the largest value that it holds when the scan starts, signed.
     pub ranges: BTreeMap<String, (i64, i64)>,
     /// Place as written (`MAIN.csv:543`) to the least and the largest count that an instruction there has, wherever it is
-    /// executed: a loop's turns, a block's length.
+    /// executed: a loop's iterations, a block's length.
     pub counts: BTreeMap<String, (i64, i64)>,
     /// Interrupt label in upper case (`I0`) to how often its routine runs in one scan at most.
     pub interrupts: BTreeMap<String, u32>,

@@ -43,9 +43,9 @@ pub enum Approximated {
     /// Nothing of a program is followed.
     WholeSummary(Unfollowed),
     /// A loop's count takes too much to follow.
-    DearCount,
+    CostlyCount,
     /// What an instruction reads takes too much to follow.
-    DearRead,
+    CostlyRead,
 }
 
 /// Why nothing of a program is followed.
@@ -124,10 +124,10 @@ impl fmt::Display for Approximated {
                 })?;
                 ": all that can run from here is charged at its dearer time, whatever excludes it"
             }
-            Approximated::DearCount => {
+            Approximated::CostlyCount => {
                 "the count takes too much to follow: any number of iterations that the loop allows is taken"
             }
-            Approximated::DearRead => {
+            Approximated::CostlyRead => {
                 "what is read here takes too much to follow: taken as any value"
             }
         };

@@ -32,10 +32,10 @@
 
 mod approximation;
 mod area;
+pub mod cell_budget;
 pub mod flow;
 pub mod meaning;
 mod reads;
-pub mod spelled;
 mod tags;
 mod timing;
 
@@ -354,8 +354,8 @@ pub enum Step {
         /// When.
         fires: Logic,
     },
-    /// Control has come round a loop with nothing changed that it asks for, so it goes round for ever: a scan
-    /// that gets here has no bound. It is followed no further, as if it ended.
+    /// The end of a loop that goes on for ever: control has come round to where it was, and nothing that the loop asks
+    /// for has changed. A scan that gets here has no bound. It is followed no further, as if it ended.
     Unbounded {
         /// Where the loop begins; it ends where control came from.
         from: usize,
@@ -628,7 +628,7 @@ pub struct Program {
     pub direct_links: Option<usize>,
     /// Ranges the user stated.
     pub ranges: Vec<StartRange>,
-    /// What the user stated of the count at an instruction, wherever it is executed: the turns of a loop, signed, or the
+    /// What the user stated of the count at an instruction, wherever it is executed: the iterations of a loop, signed, or the
     /// units that [`Counted`] words say, unsigned. The least and the largest.
     pub counts: BTreeMap<usize, (i64, i64)>,
     /// What holds in the state in which every scan starts; no choice and no condition occurs in it.

@@ -26,9 +26,9 @@ pub struct Counted {
     pub each: u64,
     /// A larger count handles no more than this one.
     pub most: u64,
-    /// The instruction is known to be carried out with counts up to this one: only those are held against what really
-    /// happens.
-    pub sure: u64,
+    /// The PLC is known to carry the instruction out with every count up to this one. With a larger count it may refuse
+    /// (what it handles would lie beyond its memory), so a scan that needs one is no lower bound.
+    pub executes_up_to: u64,
 }
 
 impl Counted {

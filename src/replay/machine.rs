@@ -257,7 +257,8 @@ impl<'p, F: Free> Machine<'p, F> {
         (count, std::mem::replace(&mut self.state.doubt, outer))
     }
 
-    /// How many units an instruction handles that words count. Really it is only counted what is known.
+    /// How many units an instruction handles that words count. Where a scan is run as on a PLC, units are charged only if
+    /// their count is known and the PLC is known to carry the instruction out with it.
     fn units(&mut self, instruction: &Instruction, times: Times) -> u64 {
         let counted = instruction.counted().filter(|_| times.per_unit > Picos::ZERO);
         let Some(counted) = counted else { return 0 };
@@ -265,7 +266,7 @@ impl<'p, F: Free> Machine<'p, F> {
             return counted.most_units();
         }
         let (count, doubt) = self.number_of_units(counted);
-        if self.state.mode == Mode::Real && (doubt.is_some() || count > counted.sure) {
+        if self.state.mode == Mode::Real && (doubt.is_some() || count > counted.executes_up_to) {
             return 0;
         }
         count.min(counted.most).saturating_mul(counted.each)

@@ -86,7 +86,7 @@ fn a_loop_of_one_turn_or_none_takes_the_cheaper() {
         run(&p)
     };
     let set = Write::Bit(crate::program::BitTarget::Cell(bit(1)), Logic::Const(true));
-    let turned = |real: &Real| real.replay.events.iter().any(|event| event.instruction == 1);
-    assert!(turned(&body(vec![act(set)])));
-    assert!(!turned(&body(vec![instruction(Step::Nothing, vec![])])));
+    let ran = |real: &Real| real.replay.events.iter().any(|event| event.instruction == 1);
+    assert!(ran(&body(vec![act(set)])));
+    assert!(!ran(&body(vec![instruction(Step::Nothing, vec![])])));
 }

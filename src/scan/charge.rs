@@ -1,7 +1,7 @@
 //! What executions are charged: by their times, by the units that words count, and as a summary.
 
 use super::word::Word;
-use super::{Run, ScanError, Side, number};
+use super::{Purpose, Run, ScanError, number};
 use crate::base::time::{Picos, Times};
 use crate::program::{Counted, Relation, WordSource};
 use crate::scan::model::{ByUnits, Charge, Lit};
@@ -35,7 +35,7 @@ impl Run<'_> {
         };
         if !Counted::is_asked(&self.frames) {
             let most = times.with(counted.most_units());
-            return (if self.side == Side::Above { most } else { times.on }, None);
+            return (if self.purpose == Purpose::UpperBound { most } else { times.on }, None);
         }
         let number: Vec<Word> = counted.words.iter().map(|word| self.word(*word, at)).collect();
         if let Some(&(low, high)) = self.program.counts.get(&at) {
@@ -52,10 +52,12 @@ impl Run<'_> {
         };
         let largest = (1u64 << (16 * number.len())) - 1;
         let over = if counted.most < largest { above(counted.most) } else { Lit::FALSE };
-        let sure = match self.side {
-            Side::Above => Lit::TRUE,
-            Side::Below if counted.sure < largest => !above(counted.sure),
-            Side::Below => Lit::TRUE,
+        let sure = match self.purpose {
+            Purpose::UpperBound => Lit::TRUE,
+            Purpose::LowerBound if counted.executes_up_to < largest => {
+                !above(counted.executes_up_to)
+            }
+            Purpose::LowerBound => Lit::TRUE,
         };
         let handled = circuit.and(fires, sure);
         let bits: Vec<Lit> = number.iter().flat_map(|&word| words.bits(circuit, word)).collect();

@@ -2,21 +2,22 @@
 
 use super::expression::describe;
 use super::word::Word;
-use super::{Run, Side};
+use super::{Purpose, Run};
 use crate::program::meaning::{ChoiceKind, Fact, Learned, Read};
 use crate::program::{AreaKind, BitTarget, Cell, ChoiceId, Frame, WordTarget};
 use crate::scan::model::Lit;
 use rustc_hash::FxHashMap;
 
-/// What became of exact choices so far.
+/// What choices of which something is known were found to be so far, so that each is worked out once.
 #[derive(Debug)]
 pub(super) struct Known {
     /// Values of choices that were read, by the moment.
     bits: FxHashMap<(Vec<Frame>, ChoiceId), Lit>,
     words: FxHashMap<(Vec<Frame>, ChoiceId), Word>,
-    /// Choices that the instruction under way havocs to: under which guard, and where it is not known what is written.
+    /// Choices with which the current instruction havocs: the choice, under which guard, and the part of that guard
+    /// under which nothing was learned, so that the havoc stays.
     written: Vec<(ChoiceId, Lit, Lit)>,
-    /// Its condition.
+    /// The current instruction's condition.
     condition: Lit,
 }
 
@@ -50,8 +51,8 @@ impl Run<'_> {
     /// A choice read as a bit.
     pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
         let program = self.program;
-        if let (Some(&ChoiceKind::Steady(cell)), Side::Below) =
-            (program.kinds.get(&choice), self.side)
+        if let (Some(&ChoiceKind::Steady(cell)), Purpose::LowerBound) =
+            (program.kinds.get(&choice), self.purpose)
         {
             return self.memory.read_bit(cell);
         }
@@ -80,8 +81,8 @@ impl Run<'_> {
             Some(ChoiceKind::Iterations(word)) => Some(*word),
             _ => None,
         };
-        if let (Some(&ChoiceKind::Present { contact, setting }), Side::Below) =
-            (program.kinds.get(&choice), self.side)
+        if let (Some(&ChoiceKind::Present { contact, setting }), Purpose::LowerBound) =
+            (program.kinds.get(&choice), self.purpose)
         {
             return self.present(choice, contact, setting, at);
         }
@@ -114,7 +115,7 @@ impl Run<'_> {
         word
     }
 
-    /// What a timer has come to.
+    /// A timer's present value: its setting where its contact is on, else less.
     fn present(&mut self, choice: ChoiceId, contact: Cell, setting: u16, at: usize) -> Word {
         let program = self.program;
         let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));
@@ -131,7 +132,7 @@ impl Run<'_> {
 
     /// One iteration or none.
     fn once(&mut self, choice: ChoiceId, at: usize) -> Word {
-        if self.side == Side::Below {
+        if self.purpose == Purpose::LowerBound {
             return self.memory.words.constant(0);
         }
         let program = self.program;
@@ -143,8 +144,9 @@ impl Run<'_> {
         self.memory.words.of_bits(&self.memory.model.circuit, bits)
     }
 
-    /// Writes what is known to be written where `guard` holds; the guard of what is not known.
-    pub(super) fn unlearned(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
+    /// Writes what was learned of an operation's results in place of its havoc; the guard under which nothing was
+    /// learned, so that the havoc is still due.
+    pub(super) fn write_learned(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
         if self.facts(choice).is_empty() || guard == Lit::FALSE {
             return guard;
         }
@@ -191,7 +193,7 @@ impl Run<'_> {
         self.program.areas[usize::from(cell.area.0)].kind == AreaKind::Bit
     }
 
-    /// Whether all this is read now.
+    /// Whether the scan is now in the moment in which something was learned: all was read then as it is now.
     fn matches(&mut self, reads: &[Read], at: usize) -> Lit {
         let mut all = Lit::TRUE;
         for read in reads {

@@ -6,12 +6,12 @@
 mod answer;
 mod charge;
 mod expression;
+pub mod fit;
 pub mod groups;
 mod knowing;
 mod memory;
 pub mod model;
 mod number;
-pub mod reach;
 mod term;
 mod word;
 
@@ -22,8 +22,8 @@ use crate::program::{
     When, WordSource, Write,
 };
 use crate::scan::model::{Iterations, Lit, ScanModel, Unbounded};
+use fit::SizeLimits;
 use memory::Memory;
-use reach::Reach;
 use std::collections::{BTreeMap, BTreeSet};
 use word::Word;
 
@@ -44,14 +44,14 @@ pub enum ScanError {
         /// The instruction.
         instruction: usize,
     },
-    /// The model grows beyond what it may take. Where the values that an instruction reads take much to follow, it
-    /// may do without.
+    /// The model grows beyond its limits of size. It may fit if the values that costly instructions read are not
+    /// followed.
     #[error("the values that the program works out take too much to follow")]
     Grown {
-        /// The instruction at which that was given up, or how many there were.
+        /// The instruction at which the model passed its limit; the first of the costly ones if only these did.
         instruction: usize,
-        /// The instructions whose values took much.
-        dear: BTreeSet<usize>,
+        /// The instructions of which one execution passed the limit for one.
+        costly: BTreeSet<usize>,
     },
     /// It was ended from outside.
     #[error("ended before the scan was followed to its end")]
@@ -75,19 +75,19 @@ const MOST_EXECUTED: usize = 10_000_000;
 /// # Errors
 /// If calls and loops multiply beyond what can be followed, or the program is not well formed.
 pub fn scan_model(program: &Program, times: &[Times]) -> Result<ScanModel, ScanError> {
-    scan_model_within(program, times, &Reach::default())
+    scan_model_within(program, times, &SizeLimits::default())
 }
 
-/// What a model is for.
+/// What a model is for. Where it is not known whether something can happen, the two differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// To bound scans: nothing that may be is left out.
-    Above,
-    /// To find scans: what surely can be is all there need be.
-    Below,
+pub enum Purpose {
+    /// To bound scans from above: the model has all that may happen.
+    UpperBound,
+    /// To find scans that a PLC makes: the model has only what is known to happen.
+    LowerBound,
 }
 
-/// The same within limits.
+/// The same within limits of size.
 ///
 /// # Errors
 /// If it grows beyond the limits, calls and loops multiply beyond what can be followed, or the program is not well
@@ -95,12 +95,13 @@ pub enum Side {
 pub fn scan_model_within(
     program: &Program,
     times: &[Times],
-    reach: &Reach<'_>,
+    limits: &SizeLimits<'_>,
 ) -> Result<ScanModel, ScanError> {
-    scan_model_knowing(program, times, &Knowledge::new(), Side::Above, reach)
+    scan_model_knowing(program, times, &Knowledge::new(), Purpose::UpperBound, limits)
 }
 
-/// The same where something is known of exact choices: there they have the values that were learned.
+/// The same for a purpose, where something is known of exact choices: where the moment matches they have the values
+/// that were learned.
 ///
 /// # Errors
 /// The same.
@@ -108,21 +109,21 @@ pub fn scan_model_knowing(
     program: &Program,
     times: &[Times],
     knowledge: &Knowledge,
-    side: Side,
-    reach: &Reach<'_>,
+    purpose: Purpose,
+    limits: &SizeLimits<'_>,
 ) -> Result<ScanModel, ScanError> {
     let mut run = Run {
         program,
         times,
         knowledge,
-        side,
+        purpose,
         known: knowing::Known::default(),
         memory: Memory::new(program, word_choices(program)),
         frames: Vec::new(),
         stopped: Lit::FALSE,
         executed: 0,
-        reach,
-        dear: BTreeSet::new(),
+        limits,
+        costly: BTreeSet::new(),
     };
     for range in &program.ranges {
         run.constrain(&range.cells, range.low, range.high);
@@ -144,12 +145,12 @@ pub fn scan_model_knowing(
             run.frames.pop();
         }
     }
-    // What took much and was followed all the same is as good as any.
+    // Costly instructions do no harm if the model has become whole in spite of them.
     if run.memory.words.given_up == 0 {
         return Ok(run.memory.model);
     }
-    let instruction = run.dear.first().copied().unwrap_or(0);
-    Err(ScanError::Grown { instruction, dear: run.dear })
+    let instruction = run.costly.first().copied().unwrap_or(0);
+    Err(ScanError::Grown { instruction, costly: run.costly })
 }
 
 /// Which choices are read as a word somewhere; the others are single bits.
@@ -217,8 +218,8 @@ struct Run<'p> {
     times: &'p [Times],
     /// What was learned of exact choices.
     knowledge: &'p Knowledge,
-    side: Side,
-    /// What came of it so far.
+    purpose: Purpose,
+    /// What the choices of which something is known were found to be so far.
     known: knowing::Known,
     memory: Memory<'p>,
     /// The calls, loop iterations and interrupts that lead here, outermost first.
@@ -227,10 +228,10 @@ struct Run<'p> {
     stopped: Lit,
     /// How many instructions were executed.
     executed: usize,
-    /// How much it may take.
-    reach: &'p Reach<'p>,
-    /// The instructions that took more than one may.
-    dear: BTreeSet<usize>,
+    /// How large the model may get.
+    limits: &'p SizeLimits<'p>,
+    /// The instructions of which one execution passed the limit for one.
+    costly: BTreeSet<usize>,
 }
 
 impl Run<'_> {
@@ -262,10 +263,10 @@ impl Run<'_> {
                 }
                 continue;
             }
-            let before = self.taken();
-            self.memory.words.allowance = self.reach.once;
+            let before = self.size();
+            self.memory.words.allowance = self.limits.per_execution;
             let next = self.instruction(act, at)?;
-            self.look(at, before)?;
+            self.check_size(at, before)?;
             at = next;
         }
         Ok(())
@@ -300,25 +301,26 @@ impl Run<'_> {
         met
     }
 
-    /// What was taken so far: nodes of the circuit, and questions to words.
-    fn taken(&self) -> usize {
+    /// The model's size so far, as [`SizeLimits`] count it.
+    fn size(&self) -> usize {
         self.memory.model.circuit.nodes().len() + self.memory.words.spent
     }
 
-    /// Holds what an instruction took against what it may take.
-    fn look(&mut self, at: usize, before: usize) -> Result<(), ScanError> {
-        const LOOK: usize = 256;
-        let taken = self.taken();
+    /// Holds the model's size, and what an instruction added to it, against the limits.
+    fn check_size(&mut self, at: usize, before: usize) -> Result<(), ScanError> {
+        /// Whether the time is over is asked once in so many instructions.
+        const EVERY: usize = 256;
+        let size = self.size();
         let runs_others =
             matches!(self.program.instructions[at].step, Step::ForBegin { .. } | Step::Call { .. });
-        if taken - before > self.reach.once && !runs_others {
-            self.dear.insert(at);
+        if size - before > self.limits.per_execution && !runs_others {
+            self.costly.insert(at);
         }
-        if taken > self.reach.all {
-            let dear = std::mem::take(&mut self.dear);
-            return Err(ScanError::Grown { instruction: at, dear });
+        if size > self.limits.in_all {
+            let costly = std::mem::take(&mut self.costly);
+            return Err(ScanError::Grown { instruction: at, costly });
         }
-        if self.executed.is_multiple_of(LOOK) && (self.reach.ended)() {
+        if self.executed.is_multiple_of(EVERY) && (self.limits.is_over)() {
             return Err(ScanError::Ended { instruction: at });
         }
         Ok(())
@@ -373,7 +375,7 @@ impl Run<'_> {
                 }
             }
             Write::Havoc(region, choice) => {
-                let guard = self.unlearned(*choice, guard, at);
+                let guard = self.write_learned(*choice, guard, at);
                 self.memory.havoc(*region, guard, &self.frames, *choice);
             }
         }
@@ -454,7 +456,7 @@ impl Run<'_> {
                     self.hold_iterations(act.active, at, count);
                 }
                 match *iterations {
-                    Some(iterations) if self.side == Side::Below => {
+                    Some(iterations) if self.purpose == Purpose::LowerBound => {
                         self.counted(act.active, at, charges, iterations)?;
                     }
                     Some(iterations) => {
@@ -589,7 +591,7 @@ impl Run<'_> {
                     ),
                 };
                 if self.memory.words.given_up > given_up {
-                    self.dear.insert(at);
+                    self.costly.insert(at);
                     break;
                 }
                 let circuit = self.memory.circuit();
@@ -625,7 +627,7 @@ impl Run<'_> {
         let known = words.most(circuit, word);
         let iterations = known.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(once));
         if !self.knowledge.is_empty() {
-            // What was learned may bound it where its looks do not.
+            // A solver bounds it by what was learned, where the form of the word alone does not.
             let bits = words.bits(circuit, word);
             let least = once.max(least);
             self.memory.model.counts.push(Iterations { instruction: at, reached, bits, least });

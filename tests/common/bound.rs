@@ -3,10 +3,10 @@
 use scanbound::base::time::{Picos, Times};
 use scanbound::program::meaning::Knowledge;
 use scanbound::program::{Program, Witness};
+use scanbound::scan::fit::SizeLimits;
 use scanbound::scan::groups::{groups, witness};
 use scanbound::scan::model::{Assignment, Group, ScanModel, VarId};
-use scanbound::scan::reach::Reach;
-use scanbound::scan::{ScanError, Side, scan_model_knowing};
+use scanbound::scan::{Purpose, ScanError, scan_model_knowing};
 use scanbound::solve::{Limits, Method, maximum};
 
 /// What the analysis says about a program.
@@ -40,7 +40,8 @@ pub fn bound_knowing(
     method: Method,
     limits: &Limits<'_>,
 ) -> Result<Bound, ScanError> {
-    let model = scan_model_knowing(program, times, knowledge, Side::Above, &Reach::default())?;
+    let model =
+        scan_model_knowing(program, times, knowledge, Purpose::UpperBound, &SizeLimits::default())?;
     let constant = |charge: &&scanbound::scan::model::Charge| charge.is_constant();
     let always: Picos = model
         .charges

@@ -173,7 +173,7 @@ impl Generator<'_, '_> {
         TimingKey {
             names: vec!["Op".to_owned()],
             class: "block",
-            units: Units::Counted(Counted { words, each, most, sure: most }),
+            units: Units::Counted(Counted { words, each, most, executes_up_to: most }),
             dearer: false,
             optional: false,
             touched: Touched::default(),

@@ -12,8 +12,8 @@ use super::resolve::Item;
 use super::source::Edge;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::shown;
+use crate::program::cell_budget::CellBudget;
 use crate::program::meaning::Meaning;
-use crate::program::spelled::Spelled;
 use crate::program::{
     Approximated, BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Operand,
     Program, Region, Step, TimingKey, Units, When, Write,
@@ -45,7 +45,7 @@ pub(super) struct Assembly {
     /// Index registers that the instruction's operands move, until it is put in.
     moved: Vec<Cell>,
     /// What the program has spelled out.
-    pub(super) spelled: Spelled,
+    pub(super) spelled: CellBudget,
     place: Location,
     text: Arc<str>,
     operands: Arc<[Operand]>,
@@ -67,7 +67,7 @@ impl Assembly {
             repeated: false,
             counted: Vec::new(),
             moved: Vec::new(),
-            spelled: Spelled::default(),
+            spelled: CellBudget::default(),
             place: Location { file: 0, line: 1, step: None },
             text: Arc::default(),
             operands: Arc::default(),

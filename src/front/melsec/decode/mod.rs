@@ -31,8 +31,8 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Facts;
 use crate::base::location::Location;
 use crate::front::Faults;
+use crate::program::cell_budget::CellBudget;
 use crate::program::flow;
-use crate::program::spelled::Spelled;
 use crate::program::{
     Approximated, Cell, ChoiceId, Effect, Instruction, Logic, Program, Region, SourceFile, Step,
     TimingKey, Touched, Units, When, Write,
@@ -112,7 +112,7 @@ pub struct Decoder<'a> {
     family: Family,
     program: Program,
     faults: Vec<Faults<'a>>,
-    spelled: Spelled,
+    spelled: CellBudget,
     /// What switches in the project change of instructions' meaning.
     quirks: Quirks,
     /// The instruction under way.
@@ -151,7 +151,7 @@ impl<'a> Decoder<'a> {
             family: options.family,
             program,
             faults: project.files.iter().map(|file| Faults::new(&file.name)).collect(),
-            spelled: Spelled::default(),
+            spelled: CellBudget::default(),
             quirks: Quirks::of(project, options.family),
             now: Now::default(),
             rung: Rung::default(),

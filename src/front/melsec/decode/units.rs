@@ -36,7 +36,7 @@ impl Decoder<'_> {
                     words,
                     each: entry.unit_size,
                     most,
-                    sure: self.sure_count(raw, entry, operand),
+                    executes_up_to: self.sure_count(raw, entry, operand),
                 }),
                 None => Units::AtMost(most.saturating_mul(entry.unit_size)),
             };

@@ -1,32 +1,33 @@
-//! What a program spells out cell by cell: blocks that are written, and how results are worked out. There is room for
-//! more than any plant's program takes; behind that, what is written is any value, and how is not known.
+//! A limit on how many cells a program lists one by one, for blocks that are written and for how results are worked out:
+//! a few lines of source can write millions. The limit is far above what a plant's program needs. Beyond it, blocks are
+//! havocked as regions, and how their values are worked out is not kept.
 
 use super::flow::written_by;
 use super::meaning::{Meaning, Operand, Target};
 use super::{ChoiceId, Effect, Number, Region, Write};
 
-/// The most cells that may be spelled out in a program.
+/// The most cells that a program may list.
 const MOST: usize = 2_000_000;
-/// An instruction that writes no more cells than this may always say which.
+/// An instruction with no more cells than this may list them always.
 const FEW: usize = 16;
-/// The room, in cells, of what is known of a result besides its cells.
+/// What a `Meaning` takes besides its cells, counted in cells.
 const KNOWN: usize = 12;
 
-/// How much a program has spelled out so far.
+/// How many cells a program has listed so far.
 #[derive(Debug, Default)]
-pub struct Spelled {
+pub struct CellBudget {
     cells: usize,
 }
 
-impl Spelled {
+impl CellBudget {
     /// Whether there is room for so many cells.
     #[must_use]
     pub fn has_room(&self, cells: usize) -> bool {
         cells <= FEW || self.cells + cells <= MOST
     }
 
-    /// Takes an instruction's effects as they are, or, where there is no room for them, any value for all that they
-    /// write. Whether they are as they were.
+    /// Leaves an instruction's effects as they are if there is room for them, else havocs all that they write. Whether
+    /// they were left.
     pub fn effects(
         &mut self,
         effects: &mut Vec<Effect>,
@@ -41,7 +42,7 @@ impl Spelled {
             return true;
         }
         let mut wide: Vec<Effect> = Vec::new();
-        // What an operation gives keeps to the cells that it gives.
+        // Neighbouring writes become one havoc; havocs that were there stay, since an operation is known by its choice.
         let mut ours = false;
         for effect in std::mem::take(effects) {
             if let Write::Havoc(..) = effect.write {
@@ -67,7 +68,7 @@ impl Spelled {
         false
     }
 
-    /// Whether there is room to say how a result is worked out, which it takes then.
+    /// Whether there is room to keep how results are worked out; if so, it is taken.
     pub fn meaning(&mut self, meaning: &Meaning) -> bool {
         let inputs = meaning.inputs.iter().map(|input| match input {
             Operand::Words(words) => words.len(),
@@ -145,21 +146,21 @@ mod tests {
 
     #[test]
     fn what_has_no_room_is_any_value_in_as_few_regions_as_it_takes() {
-        let mut spelled = Spelled { cells: MOST - 100 };
+        let mut budget = CellBudget { cells: MOST - 100 };
         let mut fresh = 0;
         let mut choice = || {
             fresh += 1;
             ChoiceId(fresh)
         };
         let mut effects = vec![copy(50)];
-        assert!(spelled.effects(&mut effects, &mut choice));
+        assert!(budget.effects(&mut effects, &mut choice));
         assert_eq!(effects, [copy(50)]);
         let bit = |n: u8| Effect {
             when: When::Always,
             write: Write::Bit(BitTarget::WordBit(cell(70), n), Logic::Const(true)),
         };
         let mut effects = vec![copy(50), bit(1), bit(0), copy(1)];
-        assert!(!spelled.effects(&mut effects, &mut choice));
+        assert!(!budget.effects(&mut effects, &mut choice));
         let havocs = |when, first, count, choice| Effect {
             when,
             write: Write::Havoc(Region::Range { first: cell(first), count }, ChoiceId(choice)),
@@ -171,6 +172,6 @@ mod tests {
         ];
         assert_eq!(effects, expected);
         let mut few = vec![copy(8)];
-        assert!(spelled.effects(&mut few, &mut choice) && few == [copy(8)]);
+        assert!(budget.effects(&mut few, &mut choice) && few == [copy(8)]);
     }
 }

@@ -1,4 +1,5 @@
-//! How far a scan is followed: what its model may take, and what is given up where it takes more.
+//! Keeps the model of a scan within limits of size: where single instructions make it too large, what they read is
+//! taken as any value.
 
 use super::{ScanError, scan_model_within};
 use crate::base::time::Times;
@@ -9,46 +10,48 @@ use crate::program::{
 use crate::scan::model::ScanModel;
 use std::collections::BTreeSet;
 
-/// What following a scan may take, counted in nodes of the circuit and questions to words.
-pub struct Reach<'a> {
-    /// One execution of one instruction.
-    pub once: usize,
-    /// All together.
-    pub all: usize,
-    /// Asked now and then; true ends it.
-    pub ended: &'a dyn Fn() -> bool,
+/// How large the model of a scan may get: nodes of its circuit, and steps of the questions to words (which values can
+/// this word have?), which take time but leave no nodes.
+pub struct SizeLimits<'a> {
+    /// What one execution of one instruction may add; those that would add more are told in [`ScanError::Grown`].
+    pub per_execution: usize,
+    /// What the whole model may take.
+    pub in_all: usize,
+    /// Asked every few hundred instructions; true ends the execution.
+    pub is_over: &'a dyn Fn() -> bool,
 }
 
-impl Default for Reach<'_> {
+impl Default for SizeLimits<'_> {
     /// No limit.
     fn default() -> Self {
-        Reach { once: usize::MAX, all: usize::MAX, ended: &|| false }
+        SizeLimits { per_execution: usize::MAX, in_all: usize::MAX, is_over: &|| false }
     }
 }
 
-/// What a single instruction may take, one try after the other.
-const ONCE: [usize; 5] = [1 << 15, 1 << 11, 1 << 7, 1 << 5, 8];
+/// Limits on one execution of an instruction, tried one after the other until the model fits.
+const PER_EXECUTION: [usize; 5] = [1 << 15, 1 << 11, 1 << 7, 1 << 5, 8];
 
-/// How many times instructions that take too much are sought before the next try.
+/// How often one limit is tried: taking costly instructions' reads as any value makes others cheaper or costlier.
 const ROUNDS: usize = 3;
 
-/// Executes one scan symbolically, within what its model may take: where single instructions take much, what they
-/// read is taken as any value, and that is listed as an approximation. `None` if that does not suffice.
+/// Executes one scan symbolically into a model of at most `in_all`. Where single instructions add too much to it, what
+/// they read is taken as any value, and that is listed as an approximation. `None` if the model is too large even so.
 ///
 /// # Errors
-/// If it is ended, or the program is not well formed.
+/// If `is_over` ended it, or the program is not well formed.
 pub fn scan_model_fitted(
     program: &mut Program,
     times: &[Times],
-    all: usize,
-    ended: &dyn Fn() -> bool,
+    in_all: usize,
+    is_over: &dyn Fn() -> bool,
 ) -> Result<Option<ScanModel>, ScanError> {
-    for once in ONCE {
+    for per_execution in PER_EXECUTION {
         for _ in 0..ROUNDS {
-            match scan_model_within(program, times, &Reach { once, all, ended }) {
+            match scan_model_within(program, times, &SizeLimits { per_execution, in_all, is_over })
+            {
                 Ok(model) => return Ok(Some(model)),
-                Err(ScanError::Grown { dear, .. }) => {
-                    if !widen(program, &dear) {
+                Err(ScanError::Grown { costly, .. }) => {
+                    if !widen(program, &costly) {
                         break;
                     }
                 }
@@ -61,14 +64,14 @@ pub fn scan_model_fitted(
 
 /// Takes all that these instructions read, and words of which they write a bit, as any value. Whether any of them
 /// read anything.
-fn widen(program: &mut Program, dear: &BTreeSet<usize>) -> bool {
+fn widen(program: &mut Program, costly: &BTreeSet<usize>) -> bool {
     let mut choices = program.choices;
     let mut choice = || {
         choices += 1;
         ChoiceId(choices - 1)
     };
     let mut wide = Vec::new();
-    for &at in dear {
+    for &at in costly {
         let instruction = &mut program.instructions[at];
         let mut read = false;
         instruction.each_read_mut(&mut |source| match source {
@@ -90,8 +93,8 @@ fn widen(program: &mut Program, dear: &BTreeSet<usize>) -> bool {
             wide.push((
                 at,
                 match instruction.step {
-                    Step::ForBegin { .. } => Approximated::DearCount,
-                    _ => Approximated::DearRead,
+                    Step::ForBegin { .. } => Approximated::CostlyCount,
+                    _ => Approximated::CostlyRead,
                 },
             ));
         }
