@@ -145,8 +145,9 @@ fn what_multiplies_is_counted_before_it_is_followed() {
     let each = Picos((often.bound.upper.0 - once.upper.0) / u64::from(u32::MAX - 1));
     assert!(each > Picos::ZERO && each < once.upper, "{each}");
 
-    let turns = format!("{}LD X0\nINC D0\n{}END\n", "FOR K30000\n".repeat(2), "NEXT\n".repeat(2));
-    assert!(list(turns, 0).audit(None, 1).bound.upper > Picos(900_000_000 * 1_000));
+    let iterations =
+        format!("{}LD X0\nINC D0\n{}END\n", "FOR K30000\n".repeat(2), "NEXT\n".repeat(2));
+    assert!(list(iterations, 0).audit(None, 1).bound.upper > Picos(900_000_000 * 1_000));
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn blocks_take_as_long_as_their_counts_say() {
 
 #[test]
 fn counts_that_the_scan_works_out_are_what_loops_run() {
-    for (before, turns) in [
+    for (before, iterations) in [
         ("MOV K3 D9", 3),
         ("WAND K7 D9", 7),
         ("MOV K40 D9; LDI X0; MOV K4 D9", 40),
@@ -71,7 +71,7 @@ fn counts_that_the_scan_works_out_are_what_loops_run() {
         ("MOV K2 D8; FOR D8; LD SM400; INC D9; NEXT; LD> D9 K5; MOV K5 D9", 5),
     ] {
         let text = format!("LD SM400; {before}; FOR D9; LD SM400; Op1; NEXT; END");
-        assert_eq!(q(&text), (turns, turns, true), "{text}");
+        assert_eq!(q(&text), (iterations, iterations, true), "{text}");
     }
     let limited = "LD> D9 K20; MOV K20 D9; FOR D9; LD SM400; Op1; NEXT; END";
     assert_eq!(q(limited), (20, 20, true));
@@ -92,7 +92,7 @@ fn counts_that_the_scan_works_out_are_what_loops_run() {
 /// What operations give is learned by carrying them out.
 #[test]
 fn counts_that_operations_work_out_are_learned() {
-    for (before, turns) in [
+    for (before, iterations) in [
         ("WAND K7 D0 D1; BIN D1 D9", 7),
         ("FMOV K3 D8 K4", 3),
         ("WAND K3 D0 D1; MOV K5 D2; BMOV D1 D8 K2", 5),
@@ -100,7 +100,7 @@ fn counts_that_operations_work_out_are_learned() {
         ("WAND K3 D0 D1; ROL D1 K2; MOV D1 D9", 12),
     ] {
         let text = format!("LD SM400; {before}; FOR D9; LD SM400; Op1; NEXT; END");
-        assert_eq!(q(&text), (turns, turns, true), "{text}");
+        assert_eq!(q(&text), (iterations, iterations, true), "{text}");
     }
 }
 
@@ -138,7 +138,7 @@ fn a_timer_that_is_through_stands_at_its_setting() {
     assert_eq!((lower, exact), (2, upper == 2));
 }
 
-/// Whether an edge in a loop shows in each turn or once differs between CPUs.
+/// Whether an edge in a loop shows in each iteration or once differs between CPUs.
 #[test]
 fn an_edge_in_a_loop_shows_once_at_least() {
     let text = "FOR K3; LDP X0; Op1; NEXT; END";

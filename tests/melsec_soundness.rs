@@ -126,9 +126,10 @@ fn a_program_that_is_called_or_stopped_may_rest() {
 fn a_range_at_the_start_limits_no_count_that_the_program_writes() {
     let ranges = [("D0".to_owned(), (1, 2))].into();
     let facts = Facts { ranges, ..Facts::default() };
-    let turns = |text: &str| dearest(&decoded(Family::Q, &[("MAIN", text)], &facts).expect("good"));
-    assert_eq!(turns("FOR D0; LD X0; Op1; NEXT; END"), 2);
-    assert_eq!(turns("LD X1; MOV K9 D0; FOR D0; LD X0; Op1; NEXT; END"), 32_767);
+    let iterations =
+        |text: &str| dearest(&decoded(Family::Q, &[("MAIN", text)], &facts).expect("good"));
+    assert_eq!(iterations("FOR D0; LD X0; Op1; NEXT; END"), 2);
+    assert_eq!(iterations("LD X1; MOV K9 D0; FOR D0; LD X0; Op1; NEXT; END"), 32_767);
     let wide = [("D0".to_owned(), (0, 40_000))].into();
     let facts = Facts { ranges: wide, ..Facts::default() };
     let told = decoded(Family::Q, &[("MAIN", "LD= D1 K5; Op1; END")], &facts).expect_err("wide");

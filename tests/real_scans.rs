@@ -42,12 +42,12 @@ fn what_is_not_settled_is_not_known() {
 
 #[test]
 fn a_loop_runs_as_often_as_its_count_says() {
-    let turns = |count: &str| {
+    let iterations = |count: &str| {
         let text = format!("LD SM400\nMOV {count} D9\nFOR D9\nLD SM400\nSwOp0\nNEXT");
         let fired = real("melsec-list", &text, &[]).fired;
         fired.iter().filter(|(text, _)| text.starts_with("SwOp0")).count()
     };
-    assert_eq!((turns("K3"), turns("K0"), turns("K-5")), (3, 0, 0));
+    assert_eq!((iterations("K3"), iterations("K0"), iterations("K-5")), (3, 0, 0));
 }
 
 /// Whether the way goes on is not known in any scan: the search says so and ends.

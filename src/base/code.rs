@@ -68,8 +68,8 @@ codes! {
     Columns = "columns",
     /// Only device comments were given, and no program
     CommentsAlone = "comments-alone",
-    /// A loop and a master control cut across each other
-    CrossedZone = "crossed-zone",
+    /// A loop and a master control region cut across each other
+    CrossedMasterControl = "crossed-master-control",
     /// A label stands at two places
     DoubleLabel = "double-label",
     /// A file holds nothing
@@ -92,14 +92,14 @@ codes! {
     GroupTwice = "group-twice",
     /// A line is no Intel HEX record that has a meaning here
     HexRecord = "hex-record",
-    /// The main routine can stay in an inner loop, whose turns count as passes
+    /// The main routine can stay in an inner loop, each iteration of which counts as a pass
     InnerLoop = "inner-loop",
     /// An interlock's begin and end do not fit together
     Interlock = "interlock",
     /// A jump and its end do not fit together, or it goes back
     Jump = "jump",
-    /// A jump goes into or out of a master control
-    JumpAcrossZone = "jump-across-zone",
+    /// A jump goes into or out of a master control region
+    JumpAcrossMasterControl = "jump-across-master-control",
     /// A jump goes back, so nothing bounds the scan
     JumpBack = "jump-back",
     /// GJ stands where it has no known meaning
@@ -114,7 +114,7 @@ codes! {
     LeftOut = "left-out",
     /// A line is far longer than an instruction
     LongLine = "long-line",
-    /// A loop's begin and end do not fit together, or its turns are too many
+    /// A loop's begin and end do not fit together, or it makes too many iterations
     Loop = "loop",
     /// A loop's count is none
     LoopCount = "loop-count",
@@ -164,6 +164,8 @@ codes! {
     NoLoop = "no-loop",
     /// A flowchart has no main routine
     NoMain = "no-main",
+    /// A master control region is closed that was not opened
+    NoMasterControl = "no-master-control",
     /// An instruction has no operand
     NoOperand = "no-operand",
     /// No program was given
@@ -186,8 +188,6 @@ codes! {
     NoTable = "no-table",
     /// An instruction has no time in the table, or the times do not add up
     NoTime = "no-time",
-    /// A master control is closed that was not opened
-    NoZone = "no-zone",
     /// A line is no instruction
     NotAnInstruction = "not-an-instruction",
     /// An instruction, or a way to run programs, has no model here
@@ -198,14 +198,14 @@ codes! {
     OpenBranch = "open-branch",
     /// A loop has no end
     OpenLoop = "open-loop",
+    /// A master control region has no end
+    OpenMasterControl = "open-master-control",
     /// A quotation mark is never closed
     OpenQuote = "open-quote",
     /// A rung puts nothing out
     OpenRung = "open-rung",
     /// A string has no closing quotation mark
     OpenString = "open-string",
-    /// A master control has no end
-    OpenZone = "open-zone",
     /// An operand is none that the instruction takes
     Operand = "operand",
     /// An instruction has too few operands, or too many

@@ -31,7 +31,7 @@ struct Generator<'t, 'a> {
     labels: u32,
     /// Subroutines called so far.
     routines: usize,
-    zones: u32,
+    masters: u32,
     /// Labels behind the loops that may be left from here, and whether each is used.
     breaks: Vec<(u32, bool)>,
     edges: u32,
@@ -49,7 +49,7 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste, part: Part) -> Vec<String> {
         lines: Vec::new(),
         labels: 0,
         routines: 0,
-        zones: 0,
+        masters: 0,
         breaks: Vec::new(),
         edges: 0,
     };
@@ -135,12 +135,12 @@ impl Generator<'_, '_> {
             }
             13 => {
                 self.contacts();
-                let (level, coil) = (self.zones, 50 + self.zones);
+                let (level, coil) = (self.masters, 50 + self.masters);
                 self.put(format!("MC N{level} M{coil}"));
                 let breaks = std::mem::take(&mut self.breaks);
-                self.zones += 1;
+                self.masters += 1;
                 self.items(depth + 1, callable);
-                self.zones -= 1;
+                self.masters -= 1;
                 self.breaks = breaks;
                 self.put(format!("MCR N{level}"));
             }

@@ -124,8 +124,8 @@ pub struct Plc<'p, L> {
 struct Rung {
     results: Vec<bool>,
     saved: Vec<bool>,
-    zones: Vec<(u32, bool)>,
-    /// `FOR`'s line and the turns left.
+    masters: Vec<(u32, bool)>,
+    /// `FOR`'s line and the iterations left.
     loops: Vec<(usize, u32)>,
 }
 
@@ -352,7 +352,7 @@ impl<'p, L: Luck> Plc<'p, L> {
         let next = Ok(at + 1);
         let operands = &line.operands[..];
         let top = rung.results.last().copied().unwrap_or(true);
-        let condition = top && rung.zones.iter().all(|zone| zone.1);
+        let condition = top && rung.masters.iter().all(|master| master.1);
         if let Some(value) = self.contact(file, at, line) {
             let name = line.mnemonic.as_str();
             let joined = if name.starts_with("LD") {
@@ -395,10 +395,10 @@ impl<'p, L: Luck> Plc<'p, L> {
             }
             "MC" => {
                 self.set_bit(&operands[1], condition);
-                rung.zones.push((nesting(&operands[0]), condition));
+                rung.masters.push((nesting(&operands[0]), condition));
                 return (condition, next);
             }
-            "MCR" => rung.zones.retain(|zone| zone.0 < nesting(&operands[0])),
+            "MCR" => rung.masters.retain(|master| master.0 < nesting(&operands[0])),
             "CJ" | "JMP" => {
                 if condition || line.mnemonic == "JMP" {
                     let target = self.pointer(file, &operands[0]);
@@ -435,11 +435,11 @@ impl<'p, L: Luck> Plc<'p, L> {
                 return (condition, if condition { Err(Ended::Scan) } else { next });
             }
             "FOR" => {
-                let turns = self.number(&operands[0], 1);
-                if turns < 1 && !self.luck.once() {
+                let iterations = self.number(&operands[0], 1);
+                if iterations < 1 && !self.luck.once() {
                     return (true, Ok(loop_end(&self.files[file], at) + 1));
                 }
-                rung.loops.push((at, turns.max(1) as u32));
+                rung.loops.push((at, iterations.max(1) as u32));
             }
             "NEXT" => {
                 let (begin, left) = rung.loops.pop().expect("FOR");
@@ -451,7 +451,7 @@ impl<'p, L: Luck> Plc<'p, L> {
             "BREAK" => {
                 if condition {
                     rung.loops.pop();
-                    // What is left of the turns, by the manual; not tried closer.
+                    // What is left of the iterations, by the manual; not tried closer.
                     let left = self.luck.below(4);
                     self.set_number(&operands[0], 1, i64::from(left));
                     return (true, Ok(self.pointer(file, &operands[1])));

@@ -10,7 +10,7 @@
 //! value through the pass. A timer is one bit: whether it was started in an earlier pass. Only then may it have run out.
 
 use super::beginning::{Beginning, Stands, invariants};
-use super::reach::reach;
+use super::pass_starts::pass_starts;
 use super::turn::jumps_back;
 use super::{Op, Routine, Source};
 use crate::base::location::Location;
@@ -427,7 +427,7 @@ impl Layout<'_> {
 
     /// Holds the start of a pass to the states in which one can begin.
     fn invariant(&mut self) {
-        let Some(reach) = reach(self.source, self.latched) else { return };
+        let Some(begun) = pass_starts(self.source, self.latched) else { return };
         let bits = |area, of: &BTreeSet<u32>| -> Vec<Cell> {
             of.iter().map(|&index| Cell { area, index }).collect()
         };
@@ -436,7 +436,7 @@ impl Layout<'_> {
             places: self.places(index).into_iter().map(|(_, cell)| cell).collect(),
         });
         let routines: Vec<Stands> = routines.collect();
-        let states = reach.starts.iter().map(|start| {
+        let states = begun.starts.iter().map(|start| {
             let places = self.source.routines.iter().enumerate().map(|(index, routine)| {
                 let place = match routine.group {
                     None => start.main,
@@ -447,7 +447,7 @@ impl Layout<'_> {
             let on = [bits(TIMERS, &start.timers), bits(OUTPUTS, &start.outputs)].concat();
             Beginning { places: places.collect(), on: on.into_iter().collect() }
         });
-        let cells = [bits(TIMERS, &reach.timers), bits(OUTPUTS, &reach.outputs)].concat();
+        let cells = [bits(TIMERS, &begun.timers), bits(OUTPUTS, &begun.outputs)].concat();
         let states: Vec<Beginning> = states.collect();
         self.program.invariants = invariants(&routines, &states, &cells);
     }

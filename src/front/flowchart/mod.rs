@@ -8,7 +8,7 @@ mod beginning;
 pub mod decode;
 pub mod interpret;
 mod parse;
-mod reach;
+mod pass_starts;
 mod structure;
 mod turn;
 
@@ -261,7 +261,7 @@ impl Source {
             let (line, text) = (jump.line, jump.text.clone());
             let message =
                 format!("the main routine can stay in the loop from line {} to here", from.line);
-            let help = "each turn of it counts as a pass of its own";
+            let help = "each iteration of it counts as a pass of its own";
             Diagnostic::line(Code::InnerLoop, &self.name, line, text, message, help).warning()
         });
         loops.collect()

@@ -367,7 +367,7 @@ impl Decoder<'_> {
             *end = at;
             if self.masters.of[begin] != self.masters.of[at] {
                 self.fault(
-                    Code::CrossedZone,
+                    Code::CrossedMasterControl,
                     "NEXT",
                     "the loop and a master control cut across each other",
                     "close the one within the other",
@@ -424,7 +424,7 @@ impl Decoder<'_> {
         if let Some(&(level, at)) = self.masters.open.first() {
             let line = self.program.instructions[at].place.line;
             self.fault(
-                Code::OpenZone,
+                Code::OpenMasterControl,
                 "",
                 format!("the MC N{level} in line {line} has no MCR"),
                 "end the master control with MCR",

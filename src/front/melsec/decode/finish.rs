@@ -119,7 +119,7 @@ impl Decoder<'_> {
                 let message = "this jumps into or out of a master control (MC to MCR)".to_owned();
                 self.fault_at(
                     at,
-                    Code::JumpAcrossZone,
+                    Code::JumpAcrossMasterControl,
                     message,
                     "put the label into the same master control as the jump",
                 );

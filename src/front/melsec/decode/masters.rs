@@ -64,7 +64,7 @@ impl Decoder<'_> {
         let Some(level) = self.nesting(&raw.operands[0]) else { return };
         if !self.masters.open.iter().any(|&(open, _)| open == level) {
             self.fault(
-                Code::NoZone,
+                Code::NoMasterControl,
                 &raw.operands[0],
                 format!("no MC has opened N{level}"),
                 "open the master control with MC",

@@ -1,16 +1,16 @@
 //! Which states a pass can begin in: where all routines stand together, with which timers started and outputs on.
 //!
-//! All passes are followed from switching on, whatever inputs and timers do. What cannot be followed whole is
-//! followed with less in view, which only lets more states in.
+//! All passes are followed from power-up, whatever inputs and timers do. Where that takes too much, outputs and then
+//! timers are left out of the states, so that each may be in either state: that only lets more states in.
 
 use super::{Op, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// More steps than this are not followed, a step counted by all that is remembered at it.
+/// The search ends after so many steps, each counted by the size of its state.
 const MOST_STEPS: usize = 2_000_000;
-/// More timers than this are not kept in view.
+/// With more timers than this, states say nothing of timers.
 const MOST_TIMERS: usize = 250;
-/// More outputs than this are not kept in view: when the PLC is switched on each may be in either state.
+/// With more outputs than this, states say nothing of outputs: at power-up each may be on or off, so these multiply.
 const MOST_OUTPUTS: usize = 6;
 
 /// A state at the beginning of a pass.
@@ -22,18 +22,18 @@ pub struct Start {
     pub groups: BTreeMap<u32, usize>,
     /// The timers that were started and not reset.
     pub timers: BTreeSet<u32>,
-    /// The outputs in view that are on.
+    /// The outputs that are on, of those in [`PassStarts::outputs`].
     pub outputs: BTreeSet<u32>,
 }
 
-/// All states in which a pass can begin, and of what they speak.
+/// All states in which a pass can begin, and which timers and outputs are part of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reach {
+pub struct PassStarts {
     /// The states.
     pub starts: BTreeSet<Start>,
-    /// The timers that they speak of; of the others nothing is said.
+    /// The timers that are part of the states; others may be in any state.
     pub timers: BTreeSet<u32>,
-    /// The outputs that they speak of.
+    /// The outputs that are part of the states.
     pub outputs: BTreeSet<u32>,
     /// The inputs that are read anew at each test.
     direct: BTreeSet<u32>,
@@ -42,7 +42,7 @@ pub struct Reach {
 /// The states in which a pass can begin; `None` if there are too many to follow. `latched`: an input has one value
 /// through a pass.
 #[must_use]
-pub fn reach(source: &Source, latched: bool) -> Option<Reach> {
+pub fn pass_starts(source: &Source, latched: bool) -> Option<PassStarts> {
     let every = |pick: &dyn Fn(Op) -> Option<u32>| -> BTreeSet<u32> {
         source.instructions.iter().filter_map(|one| pick(one.op)).collect()
     };
@@ -66,12 +66,12 @@ pub fn reach(source: &Source, latched: bool) -> Option<Reach> {
         .find_map(|(timers, outputs)| {
             let (starts, direct) = (BTreeSet::new(), direct.clone());
             let (timers, outputs) = (timers.clone(), outputs.clone());
-            follow(source, Reach { starts, timers, outputs, direct })
+            follow(source, PassStarts { starts, timers, outputs, direct })
         })
 }
 
-fn follow(source: &Source, mut reach: Reach) -> Option<Reach> {
-    let all: Vec<u32> = reach.outputs.iter().copied().collect();
+fn follow(source: &Source, mut view: PassStarts) -> Option<PassStarts> {
+    let all: Vec<u32> = view.outputs.iter().copied().collect();
     let mut open: Vec<Start> = (0..1_u32 << all.len())
         .map(|mask| Start {
             main: source.routines[0].body.start,
@@ -87,7 +87,7 @@ fn follow(source: &Source, mut reach: Reach) -> Option<Reach> {
         .collect();
     let mut steps = 0;
     while let Some(start) = open.pop() {
-        if !reach.starts.insert(start.clone()) {
+        if !view.starts.insert(start.clone()) {
             continue;
         }
         let mut seen = BTreeSet::new();
@@ -100,7 +100,7 @@ fn follow(source: &Source, mut reach: Reach) -> Option<Reach> {
             if steps > MOST_STEPS {
                 return None;
             }
-            for next in walk.nexts(source, &reach) {
+            for next in walk.nexts(source, &view) {
                 match next {
                     Next::On(walk) => walks.push(walk),
                     Next::Ends(start) => open.push(start),
@@ -108,10 +108,10 @@ fn follow(source: &Source, mut reach: Reach) -> Option<Reach> {
             }
         }
     }
-    Some(reach)
+    Some(view)
 }
 
-/// A pass on its way.
+/// A pass as far as it has come.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Walk {
     state: Start,
@@ -121,7 +121,7 @@ struct Walk {
     holds: bool,
     /// The group whose turn it is, and where the main routine goes on.
     turn: Option<(u32, usize)>,
-    /// Inputs that have an image, and outputs not in view, that this pass has tested or set.
+    /// What this pass has read or written of inputs that have an image and of outputs that are not part of states.
     known: BTreeMap<u32, bool>,
     /// Timers that this pass has started.
     fresh: BTreeSet<u32>,
@@ -140,12 +140,12 @@ impl From<Start> for Walk {
 }
 
 impl Walk {
-    fn nexts(self, source: &Source, reach: &Reach) -> Vec<Next> {
+    fn nexts(self, source: &Source, view: &PassStarts) -> Vec<Next> {
         match source.instructions[self.at].op {
-            Op::And { bit, negated } => self.test(bit, negated, reach),
-            Op::Timer { timer, tenths } => self.timer(timer, tenths, reach),
+            Op::And { bit, negated } => self.test(bit, negated, view),
+            Op::Timer { timer, tenths } => self.timer(timer, tenths, view),
             Op::Start(group) => self.start(source, group),
-            op => vec![self.act(source, reach, op)],
+            op => vec![self.act(source, view, op)],
         }
     }
 
@@ -160,15 +160,15 @@ impl Walk {
         self
     }
 
-    fn test(self, bit: u32, negated: bool, reach: &Reach) -> Vec<Next> {
-        let values = if reach.outputs.contains(&bit) {
+    fn test(self, bit: u32, negated: bool, view: &PassStarts) -> Vec<Next> {
+        let values = if view.outputs.contains(&bit) {
             vec![self.state.outputs.contains(&bit)]
         } else {
             self.known.get(&bit).map_or(vec![false, true], |&value| vec![value])
         };
         let each = values.into_iter().map(|value| {
             let mut next = self.clone().step();
-            if !reach.outputs.contains(&bit) && !reach.direct.contains(&bit) {
+            if !view.outputs.contains(&bit) && !view.direct.contains(&bit) {
                 next.known.insert(bit, value);
             }
             next.holds &= value != negated;
@@ -177,8 +177,8 @@ impl Walk {
         each.collect()
     }
 
-    fn timer(self, timer: u32, tenths: u32, reach: &Reach) -> Vec<Next> {
-        let in_view = reach.timers.contains(&timer);
+    fn timer(self, timer: u32, tenths: u32, view: &PassStarts) -> Vec<Next> {
+        let in_view = view.timers.contains(&timer);
         let old = self.state.timers.contains(&timer);
         let mut waits = self.clone().step();
         waits.holds = false;
@@ -208,11 +208,11 @@ impl Walk {
         all
     }
 
-    fn act(mut self, source: &Source, reach: &Reach, op: Op) -> Next {
+    fn act(mut self, source: &Source, view: &PassStarts, op: Op) -> Next {
         let holds = std::mem::replace(&mut self.holds, true);
         match op {
             Op::Out { bit, on } => {
-                if !reach.outputs.contains(&bit) {
+                if !view.outputs.contains(&bit) {
                     self.known.insert(bit, on);
                 } else if on {
                     self.state.outputs.insert(bit);
