@@ -5,7 +5,7 @@ mod common;
 
 use common::melsec::{decoded, together};
 use scanbound::base::facts::Facts;
-use scanbound::front::melsec::device::Family;
+use scanbound::front::melsec::memory::Family;
 use scanbound::program::Units;
 
 #[test]

@@ -7,7 +7,7 @@ use common::melsec::decoded;
 use common::plc::{Device, Line, Luck, Plc, line};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
-use scanbound::front::melsec::device::Family;
+use scanbound::front::melsec::memory::Family;
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
 use scanbound::replay::{Free, Real, real};
 use std::collections::BTreeMap;

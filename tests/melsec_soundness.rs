@@ -6,7 +6,7 @@ use common::bound::bound;
 use common::melsec::{dearest, decoded, together};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
-use scanbound::front::melsec::device::Family;
+use scanbound::front::melsec::memory::Family;
 use scanbound::solve::Method;
 use scanbound::timing::price::price;
 use scanbound::timing::table::Table;

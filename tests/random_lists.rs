@@ -12,7 +12,7 @@ use common::tape::{Tape, cases, on_tapes};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::melsec::decode::{DecodeOptions, decode};
-use scanbound::front::melsec::device::Family;
+use scanbound::front::melsec::memory::Family;
 use scanbound::front::melsec::source::RawProject;
 use scanbound::front::{Input, read};
 use scanbound::program::meaning::Knowledge;

@@ -5,7 +5,7 @@ use super::passed::passed;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::melsec::decode::{DecodeOptions, decode};
-use scanbound::front::melsec::device::Family;
+use scanbound::front::melsec::memory::Family;
 use scanbound::front::melsec::source::RawProject;
 use scanbound::front::{Input, read};
 use scanbound::program::Program;

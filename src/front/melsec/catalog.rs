@@ -1,5 +1,5 @@
 //! The catalog of application instructions: each one's operands, timing class and effect, read from
-//! `instructions.csv`.
+//! `catalog.csv`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -207,7 +207,7 @@ pub enum NotFound {
 }
 
 /// The file.
-const TEXT: &str = include_str!("instructions.csv");
+const TEXT: &str = include_str!("catalog.csv");
 /// What begins a line that says nothing.
 const COMMENT: char = '#';
 

@@ -4,18 +4,21 @@ pub mod catalog;
 mod comments;
 mod csv;
 pub mod decode;
-pub mod device;
+mod emit;
 mod list;
+pub mod memory;
 pub mod operand;
 pub mod project;
 pub mod source;
+#[cfg(test)]
+mod tests;
 mod words;
 
 use super::{Dialect, Front, Input, Open, Options, Project, Sniff};
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
 use decode::DecodeOptions;
-use device::Family;
+use memory::Family;
 use source::RawProject;
 
 /// The name of list text.

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::device::{FUNCTION_WORDS, Family, Kind, Name, is_digit, name_of};
+use super::memory::{FUNCTION_WORDS, Family, Kind, Name, is_digit, name_of};
 use crate::program::{Cell, Radix};
 
 /// An operand, understood.
@@ -352,7 +352,7 @@ fn foreign(text: &str) -> Result<Operand, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::front::melsec::device::area;
+    use crate::front::melsec::memory::area;
 
     fn place(text: &str, family: Family) -> Place {
         match parse(text, family) {

@@ -7,7 +7,7 @@ use super::assembly::Assembly;
 use super::catalog::{Extent, Role};
 use super::emit::{CallSite, Emitter};
 use super::extent;
-use super::layout::{Layout, layout};
+use super::frame::{Frame, frame};
 use super::memory::Memory;
 use super::named;
 use super::operand::{Operand, Reader, Want};
@@ -250,8 +250,8 @@ impl Decoder {
             self.unmasked |=
                 memory.family == Family::Cs && matches!(item.name.as_str(), "MSKS" | "CTBL");
         }
-        let mut layout_faults = Faults::new(&file.name);
-        let layout = layout(&items, memory.family, self.shared, &mut layout_faults);
+        let mut frame_faults = Faults::new(&file.name);
+        let frame = frame(&items, memory.family, self.shared, &mut frame_faults);
         if items.is_empty() && complete {
             faults.push(Diagnostic::file(
                 Code::EmptyProgram,
@@ -263,7 +263,7 @@ impl Decoder {
         self.faults.extend(faults.into_diagnostics());
         // Without the instructions that are not understood, the frame may seem broken where it is not.
         if complete {
-            self.faults.extend(layout_faults.into_diagnostics());
+            self.faults.extend(frame_faults.into_diagnostics());
         }
         let start = self.asm.next();
         let fault_count = self.asm.faults.len();
@@ -280,7 +280,7 @@ impl Decoder {
         };
         self.asm.rung();
         self.clear_flags();
-        let mut emitter = Emitter::new(&mut self.asm, &items, &layout);
+        let mut emitter = Emitter::new(&mut self.asm, &items, &frame);
         let end = emitter.run();
         let (starts, calls) =
             (std::mem::take(&mut emitter.starts), std::mem::take(&mut emitter.calls));
@@ -294,7 +294,7 @@ impl Decoder {
         {
             *target = end;
         }
-        self.collect(&items, &layout, &starts, calls, file);
+        self.collect(&items, &frame, &starts, calls, file);
         self.tasks.push((program.task, program.name.clone(), start..self.asm.next(), end));
     }
 
@@ -343,13 +343,13 @@ impl Decoder {
     fn collect(
         &mut self,
         items: &[Item<'_>],
-        layout: &Layout,
+        frame: &Frame,
         starts: &[Option<usize>],
         calls: Vec<CallSite>,
         file: &RawFile,
     ) {
         let program = self.tasks.len();
-        for routine in &layout.routines {
+        for routine in &frame.routines {
             let (Some(first), Some(last)) = (starts[routine.begin], starts[routine.end]) else {
                 continue;
             };

@@ -2,7 +2,7 @@
 
 use super::assembly::{Assembly, always, fired};
 use super::catalog::Lead;
-use super::layout::Layout;
+use super::frame::Frame;
 use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::{Item, branch};
@@ -31,7 +31,7 @@ pub(super) struct CallSite {
 pub(super) struct Emitter<'a> {
     pub(super) asm: &'a mut Assembly,
     pub(super) items: &'a [Item<'a>],
-    pub(super) layout: &'a Layout,
+    pub(super) frame: &'a Frame,
     /// The first instruction of each item.
     pub(super) starts: Vec<Option<usize>>,
     /// Jumps and loops, and the items they go to.
@@ -44,12 +44,12 @@ pub(super) struct Emitter<'a> {
 }
 
 impl<'a> Emitter<'a> {
-    pub(super) fn new(asm: &'a mut Assembly, items: &'a [Item<'a>], layout: &'a Layout) -> Self {
+    pub(super) fn new(asm: &'a mut Assembly, items: &'a [Item<'a>], frame: &'a Frame) -> Self {
         let starts = vec![None; items.len()];
         Emitter {
             asm,
             items,
-            layout,
+            frame,
             starts,
             patches: Vec::new(),
             calls: Vec::new(),
@@ -60,8 +60,8 @@ impl<'a> Emitter<'a> {
 
     /// Emits all items, then fills in where jumps go; the END's instruction.
     pub(super) fn run(&mut self) -> usize {
-        let first = self.layout.routines.first().map(|routine| routine.begin);
-        let before_end = first.filter(|&first| self.layout.end.is_none_or(|end| first < end));
+        let first = self.frame.routines.first().map(|routine| routine.begin);
+        let before_end = first.filter(|&first| self.frame.end.is_none_or(|end| first < end));
         let mut over = None;
         for at in 0..self.items.len() {
             self.asm.at(&self.items[at]);
@@ -74,12 +74,12 @@ impl<'a> Emitter<'a> {
                     None,
                 ));
             }
-            self.asm.repeated = self.layout.repeated[at];
-            if !self.layout.dead[at] {
+            self.asm.repeated = self.frame.repeated[at];
+            if !self.frame.dead[at] {
                 self.item(at);
             }
         }
-        let end = self.layout.end.and_then(|end| self.starts[end]);
+        let end = self.frame.end.and_then(|end| self.starts[end]);
         let end = end.unwrap_or_else(|| {
             self.asm.rung();
             self.asm.push(Step::End, Vec::new(), None)
@@ -346,7 +346,7 @@ impl<'a> Emitter<'a> {
             _ => Vec::new(),
         };
         let index = self.asm.push(step, flags, Some(key));
-        if let Some(&target) = self.layout.targets.get(&at) {
+        if let Some(&target) = self.frame.targets.get(&at) {
             self.patches.push((index, target));
         }
     }
@@ -376,7 +376,7 @@ impl<'a> Emitter<'a> {
 
     /// An instruction with one condition in front.
     fn coil(&mut self, at: usize, item: &Item<'_>) {
-        let interlocked = self.layout.interlocked[at];
+        let interlocked = self.frame.interlocked[at];
         match item.meaning() {
             "out" | "out-not" | "set" | "reset" | "pulse-rise" | "pulse-fall" => {
                 self.bit_coil(item, interlocked)
@@ -387,7 +387,7 @@ impl<'a> Emitter<'a> {
                 let fires = self.asm.fires(item.raw.edge);
                 let mut key = self.asm.key(item, true);
                 let flags = data::flags(self.asm, item).into_iter().map(always).collect();
-                if let Some(&next) = self.layout.targets.get(&at) {
+                if let Some(&next) = self.frame.targets.get(&at) {
                     key.units = Units::Exactly((next - at) as u64);
                     // Behind NEXT: that ends the loop.
                     let index = self.asm.push(Step::Jump { fires, target: 0 }, flags, Some(key));
@@ -531,7 +531,7 @@ impl<'a> Emitter<'a> {
             (_, true) => Logic::All(vec![jumps, self.asm.free()]),
         };
         let mut key = self.asm.key(item, true);
-        let Some(&target) = self.layout.targets.get(&at) else { return };
+        let Some(&target) = self.frame.targets.get(&at) else { return };
         let zero = self.asm.memory.family == Family::C && item.number(Family::C) == Some(0);
         if zero || item.meaning() == "jump-zero" {
             // These pass over what they skip, instruction by instruction.

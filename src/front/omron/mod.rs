@@ -9,7 +9,7 @@ mod decode;
 mod emit;
 mod exact;
 mod extent;
-mod layout;
+mod frame;
 mod list;
 mod loops;
 mod memory;

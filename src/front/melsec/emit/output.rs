@@ -2,8 +2,8 @@
 
 use super::access::BitPlace;
 use super::rungs::{letters, remember};
-use super::{Decoder, always, edge, fired, timing};
-use crate::front::melsec::device::{Family, Kind, Timed, area};
+use super::{Emitter, always, edge, fired, timing};
+use crate::front::melsec::memory::{Family, Kind, Timed, area};
 use crate::front::melsec::operand::{Device, Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning;
@@ -12,7 +12,7 @@ use crate::program::{
     WordSource, WordTarget, Write,
 };
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// Decodes coils; false if it is none.
     pub(super) fn output(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
         match mnemonic {

@@ -1,11 +1,11 @@
 //! Routines that FCALL and its kin run with all coils off: there every instruction may act or be held off.
 
-use super::Decoder;
+use super::Emitter;
 use crate::program::flow;
 use crate::program::{BitSource, ChoiceId, ChoiceKind, Instruction, Logic, Step, When, Write};
 use std::collections::BTreeSet;
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// Lets every instruction act or not in the routines of `calls_with_coils_off` and in those that these call.
     pub(super) fn hold_off(&mut self) {
         let mut open: Vec<usize> = self

@@ -1,7 +1,7 @@
 //! Comparison contacts: 16 and 32 bits, unsigned, real and string.
 
 use super::units::LONGEST_TEXT;
-use super::{Decoder, timing};
+use super::{Emitter, timing};
 use crate::front::melsec::operand::Operand;
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{
@@ -23,7 +23,7 @@ pub(super) enum Sort {
     Clock,
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// Decodes comparison contacts; false if it is none.
     pub(super) fn comparison(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
         let Some((join, sort, relation)) = recognise(mnemonic) else { return false };

@@ -1,12 +1,12 @@
 //! Application instructions, by the catalog: what they read and write, exactly or as any value; user instructions.
 
 use super::access::{BitPlace, WordPlace};
-use super::{Decoder, fired, operands, timing};
+use super::{Emitter, fired, operands, timing};
 use crate::base::code::Code;
 use crate::front::melsec::catalog::{
     Amount, EVERYWHERE, Entry, Extent, Found, NotFound, Operation, Role, close, find,
 };
-use crate::front::melsec::device::{Kind, area};
+use crate::front::melsec::memory::{Kind, area};
 use crate::front::melsec::operand::{Operand as Written, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning::Operand;
@@ -20,7 +20,7 @@ const INDEXES_ALL: [&str; 4] = ["IX", "IXEND", "IXDEV", "IXSET"];
 /// Blocks of more words than this are havocked rather than followed.
 const MOST_WORDS: u32 = 512;
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// Decodes an application instruction or one of the user's.
     pub(super) fn application(&mut self, mnemonic: &str, raw: &RawInstruction) {
         let found = match find(mnemonic, raw.operands.len()) {
@@ -512,14 +512,14 @@ fn cleared(place: Place, count: i64) -> Option<Vec<Effect>> {
 
 #[cfg(test)]
 mod tests {
-    use crate::front::melsec::{catalog, device};
+    use crate::front::melsec::{catalog, memory};
 
     #[test]
     fn every_area_that_the_catalog_names_exists() {
         let mut named = 0;
         for name in catalog::also().filter(|name| *name != catalog::EVERYWHERE) {
-            let area = device::area(name);
-            assert_eq!(device::areas(device::Family::Q)[usize::from(area.0)].name, name);
+            let area = memory::area(name);
+            assert_eq!(memory::areas(memory::Family::Q)[usize::from(area.0)].name, name);
             named += 1;
         }
         assert!(named > 10);

@@ -1,9 +1,9 @@
 //! Sums and differences of the FX and FX5, which do not pass their limits as a ring does.
 
 use super::access::WordPlace;
-use super::{Decoder, always, fired};
+use super::{Emitter, always, fired};
 use crate::front::melsec::catalog::{Entry, Operation};
-use crate::front::melsec::device::Family;
+use crate::front::melsec::memory::Family;
 use crate::program::{
     BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Region, Relation, Step, WordSource,
     WordTarget, Write,
@@ -15,7 +15,7 @@ pub(super) struct Lost {
     regions: Vec<Region>,
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// Whether what is stored on overflow is not known: the FX stores a part of the carry, with the sign of the limit
     /// that is passed (FX programming manual, 5-25); of the FX5 no page was found. Only what these families have in
     /// common with no other is meant: INC and DEC wrap around.

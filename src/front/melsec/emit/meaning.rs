@@ -1,11 +1,11 @@
 //! The exact meaning of catalogued instructions whose effects say any value: operations on their operands, for the
 //! families of which it is certain.
 
-use super::Decoder;
+use super::Emitter;
 use super::access::{BitPlace, WordPlace};
 use super::exact::certain_points;
 use crate::front::melsec::catalog::Entry;
-use crate::front::melsec::device::{Family, Kind};
+use crate::front::melsec::memory::{Family, Kind};
 use crate::front::melsec::operand::Place;
 use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning::{
@@ -27,7 +27,7 @@ enum Many {
     By(WordSource),
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// The exact meaning of a catalogued instruction; `None` where it has none here.
     pub(super) fn meaning(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Meaning> {
         // With M8023 the FX takes numbers for real ones, and the other way round.
@@ -65,9 +65,9 @@ impl Decoder<'_> {
             Some(plain) if !matches!(name, "DBL" | "DEC") => (2, plain),
             _ => (1, name),
         };
-        let one = |decoder: &mut Self, operation| {
-            let value = decoder.value(from, words)?;
-            decoder.one(operation, vec![value], to, words)
+        let one = |emitter: &mut Self, operation| {
+            let value = emitter.value(from, words)?;
+            emitter.one(operation, vec![value], to, words)
         };
         match plain {
             // What becomes of digits that are not written the FX's manuals leave open.

@@ -1,8 +1,8 @@
 //! How operands are read and written: cells, bits of words, digits, and whatever is only known to be somewhere.
 
-use super::Decoder;
+use super::Emitter;
 use crate::base::code::Code;
-use crate::front::melsec::device::{FUNCTION_WORDS, Family, Kind, area, has_own_clock, kind};
+use crate::front::melsec::memory::{FUNCTION_WORDS, Family, Kind, area, has_own_clock, kind};
 use crate::front::melsec::operand::{Device, Operand, Place};
 use crate::program::{
     AreaId, BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
@@ -33,7 +33,7 @@ pub enum WordPlace {
 /// A count of cells that reaches to the end of any area, and to which an index can be added.
 pub(super) const REST: u32 = u32::MAX / 2;
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// A new choice.
     pub fn choice(&mut self) -> ChoiceId {
         let choice = ChoiceId(self.program.choices);
@@ -171,8 +171,8 @@ impl Decoder<'_> {
     /// Where a bit operand is written; a fault is noted. Timers and counters give their contact.
     pub fn bit_place(&mut self, text: &str) -> Option<BitPlace> {
         let device = self.device(text)?;
-        let somewhere = |decoder: &mut Self, area, letters: &str| {
-            decoder.one_of_many(text, letters);
+        let somewhere = |emitter: &mut Self, area, letters: &str| {
+            emitter.one_of_many(text, letters);
             BitPlace::Somewhere(Region::Area(area))
         };
         Some(match device.place {

@@ -3,9 +3,9 @@
 
 use super::access::{BitPlace, WordPlace};
 use super::compare::relation;
-use super::{Decoder, fired};
+use super::{Emitter, fired};
 use crate::front::melsec::catalog::{Amount, Entry, Extent};
-use crate::front::melsec::device::{Family, Kind};
+use crate::front::melsec::memory::{Family, Kind};
 use crate::front::melsec::operand::{Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{
@@ -18,7 +18,7 @@ const MOST_PLACES: i64 = 512;
 /// No constant text is longer.
 const LONGEST_CONSTANT: usize = 32;
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// A block of bits or words, each taking its neighbour's place: towards the higher numbers or the lower ones. What
     /// comes in is zero.
     pub(super) fn slide(

@@ -1,4 +1,4 @@
-//! Turns a MELSEC project, instruction by instruction, into a program without a dialect.
+//! Emits a MELSEC project, instruction by instruction, as a program without a dialect.
 
 mod access;
 mod application;
@@ -19,20 +19,16 @@ mod quirks;
 mod ranges;
 mod rungs;
 mod shown;
-#[cfg(test)]
-mod tests;
 mod units;
 
-use super::device::{Family, area, areas, edge_memory, networks, power_up};
+use super::memory::{Family, area, areas, edge_memory, networks, power_up};
 use super::operand::{Operand, upper};
 use super::source::{RawInstruction, RawProject};
 use crate::base::code::Code;
-use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Facts;
 use crate::base::location::Location;
 use crate::front::Faults;
 use crate::program::cell_budget::CellBudget;
-use crate::program::flow;
 use crate::program::{
     Approximated, Cell, ChoiceId, Effect, Instruction, Logic, Program, Region, SourceFile, Step,
     TimingKey, Touched, Units, When, Write,
@@ -57,56 +53,12 @@ pub struct DecodeOptions<'a> {
     pub facts: &'a Facts,
 }
 
-/// Decodes a project.
-///
-/// # Errors
-/// All faults of all files.
-pub fn decode(
-    project: &RawProject,
-    options: &DecodeOptions<'_>,
-) -> Result<Program, Vec<Diagnostic>> {
-    too_many(project, options.family)?;
-    let mut overwritten = BTreeSet::new();
-    loop {
-        let mut decoder = Decoder::new(project, options, &overwritten);
-        for file in 0..project.files.len() {
-            decoder.file(file);
-        }
-        let (program, counts) = decoder.finish()?;
-        // A stated range speaks of the scan's start. Where the program may write a word that it counts by,
-        // the range is worth nothing there, and decoding begins again without it.
-        let before = overwritten.len();
-        overwritten.extend(
-            counts
-                .into_iter()
-                .filter(|(_, cell)| flow::is_written(&program, *cell))
-                .map(|(text, _)| text),
-        );
-        if overwritten.len() == before {
-            return Ok(program);
-        }
-    }
-}
-
-/// Refuses a project of more instructions than any CPU of its family holds, at the first that is too many: each takes a
-/// step or more.
-fn too_many(project: &RawProject, family: Family) -> Result<(), Vec<Diagnostic>> {
-    let most = family.most_steps();
-    let files = project.files.iter();
-    let mut all = files.flat_map(|file| file.instructions.iter().map(move |one| (file, one)));
-    let Some((file, one)) = all.nth(most) else { return Ok(()) };
-    let message = format!("the project has more than {most} instructions");
-    let help = format!("no {} holds as many: check the file, and the CPU", family.series());
-    let fault = Diagnostic::line(Code::TooMany, &file.name, one.line, &*one.text, message, help);
-    Err(vec![fault.at_step(one.step)])
-}
-
 /// A target still to be found.
 const OPEN: usize = usize::MAX;
 
 /// Decoding of a project under way: what it is made of, and in parts what is known so far. The files beside this one say
 /// what each kind of instruction does, and change the parts that they own.
-pub struct Decoder<'a> {
+pub struct Emitter<'a> {
     project: &'a RawProject,
     options: &'a DecodeOptions<'a>,
     family: Family,
@@ -129,8 +81,8 @@ pub struct Decoder<'a> {
     masters: Masters,
 }
 
-impl<'a> Decoder<'a> {
-    fn new(
+impl<'a> Emitter<'a> {
+    pub(super) fn new(
         project: &'a RawProject,
         options: &'a DecodeOptions<'a>,
         overwritten: &'a BTreeSet<String>,
@@ -145,7 +97,7 @@ impl<'a> Decoder<'a> {
             comments: shown::comments(&project.comments, options.family),
             ..Program::default()
         };
-        Decoder {
+        Emitter {
             project,
             options,
             family: options.family,
@@ -162,7 +114,7 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    fn file(&mut self, file: usize) {
+    pub(super) fn file(&mut self, file: usize) {
         let first = self.program.instructions.len();
         self.now = Now::of(file);
         self.rung = Rung::default();

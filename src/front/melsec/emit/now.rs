@@ -1,8 +1,8 @@
 //! The instruction under way, its operands parsed once.
 
-use super::Decoder;
+use super::Emitter;
 use super::overflow::Lost;
-use crate::front::melsec::device::Family;
+use crate::front::melsec::memory::Family;
 use crate::front::melsec::operand::{Operand, parse};
 use crate::front::melsec::source::RawInstruction;
 
@@ -42,7 +42,7 @@ impl<'a> Now<'a> {
     }
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// What the text of an operand says, or why it says nothing. It is the instruction's own nearly always.
     pub(super) fn parsed(&self, text: &str) -> Result<Operand, String> {
         let own = self.now.raw.map_or(&[][..], |raw| &raw.operands);

@@ -1,6 +1,6 @@
 //! Regions in which coils are off while a condition does not hold: master control and step ladders.
 
-use super::{Decoder, OPEN, key};
+use super::{Emitter, OPEN, key};
 use crate::base::code::Code;
 use crate::front::melsec::operand::{Operand, Place};
 use crate::front::melsec::source::RawInstruction;
@@ -30,7 +30,7 @@ pub(super) struct Masters {
     pub state: Option<State>,
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     pub(super) fn zone_begins(&mut self, raw: &RawInstruction) {
         self.output_here("MC");
         if !self.takes(raw, 2) {

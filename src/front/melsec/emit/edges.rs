@@ -1,8 +1,8 @@
 //! Edges on the FX and FX5 belong to a device and a scan, not to each execution of an instruction: what an edge
 //! remembers from one execution to the next within a scan is taken as any value.
 
-use super::Decoder;
-use crate::front::melsec::device::Family;
+use super::Emitter;
+use crate::front::melsec::memory::Family;
 use crate::program::flow;
 use crate::program::{BitTarget, Cell, Program, Write};
 use std::collections::BTreeMap;
@@ -26,7 +26,7 @@ pub(super) struct Edges {
     pub at: Vec<Edge>,
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// The memory of the instruction about to be added, which acts at an edge.
     pub(super) fn edge_memory(&mut self, is_contact: bool) -> Cell {
         let memory = self.memory();

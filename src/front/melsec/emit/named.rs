@@ -1,12 +1,12 @@
 //! What an instruction's operands name, for the price: their kinds, and the cells and bits of words behind them,
 //! also where its meaning shows none because it is taken as any value.
 
-use super::Decoder;
+use super::Emitter;
 use super::access::REST;
 use super::compare::{Sort, recognise};
 use super::rungs::contact;
 use crate::front::melsec::catalog::{Amount, Extent, Role, find};
-use crate::front::melsec::device::{Kind, area};
+use crate::front::melsec::memory::{Kind, area};
 use crate::front::melsec::operand::{Device, Operand, Place, upper};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{AreaId, Cell, Region, TimingKey, Touched};
@@ -22,7 +22,7 @@ struct Named {
     changes: bool,
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// Completes the key of the instruction under way: names with the kinds of its operands, and what it touches.
     pub(super) fn with_operands(&self, mut key: TimingKey) -> TimingKey {
         let Some(raw) = self.now.raw else { return key };

@@ -2,9 +2,9 @@
 
 use super::access::WordPlace;
 use super::rungs::remember;
-use super::{Decoder, OPEN, always, fired, key, timing};
+use super::{Emitter, OPEN, always, fired, key, timing};
 use crate::base::code::Code;
-use crate::front::melsec::device::{Family, area};
+use crate::front::melsec::memory::{Family, area};
 use crate::front::melsec::operand::Operand;
 use crate::front::melsec::source::{RawInstruction, RawProject};
 use crate::program::{
@@ -61,7 +61,7 @@ impl Routines {
     }
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// Decodes control instructions; false if it is none.
     pub(super) fn control(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
         match mnemonic {

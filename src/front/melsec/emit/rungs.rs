@@ -4,7 +4,7 @@ use crate::base::code::Code;
 use std::borrow::Cow;
 
 use super::compare::recognise;
-use super::{Decoder, always, edge, timing};
+use super::{Emitter, always, edge, timing};
 use crate::front::melsec::operand::upper;
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{BitTarget, Cell, Effect, Join, Logic, Step, TimingKey, Units, Write};
@@ -28,7 +28,7 @@ impl Default for Rung {
     }
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// Decodes contacts and stack instructions; false if it is none.
     pub(super) fn rung(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
         if let Some((join, edge, negated)) = contact(mnemonic) {
@@ -299,7 +299,7 @@ impl Decoder<'_> {
     }
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// The result, of which it is not known whether master control regions that are off hold it off.
     fn maybe_held_off(&mut self) -> Logic {
         let within = self.memory();
@@ -310,7 +310,7 @@ impl Decoder<'_> {
     }
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// Where an instruction fires: on its condition, or if it is pulsed, on the rising edge of that, which is then
     /// remembered among the effects.
     pub(super) fn fires(&mut self, pulsed: bool, effects: &mut Vec<Effect>) -> Logic {

@@ -1,8 +1,8 @@
 //! What MELSEC instructions really do where the effects say any value: kinds of choices, indexed places, operations.
 
-use super::Decoder;
+use super::Emitter;
 use crate::front::melsec::catalog::{Amount, Entry, Extent, Role};
-use crate::front::melsec::device::{Family, Kind, area};
+use crate::front::melsec::memory::{Family, Kind, area};
 use crate::front::melsec::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning::{
@@ -13,7 +13,7 @@ use crate::program::{
     Region, Relation, When, WordSource, Write,
 };
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// A bit that the outside may give any value.
     pub(super) fn world_bit(&mut self) -> Logic {
         Logic::Bit(BitSource::Free(self.world()))

@@ -23,7 +23,7 @@ pub(super) struct Routine {
 
 /// How the items of a program hang together.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Layout {
+pub(super) struct Frame {
     /// The END.
     pub(super) end: Option<usize>,
     /// The subroutines in the order of the source.
@@ -47,20 +47,20 @@ struct Site {
     loops: Vec<usize>,
 }
 
-/// Works the layout out, or tells all that is wrong with it. `shared`: other programs may call its subroutines.
-pub(super) fn layout(
+/// Works the frame out, or tells all that is wrong with it. `shared`: other programs may call its subroutines.
+pub(super) fn frame(
     items: &[Item<'_>],
     family: Family,
     shared: bool,
     faults: &mut Faults<'_>,
-) -> Layout {
-    let mut layout = Layout { dead: vec![false; items.len()], ..Layout::default() };
-    routines(items, family, &mut layout, faults);
-    let sites = sites(items, &mut layout, faults);
-    jumps(items, family, &sites, &mut layout, faults);
-    layout.repeated = repeated(items, family, shared, &sites, &layout);
-    layout.interlocked = sites.iter().map(|site| site.interlock.is_some()).collect();
-    layout
+) -> Frame {
+    let mut frame = Frame { dead: vec![false; items.len()], ..Frame::default() };
+    routines(items, family, &mut frame, faults);
+    let sites = sites(items, &mut frame, faults);
+    jumps(items, family, &sites, &mut frame, faults);
+    frame.repeated = repeated(items, family, shared, &sites, &frame);
+    frame.interlocked = sites.iter().map(|site| site.interlock.is_some()).collect();
+    frame
 }
 
 fn repeated(
@@ -68,7 +68,7 @@ fn repeated(
     family: Family,
     shared: bool,
     sites: &[Site],
-    layout: &Layout,
+    frame: &Frame,
 ) -> Vec<bool> {
     let once = |routine: &Routine| {
         let called = |at: &usize| {
@@ -80,7 +80,7 @@ fn repeated(
             && !routine.global
             && !shared
     };
-    let many: Vec<&Routine> = layout.routines.iter().filter(|routine| !once(routine)).collect();
+    let many: Vec<&Routine> = frame.routines.iter().filter(|routine| !once(routine)).collect();
     let within = |at| many.iter().any(|routine| (routine.begin..=routine.end).contains(&at));
     (0..items.len()).map(|at| !sites[at].loops.is_empty() || within(at)).collect()
 }
@@ -93,7 +93,7 @@ fn fault(item: &Item<'_>, code: Code, message: String, help: &str, faults: &mut 
     );
 }
 
-fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mut Faults<'_>) {
+fn routines(items: &[Item<'_>], family: Family, frame: &mut Frame, faults: &mut Faults<'_>) {
     let mut open: Option<(usize, u32)> = None;
     let mut misplaced = None;
     for (at, item) in items.iter().enumerate() {
@@ -118,7 +118,7 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
                     );
                     continue;
                 };
-                if layout.routines.iter().any(|routine| {
+                if frame.routines.iter().any(|routine| {
                     routine.number == number && routine.global == item.name.starts_with('G')
                 }) {
                     fault(
@@ -132,7 +132,7 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
                 open = Some((at, number));
             }
             "return" => match open.take() {
-                Some((begin, number)) => layout.routines.push(Routine {
+                Some((begin, number)) => frame.routines.push(Routine {
                     number,
                     begin,
                     end: at,
@@ -147,13 +147,13 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
                 ),
             },
             "end" if open.is_none() => {
-                layout.end = layout.end.or(Some(at));
+                frame.end = frame.end.or(Some(at));
             }
             "end" => {}
             _ if open.is_some() => {}
-            _ if layout.end.is_some() => layout.dead[at] = true,
+            _ if frame.end.is_some() => frame.dead[at] = true,
             "nothing" => {}
-            _ if !layout.routines.is_empty() => misplaced = misplaced.or(Some(at)),
+            _ if !frame.routines.is_empty() => misplaced = misplaced.or(Some(at)),
             _ => {}
         }
     }
@@ -178,7 +178,7 @@ fn routines(items: &[Item<'_>], family: Family, layout: &mut Layout, faults: &mu
     }
 }
 
-fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Vec<Site> {
+fn sites(items: &[Item<'_>], frame: &mut Frame, faults: &mut Faults<'_>) -> Vec<Site> {
     let mut sites = Vec::with_capacity(items.len());
     let mut site = Site::default();
     let mut interlocks: Vec<usize> = Vec::new();
@@ -207,7 +207,7 @@ fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Ve
             }
             "next" => match site.loops.pop() {
                 Some(begin) => {
-                    layout.targets.insert(begin, at);
+                    frame.targets.insert(begin, at);
                 }
                 None => fault(
                     item,
@@ -238,9 +238,9 @@ fn sites(items: &[Item<'_>], layout: &mut Layout, faults: &mut Faults<'_>) -> Ve
     }
     unclosed(items, &site, faults);
     for (at, item) in items.iter().enumerate().filter(|(_, item)| item.meaning() == "break") {
-        match sites[at].loops.last().and_then(|begin| layout.targets.get(begin)) {
+        match sites[at].loops.last().and_then(|begin| frame.targets.get(begin)) {
             Some(&next) => {
-                layout.targets.insert(at, next);
+                frame.targets.insert(at, next);
             }
             None => fault(
                 item,
@@ -270,7 +270,7 @@ fn jumps(
     items: &[Item<'_>],
     family: Family,
     sites: &[Site],
-    layout: &mut Layout,
+    frame: &mut Frame,
     faults: &mut Faults<'_>,
 ) {
     for (at, item) in items.iter().enumerate() {
@@ -340,6 +340,6 @@ fn jumps(
                 faults,
             );
         }
-        layout.targets.insert(at, target);
+        frame.targets.insert(at, target);
     }
 }

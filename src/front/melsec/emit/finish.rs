@@ -1,6 +1,6 @@
 //! What can only be settled when all files are read: labels, jumps' limits, routines' ends.
 
-use super::Decoder;
+use super::Emitter;
 use super::ranges::Counts;
 use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
@@ -8,9 +8,9 @@ use crate::program::flow;
 use crate::program::{Program, Step};
 use std::collections::BTreeMap;
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// The program, if nothing is wrong with it, and the words whose stated range it counts by.
-    pub(super) fn finish(mut self) -> Result<(Program, Counts), Vec<Diagnostic>> {
+    pub(in crate::front::melsec) fn finish(mut self) -> Result<(Program, Counts), Vec<Diagnostic>> {
         self.resolve();
         self.program.interrupts = std::mem::take(&mut self.routines.interrupts);
         if !self.has_faults() {

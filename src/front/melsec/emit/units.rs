@@ -1,9 +1,9 @@
 //! How many units an application instruction handles, and what its counting operands can say.
 
-use super::Decoder;
+use super::Emitter;
 use super::exact::certain_points;
 use crate::front::melsec::catalog::{Amount, Entry, Extent, Operation, Role};
-use crate::front::melsec::device::{Family, Kind};
+use crate::front::melsec::memory::{Family, Kind};
 use crate::front::melsec::operand::{Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{Approximated, Counted, Units, WordSource};
@@ -21,7 +21,7 @@ const FX_MOST: i64 = 512;
 /// No CPU has more devices of a kind: a count beyond is an error, and nothing is done.
 const MOST_DEVICES: i64 = 0x100_0000;
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// How many units a catalogued instruction handles, for times per unit: what its row counts by, else the
     /// characters of constant texts, else its longest operand.
     pub(super) fn units(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {

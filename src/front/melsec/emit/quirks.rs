@@ -1,6 +1,6 @@
 //! What switches in a project change of instructions' meaning: special relays that it may set, programs that it stops.
 
-use crate::front::melsec::device::{Family, Kind};
+use crate::front::melsec::memory::{Family, Kind};
 use crate::front::melsec::operand::{Device, Operand, Place, parse, upper};
 use crate::front::melsec::source::{RawInstruction, RawProject};
 

@@ -1,11 +1,11 @@
 //! Decoding, instruction by instruction, and every fault that it finds.
 
-use super::{DecodeOptions, decode};
+use super::decode::{DecodeOptions, decode};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Facts;
 use crate::front::Places;
 use crate::front::melsec::catalog::{Extent, Role, find};
-use crate::front::melsec::device::Family;
+use crate::front::melsec::memory::Family;
 use crate::front::melsec::source::{RawFile, RawInstruction, RawProject};
 use crate::passes::passed;
 use crate::program::{Cell, Program, Step, Summary, Units, When, WordTarget, Write};
@@ -132,7 +132,7 @@ fn each_broken_structure_has_its_message() {
 fn inputs_are_octal_on_the_fx() {
     assert!(on(Family::Fx, "LD X8\nOUT Y0\nEND").is_err());
     let p = on(Family::Fx, "LD X10\nOUT Y17\nEND").expect("octal numbers");
-    let cell = crate::program::Cell { area: crate::front::melsec::device::area("X"), index: 8 };
+    let cell = crate::program::Cell { area: crate::front::melsec::memory::area("X"), index: 8 };
     assert_eq!(p.cell_name(cell), "X10");
 }
 
@@ -178,7 +178,7 @@ fn blocks_of_a_known_length_are_copied_word_by_word() {
     let Write::Words(targets, _) = &p.instructions[1].effects[0].write else { panic!() };
     let d = |index| {
         WordTarget::Cell(crate::program::Cell {
-            area: crate::front::melsec::device::area("D"),
+            area: crate::front::melsec::memory::area("D"),
             index,
         })
     };
@@ -251,7 +251,7 @@ fn rung(mnemonic: &str, count: usize) -> Option<String> {
 
 #[test]
 fn every_instruction_of_real_programs_is_decoded() {
-    let counts = include_str!("../../../../tests/data/melsec-operand-counts.csv");
+    let counts = include_str!("../../../tests/data/melsec-operand-counts.csv");
     let mut text = String::new();
     let mut tried = 0;
     for line in counts.lines().filter(|line| !line.starts_with('#')).skip(1) {
@@ -298,7 +298,7 @@ fn high_speed_counters_of_the_fx_are_taken_as_any_value() {
 
 /// Whether the second instruction may leave any value in a cell.
 fn loses(p: &Program, area: &str, index: u32) -> bool {
-    let cell = Cell { area: crate::front::melsec::device::area(area), index };
+    let cell = Cell { area: crate::front::melsec::memory::area(area), index };
     p.instructions[1]
         .effects
         .iter()

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::front::melsec::device::{Family, Kind, area};
+use crate::front::melsec::memory::{Family, Kind, area};
 use crate::front::melsec::operand::{self, Operand as Written, Place, parse};
 use crate::front::melsec::source::RawInstruction;
 use crate::front::spans;

@@ -1,10 +1,10 @@
 //! What the user states of words, their ranges: where the scan starts, and where a word counts something.
 
-use super::Decoder;
+use super::Emitter;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
-use crate::front::melsec::device::Kind;
+use crate::front::melsec::memory::Kind;
 use crate::front::melsec::operand::{Operand, Place};
 use crate::program::{Approximated, Cell, StartRange};
 use std::collections::BTreeSet;
@@ -23,7 +23,7 @@ pub(super) struct Stated<'a> {
     pub counts: Counts,
 }
 
-impl Decoder<'_> {
+impl Emitter<'_> {
     /// The least and largest value of a count that stands in an operand, and whether these are known: by a
     /// constant, or by a stated range that holds there. Else it is 0 to `largest`.
     pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {

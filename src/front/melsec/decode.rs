@@ -1,0 +1,55 @@
+//! From a MELSEC project to a program: every instruction with its exact or widened meaning, all faults at once.
+
+use std::collections::BTreeSet;
+
+pub use super::emit::DecodeOptions;
+use super::emit::Emitter;
+use super::memory::Family;
+use super::source::RawProject;
+use crate::base::code::Code;
+use crate::base::diagnostic::Diagnostic;
+use crate::program::{Program, flow};
+
+/// Decodes a project.
+///
+/// # Errors
+/// All faults of all files.
+pub fn decode(
+    project: &RawProject,
+    options: &DecodeOptions<'_>,
+) -> Result<Program, Vec<Diagnostic>> {
+    too_many(project, options.family)?;
+    let mut overwritten = BTreeSet::new();
+    loop {
+        let mut emitter = Emitter::new(project, options, &overwritten);
+        for file in 0..project.files.len() {
+            emitter.file(file);
+        }
+        let (program, counts) = emitter.finish()?;
+        // A stated range speaks of the scan's start. Where the program may write a word that it counts by,
+        // the range is worth nothing there, and decoding begins again without it.
+        let before = overwritten.len();
+        overwritten.extend(
+            counts
+                .into_iter()
+                .filter(|(_, cell)| flow::is_written(&program, *cell))
+                .map(|(text, _)| text),
+        );
+        if overwritten.len() == before {
+            return Ok(program);
+        }
+    }
+}
+
+/// Refuses a project of more instructions than any CPU of its family holds, at the first that is too many: each takes a
+/// step or more.
+fn too_many(project: &RawProject, family: Family) -> Result<(), Vec<Diagnostic>> {
+    let most = family.most_steps();
+    let files = project.files.iter();
+    let mut all = files.flat_map(|file| file.instructions.iter().map(move |one| (file, one)));
+    let Some((file, one)) = all.nth(most) else { return Ok(()) };
+    let message = format!("the project has more than {most} instructions");
+    let help = format!("no {} holds as many: check the file, and the CPU", family.series());
+    let fault = Diagnostic::line(Code::TooMany, &file.name, one.line, &*one.text, message, help);
+    Err(vec![fault.at_step(one.step)])
+}
