@@ -175,6 +175,7 @@ impl Named {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::program::{ChoiceId, Effect, Step, When, Write, testing};
 
     #[test]
     fn ranges_are_kept_that_hang_together_with_a_named_word() {
@@ -186,22 +187,9 @@ mod tests {
             high: 9,
         };
         program.ranges = vec![range(0, 1), range(0, 2), range(1, 2), range(7, 1)];
-        let mut instruction = crate::program::Instruction {
-            place: crate::base::location::Location { file: 0, line: 1, step: None },
-            block: 1,
-            text: "".into(),
-            operands: std::sync::Arc::default(),
-            timing: None,
-            effects: Vec::new(),
-            step: crate::program::Step::Nothing,
-        };
-        let write = crate::program::Write::Havoc(
-            Region::Range { first: cell(2), count: 1 },
-            crate::program::ChoiceId(0),
-        );
-        let when = crate::program::When::Always;
-        instruction.effects.push(crate::program::Effect { when, write });
-        program.instructions.push(instruction);
+        let write = Write::Havoc(Region::Range { first: cell(2), count: 1 }, ChoiceId(0));
+        let effects = vec![Effect { when: When::Always, write }];
+        program.instructions.push(testing::with_effects(Step::Nothing, effects));
         forget_unnamed(&mut program);
         let mut firsts: Vec<u32> = program.ranges.iter().map(|one| one.cells[0].index).collect();
         firsts.sort_unstable();

@@ -1,14 +1,14 @@
-//! Calls that lead back to themselves, or stand too deep in each other: such a scan has no bound, or none that a PLC runs.
+//! Refuses recursion, of which no scan has a bound, and calls nested deeper than any CPU allows.
 
 use super::Pass;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::program::{Program, flow};
 
-/// More calls stand in each other on no CPU.
+/// The deepest nesting of calls that any CPU allows.
 const MOST_NESTED: usize = 64;
 
-/// Routines are refused that call themselves, be it by way of others.
+/// Refuses routines that call themselves, directly or through others.
 pub const PASS: Pass = Pass { name: "following calls", run: |program, _| check(program) };
 
 fn check(program: &Program) -> Result<(), Vec<Diagnostic>> {
@@ -27,8 +27,7 @@ fn check(program: &Program) -> Result<(), Vec<Diagnostic>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::location::Location;
-    use crate::program::{Instruction, Logic, Step};
+    use crate::program::{Logic, Step, testing};
 
     /// A program of routines that each call the next, and the last one `last`.
     fn chain(calls: usize, last: usize) -> Program {
@@ -36,17 +35,7 @@ mod tests {
         let mut steps = vec![Step::Call { fires: Logic::Const(true), target: 2 }, Step::End];
         (1..calls).for_each(|n| steps.extend(call(2 + 2 * n)));
         steps.extend(if last > 0 { call(last) } else { [Step::Nothing, Step::Return] });
-        let instruction = |step| Instruction {
-            place: Location { file: 0, line: 1, step: None },
-            block: 1,
-            text: "".into(),
-            operands: std::sync::Arc::default(),
-            timing: None,
-            effects: Vec::new(),
-            step,
-        };
-        let instructions = steps.into_iter().map(instruction).collect();
-        Program { instructions, ..Program::default() }
+        testing::program(steps)
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Interrupt routines run at any moment: what they write is unknown to the scan, and all they read is unknown to them.
+//! Interrupt routines run at any moment: what they write the scan reads as any value, and they read any values.
 
 use super::Pass;
 use crate::program::{
@@ -105,8 +105,7 @@ fn reachable(program: &Program) -> BTreeSet<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::location::Location;
-    use crate::program::{AreaId, Instruction, Interrupt, Join, Logic};
+    use crate::program::{AreaId, Interrupt, Join, Logic, testing};
 
     #[test]
     fn a_routine_that_writes_nothing_still_reads_any_value() {
@@ -117,17 +116,7 @@ mod tests {
             Step::Act { fires: Logic::Condition },
             Step::Return,
         ];
-        let instruction = |step| Instruction {
-            place: Location { file: 0, line: 1, step: None },
-            block: 1,
-            text: "".into(),
-            operands: std::sync::Arc::default(),
-            timing: None,
-            effects: Vec::new(),
-            step,
-        };
-        let mut program =
-            Program { instructions: steps.map(instruction).to_vec(), ..Program::default() };
+        let mut program = testing::program(steps);
         let name = "I0".to_owned();
         program.interrupts.push(Interrupt { name, entry: 1, times: 1, stated: false });
         isolate(&mut program);

@@ -37,6 +37,8 @@ pub mod flow;
 pub mod meaning;
 mod reads;
 mod tags;
+#[cfg(test)]
+pub(crate) mod testing;
 mod timing;
 
 pub use approximation::{Approximated, Approximation, Unfollowed};
@@ -408,7 +410,7 @@ pub struct Summary {
     pub choice: ChoiceId,
     /// Exits other than its end.
     pub exits: Vec<(ChoiceId, Exit)>,
-    /// How it really runs, for a loop: the count of the `ForBegin` that it stands for, its least and its most.
+    /// For a loop, what its `ForBegin` said: the count, the least and the most iterations. A real run goes by these.
     pub iterations: Option<(WordSource, u32, u32)>,
 }
 
@@ -590,8 +592,8 @@ pub struct Program {
     pub mains: Vec<std::ops::Range<usize>>,
     /// The interrupt routines.
     pub interrupts: Vec<Interrupt>,
-    /// The `ForBegin`s of loops whose count says nothing of how many iterations they make. They are summarised, however
-    /// few instructions they have.
+    /// The `ForBegin`s of loops of which nothing says how many iterations they make. They are summarised, however few
+    /// instructions they have.
     pub uncounted: BTreeSet<usize>,
     /// How many rungs there are.
     pub blocks: u32,

@@ -1,7 +1,6 @@
 //! Tests of the interpreter's control: stack, slots, master control regions, jumps, calls, loops and the order of routines.
 
 use super::*;
-use crate::base::location::Location;
 use crate::program::{
     Area, AreaId, BitSource, BitTarget, ChoiceId, Effect, Exit, Instruction, Interrupt, Join,
     Logic, Radix, Region, Step, Summary, When, WordSource, Write,
@@ -18,17 +17,7 @@ pub(super) fn word(index: u32) -> Cell {
     Cell { area: AreaId(1), index }
 }
 
-pub(super) fn instruction(step: Step, effects: Vec<Effect>) -> Instruction {
-    Instruction {
-        place: Location { file: 0, line: 1, step: None },
-        block: 1,
-        text: "".into(),
-        operands: std::sync::Arc::default(),
-        timing: None,
-        effects,
-        step,
-    }
-}
+pub(super) use crate::program::testing::with_effects as instruction;
 
 /// A program of one main routine over the bit area M and the word area D.
 pub(super) fn program(instructions: Vec<Instruction>) -> Program {

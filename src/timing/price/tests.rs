@@ -4,7 +4,7 @@ use super::*;
 use crate::base::location::Location;
 use crate::program::{
     Area, AreaId, AreaKind, BitSource, Cell, ChoiceId, Effect, Interrupt, Join, Logic, Number,
-    Radix, Region, Role, SourceFile, Step, Touched, When, WordSource, WordTarget, Write,
+    Radix, Region, Role, SourceFile, Step, Touched, When, WordSource, WordTarget, Write, testing,
 };
 
 const HEAD: &str = "instruction,on_us,off_us,per_unit_us,evidence\n";
@@ -159,10 +159,8 @@ fn instruction(line: u32, block: u32, text: &str, class: &'static str) -> Instru
         place: Location { file: 0, line, step: Some(line * 10) },
         block,
         text: text.into(),
-        operands: std::sync::Arc::default(),
         timing: Some(Box::new(key(&[name], class, Units::None))),
-        effects: Vec::new(),
-        step: Step::Act { fires: Logic::Condition },
+        ..testing::instruction(Step::Act { fires: Logic::Condition })
     }
 }
 
