@@ -46,7 +46,7 @@ codes! {
     AfterEnd = "after-end",
     /// A time rests on an assumption, and `--strict-times` refuses those
     AssumedTime = "assumed-time",
-    /// An operand has no form that the instruction takes
+    /// An operand has a form that the instruction does not take
     BadOperand = "bad-operand",
     /// An address, or a label, has no instruction behind it
     BareAddress = "bare-address",
@@ -64,7 +64,7 @@ codes! {
     BrokenProject = "broken-project",
     /// A file of measurements cannot be read as one
     Capture = "capture",
-    /// A row has other columns than the heads say
+    /// A row's columns are not those of the table's heads
     Columns = "columns",
     /// Only device comments were given, and no program
     CommentsAlone = "comments-alone",
@@ -86,7 +86,7 @@ codes! {
     Facts = "facts",
     /// An instruction's name and its function number disagree
     FunctionNumber = "function-number",
-    /// A group has a number that there is not
+    /// A group's number is out of range
     GroupNumber = "group-number",
     /// Two groups have the same number
     GroupTwice = "group-twice",
@@ -116,15 +116,15 @@ codes! {
     LongLine = "long-line",
     /// A loop's begin and end do not fit together, or it makes too many iterations
     Loop = "loop",
-    /// A loop's count is none
+    /// A loop's count is no number, or out of range
     LoopCount = "loop-count",
     /// A timer is asked for together with other tests
     MixedCondition = "mixed-condition",
     /// Files of two dialects were given as one project
     MixedDialects = "mixed-dialects",
-    /// A file has more errors than are told
+    /// A file has more errors than are listed
     MoreErrors = "more-errors",
-    /// A file has more warnings than are told
+    /// A file has more warnings than are listed
     MoreWarnings = "more-warnings",
     /// Nothing says in which order the programs run
     NameOrder = "name-order",
@@ -134,9 +134,9 @@ codes! {
     NestedDirectory = "nested-directory",
     /// Calls or loops stand in each other too deep
     Nesting = "nesting",
-    /// The facts name a base unit that the table does not
+    /// The facts name a base unit of which the table has no times
     NoBase = "no-base",
-    /// Blocks of contacts are joined that there are not
+    /// An instruction joins two blocks of contacts where there are fewer
     NoBlock = "no-block",
     /// A branch is read or closed that was not opened
     NoBranch = "no-branch",
@@ -150,15 +150,15 @@ codes! {
     NoDevice = "no-device",
     /// A routine, a group or a file has no end
     NoEnd = "no-end",
-    /// A group is started or stopped that there is not
+    /// A group is started or stopped that does not exist
     NoGroup = "no-group",
     /// An export has no column heads
     NoHeads = "no-heads",
     /// A file holds no instruction
     NoInstructions = "no-instructions",
-    /// It is stated how often a routine interrupts that there is not
+    /// It is stated how often an interrupt routine runs that does not exist
     NoInterrupt = "no-interrupt",
-    /// A jump or call goes to a label that there is not
+    /// A jump or call goes to a label that does not exist
     NoLabel = "no-label",
     /// NEXT or BREAK stands outside of a loop
     NoLoop = "no-loop",
@@ -178,11 +178,11 @@ codes! {
     NoRoutine = "no-routine",
     /// An instruction has no rung in front of it
     NoRung = "no-rung",
-    /// A subroutine is called that there is not
+    /// A subroutine is called that does not exist
     NoSubroutine = "no-subroutine",
-    /// `--dialect` names none
+    /// `--dialect` names no known dialect
     NoSuchDialect = "no-such-dialect",
-    /// A line of a table of symbols is none, or contradicts another
+    /// A line of a table of symbols cannot be read, or contradicts another
     NoSymbol = "no-symbol",
     /// There is no timing table for the CPU, or the CPU is not known
     NoTable = "no-table",
@@ -202,11 +202,11 @@ codes! {
     OpenMasterControl = "open-master-control",
     /// A quotation mark is never closed
     OpenQuote = "open-quote",
-    /// A rung puts nothing out
+    /// A rung ends without a coil or an instruction
     OpenRung = "open-rung",
     /// A string has no closing quotation mark
     OpenString = "open-string",
-    /// An operand is none that the instruction takes
+    /// The instruction does not take this operand
     Operand = "operand",
     /// An instruction has too few operands, or too many
     OperandCount = "operand-count",
@@ -222,11 +222,11 @@ codes! {
     OwnGroup = "own-group",
     /// The CPU may serve peripherals beside the program
     Parallel = "parallel",
-    /// A subroutine comes to call itself
+    /// A subroutine calls itself, directly or through others
     Recursion = "recursion",
     /// The scan cannot be followed
     Scan = "scan",
-    /// A step number is none
+    /// A step number is no number
     StepNumber = "step-number",
     /// A step number is not larger than the one before
     StepOrder = "step-order",
@@ -242,7 +242,7 @@ codes! {
     StrayOperand = "stray-operand",
     /// A symbol stands for two addresses
     SymbolTwice = "symbol-twice",
-    /// A timing table amends a table that there is not
+    /// A timing table amends a table that does not exist
     TableBase = "table-base",
     /// A column of a timing table is missing, twice there, or not known
     TableColumn = "table-column",
@@ -254,15 +254,15 @@ codes! {
     TableEncoding = "table-encoding",
     /// A timing table has an unknown kind of evidence
     TableEvidence = "table-evidence",
-    /// A timing table has more faults than are told
+    /// A timing table has more faults than are listed
     TableFaults = "table-faults",
-    /// A timing table has a number of points that is none
+    /// A number of points in a timing table cannot be read
     TablePoints = "table-points",
     /// A row of a timing table does not fit its heads
     TableRow = "table-row",
-    /// A timing table has a time, or a factor, that is none
+    /// A time or a factor in a timing table cannot be read
     TableTime = "table-time",
-    /// The time was over before any scan was found that keeps what is stated
+    /// The time limit ended the search before a scan was found that keeps what is stated
     Time = "time",
     /// A time has no timer in front of it
     TimeAlone = "time-alone",
