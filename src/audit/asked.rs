@@ -21,7 +21,7 @@ pub struct Asked<'a> {
     pub prices: &'a Prices,
     pub budget: &'a Budget<'a>,
     pub doubtful_from: Option<Picos>,
-    /// Whether models are no more than the sum of all that can run.
+    /// Whether the model is only the structural bound: the sum of all that can run.
     pub whole: bool,
 }
 

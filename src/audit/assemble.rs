@@ -46,9 +46,9 @@ pub struct Findings<'a> {
     pub assignment: &'a Assignment,
     /// What ends the search for reasons.
     pub limits: &'a Limits<'a>,
-    /// The dearest scan that was run really, and from what it starts.
+    /// The longest real run, and the values with which it starts.
     pub found: &'a Found,
-    /// Whether that takes as long as the assignment's.
+    /// Whether that takes as long as the assignment's scan.
     pub same: bool,
 }
 

@@ -1,4 +1,5 @@
-//! Both bounds of a model: searches it, runs really what it finds, and makes it closer by what that taught.
+//! Brings both bounds of a model closer: searches it, makes real runs of what it finds, and searches again with what
+//! these taught.
 
 use super::asked::{Asked, Searched};
 use super::failure::Failure;
@@ -22,7 +23,7 @@ use std::collections::BTreeMap;
 const MOST_AGAIN: usize = 50_000;
 /// The most nodes and questions to words of a model with what was learned.
 const MOST_LEARNED: usize = 4_000_000;
-/// The most rounds of putting back loops whose counts were learned.
+/// The most rounds of following summarised loops after all, since their counts were learned.
 const MOST_ROUNDS: usize = 8;
 /// The most loops of which the solver is asked how large their counts can be.
 const MOST_ASKED: usize = 16;
@@ -33,13 +34,13 @@ pub struct Closing<'a> {
     pub budget: &'a Budget<'a>,
     pub limits: Limits<'a>,
     pub doubtful_from: Option<Picos>,
-    /// Whether the model is no more than the sum of all that can run.
+    /// Whether the model is only the structural bound: the sum of all that can run.
     pub whole: bool,
 }
 
 impl Closing<'_> {
-    /// The model's dearest scan, and the dearest that was run really. Where that shows how often loops run which were
-    /// summarised, the program has them again.
+    /// The model's dearest scan, and the longest real run. Where runs show how many iterations summarised loops make, the
+    /// program has these loops again.
     pub fn search(
         &self,
         program: &mut Program,
@@ -103,7 +104,8 @@ impl Closing<'_> {
         }
     }
 
-    /// How many iterations summarised loops make at most: by the looks of their counts, else as the solver finds.
+    /// How many iterations summarised loops make at most: as the model noted from the form of their counts, or as a
+    /// solver finds where that is less.
     fn iterations(&self, model: &ScanModel) -> BTreeMap<usize, u32> {
         let mut iterations = model.iterations.clone();
         let mut asked: BTreeMap<usize, u32> = BTreeMap::new();

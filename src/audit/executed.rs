@@ -1,4 +1,4 @@
-//! What a scan that was run really says about the model's charges and free variables.
+//! What a real run says about the model's charges and free variables.
 
 use super::real::Found;
 use crate::base::time::Picos;
@@ -50,7 +50,7 @@ pub fn started(model: &ScanModel, found: &Found) -> Assignment {
     Assignment(model.variables.iter().map(|one| value(&one.origin).unwrap_or(0)).collect())
 }
 
-/// Why a scan that was run really is not known to take as long as the model's.
+/// Why a real run is not known to take as long as the model's longest scan.
 pub fn stands_between(program: &Program, real: &Real) -> String {
     let at = |instruction: usize| {
         let one = &program.instructions[instruction];

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 /// The most executed instructions that loops and calls may add to those that the program has.
 const MOST_UNROLLED: u64 = 200_000;
-/// The most rounds of putting back loops whose counts the model of a scan tells.
+/// The most rounds of following summarised loops after all, since the model shows their counts.
 const MOST_NESTED: usize = 8;
 /// The limit on a model's nodes and questions to words is this, ...
 const NODES: usize = 1_000_000;

@@ -1,4 +1,4 @@
-//! The search for a scan that a PLC really makes: run the model's, learn from where it differs, and go on.
+//! The search for a scan that a PLC makes: a real run of the model's longest scan, then, with what it taught, of the next.
 
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
@@ -12,19 +12,19 @@ use crate::scan::{Purpose, scan_model_knowing};
 use crate::solve::{Limits, Method, maxima, maximum};
 use std::collections::BTreeSet;
 
-/// The most instructions of a scan that are run.
+/// The most instructions of a real run.
 const MOST_RUN: u64 = 400_000;
 /// Limits of the search in models that grow with what is learned: gates in all, and rounds.
 const MOST_GATES: usize = 2_000_000;
 const MOST_ROUNDS: usize = 400;
 
-/// A scan that was run really, and what it took to find it.
+/// The longest real run that was found, and what was learned until then.
 pub struct Found {
-    /// The dearest that was found.
+    /// The run.
     pub best: Real,
-    /// From what it starts.
+    /// The values with which it starts.
     pub witness: Witness,
-    /// What was learned on the way.
+    /// What all runs taught.
     pub knowledge: Knowledge,
 }
 
@@ -37,9 +37,9 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Runs scans from these starts, the first the model's dearest, of cost `upper`, and searches on as long as a dearer
-    /// real one may be found; `knowledge` is what was learned before. `Err` if an operation wrote what its effects do
-    /// not allow, or a scan costs more than `upper`.
+    /// Makes real runs from these starts, the first that of the model's dearest scan, which costs `upper`, and goes on
+    /// as long as a dearer one may be found; `knowledge` is what was learned before. `Err` if an operation wrote what
+    /// its effects do not allow, or a run costs more than `upper`.
     pub fn run(
         &self,
         [dearest, other]: [&Witness; 2],
@@ -91,7 +91,7 @@ impl Search<'_> {
             let mut one = self.real(&start, upper)?;
             let news = learn(&mut found.knowledge, &mut one);
             let total = one.replay.total;
-            // Scans that go on where this one was left cost as much to run, and are left there, too.
+            // A run that was left for its length is not tried again from other starts: that takes as long each time.
             let left = one.stopped.as_ref().is_some_and(|stopped| stopped.why == Why::TooLong);
             better(&mut found, one, start);
             if total >= most || !news || left || gates > MOST_GATES {
@@ -105,7 +105,7 @@ impl Search<'_> {
         self.limits.deadline.is_some_and(|end| std::time::Instant::now() >= end)
     }
 
-    /// Runs a scan really.
+    /// Makes a real run.
     fn real(&self, witness: &Witness, upper: Picos) -> Result<Real, String> {
         let counts = counts(self.program);
         let start = || Start { program: self.program, witness, counts: &counts };
@@ -174,7 +174,7 @@ fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
     news
 }
 
-/// What may be chosen of a variable's value.
+/// Whether the search may choose a variable's value.
 fn standing(
     program: &Program,
     summary: &BTreeSet<ChoiceId>,
@@ -232,8 +232,8 @@ fn counts(program: &Program) -> Vec<Cell> {
     cells.collect()
 }
 
-/// Start values of a real run: the witness's; what it does not name is within what is stated, near 0, and for counts of
-/// loops as large as can be.
+/// Start values of a real run: the witness's. A cell that it does not name gets the value nearest to 0 that is stated for
+/// it; one that counts a loop, the largest.
 struct Start<'a> {
     program: &'a Program,
     witness: &'a Witness,

@@ -19,13 +19,13 @@ const MOST_RANGES: usize = 256;
 /// Loops that unroll to more executed instructions than this are summarised.
 const MOST_UNROLLED: u64 = 200_000;
 
-/// Below this size nothing is summarised by itself: then it is the whole program.
+/// Where even loops and routines of so few executions would have to be summarised, the whole program is.
 const SMALLEST: u64 = 64;
 
 /// All charges of what is summarised together are at most so many; beyond, the whole program is summarised.
 const MOST_CHARGES: usize = 4_000_000;
 
-/// Loops and calls multiply beyond all numbers here.
+/// How often an instruction runs is more than a number can hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TooOften {
     /// The instruction.
@@ -35,13 +35,13 @@ pub struct TooOften {
 /// Loops that cannot be followed iteration by iteration are summarised.
 pub const PASS: Pass = Pass { name: "summarising loops", run: |program, _| summarise(program) };
 
-/// Summarises loops whose number of iterations is not known, and then those that unroll to too much all the same. Of each
-/// kind outer loops first: what they hold needs no care of its own.
+/// Summarises loops whose number of iterations is not known, then those that unroll to too much all the same. Of each
+/// kind outer loops first: loops within them are part of their summaries.
 fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
     let (unknown, known): (Vec<_>, Vec<_>) =
         flow::loops(program).into_iter().partition(|(begin, _)| program.uncounted.contains(begin));
-    // Where summarised loops begin and end; of those that stand in each other the outer one alone.
+    // Where summarised loops begin and end; of nested ones the outer one alone.
     let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
     let (mut behind, unknowns) = (0, unknown.len());
     for (place, (begin, end)) in unknown.into_iter().chain(known).enumerate() {
@@ -174,7 +174,7 @@ pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
     let mut behind = 0;
     program.approximations.retain(|one| !matches!(one.what, Approximated::LoopSummary(_)));
     for (begin, end, most) in unknown {
-        // What stands in a loop that is summarised is in it.
+        // A loop within a summarised one is part of its summary.
         if begin < behind {
             continue;
         }
@@ -198,9 +198,9 @@ pub fn whole(program: &mut Program, why: Unfollowed) -> Result<(), TooOften> {
             continue;
         };
         let mut gathered = shape.gather(program, main.start, last, 1)?;
-        // Whatever leads out of it leads to its end, which is next.
+        // All its exits lead to the end of the routine, which follows.
         gathered.own.clear();
-        // Whether it runs at all is left open, so that nothing of it is known to happen.
+        // It may be skipped as a whole, so that none of its charges is taken for certain.
         let at = program.instructions.len();
         program.choices += 1;
         let runs = Logic::Bit(BitSource::Free(ChoiceId(program.choices - 1)));
@@ -276,7 +276,7 @@ impl Shape {
             let mut size = self.size(program, entry, self.ends[&entry], limit, &sizes, &mut plan);
             if size > limit {
                 plan.routines.insert(entry);
-                // No more than the program has, each instruction once.
+                // As a summary each of its instructions is one charge.
                 size = self.reached(program, entry).len() as u64;
             }
             sizes.insert(entry, size);
@@ -499,7 +499,7 @@ struct Gathered {
     own: BTreeSet<Exit>,
     /// The exits of the scan or the main routine, from wherever.
     out: BTreeSet<Exit>,
-    /// Control may go round for ever in it.
+    /// It holds a loop that may go on for ever.
     endless: bool,
 }
 
@@ -572,7 +572,7 @@ impl Gathered {
     }
 }
 
-/// How a loop really runs.
+/// The count of a loop, its least and its most iterations.
 fn iterations_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u32)> {
     match program.instructions[begin].step {
         Step::ForBegin { count, least, most, .. } => Some((count, least, most)),

@@ -1,8 +1,8 @@
-//! What really happens where an effect or a source says "any value": the kinds of choices, operations on operands, and
-//! what was learned by carrying them out.
+//! What a PLC does where an effect or a source says "any value": the kinds of choices, operations on operands, and what
+//! was learned by carrying them out.
 //!
 //! The analysis follows every choice as any value at all, which is never too little. A lower bound has to be a scan
-//! that a PLC can make, so the interpreter also runs programs *really*, and then asks what kind a choice is of:
+//! that a PLC can make, so the interpreter also makes *real runs*, in which a choice's value comes from its kind:
 //!
 //! - [`ChoiceKind::World`]: the outside may give any value: inputs that are read directly, what modules and networks
 //!   deliver, how far timers have run, the moment of an interrupt.
@@ -28,27 +28,27 @@ use super::{
 };
 use std::collections::BTreeMap;
 
-/// What may be said of a choice's value. See the page's head.
+/// Where a choice's value comes from in a real run. See the page's head.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ChoiceKind {
     /// The outside may give any value.
     World,
     /// An operation gives it.
     Exact(Box<Meaning>),
-    /// A bit that is read, which the outside gives but does not change within a scan: what this cell holds when the scan
-    /// starts. The analysis follows it as any value at each place.
+    /// A bit that the outside gives and does not change within a scan: what this cell holds when the scan starts. (The
+    /// analysis follows it as any value at each place where it is read.)
     Steady(Cell),
-    /// What a timer or counter has come to, a word that is read: the setting if its contact is on, else any value below
-    /// the setting that the outside gives (0 where the choice's is none).
+    /// A timer's or counter's present value: the setting if its contact is on, else the value that the outside gives if
+    /// that is below the setting, else 0.
     Present {
         /// The contact.
         contact: Cell,
         /// The setting.
         setting: u16,
     },
-    /// The iterations of a loop, only for the count of a `ForBegin`: the word's value, signed. Below 1 it is one iteration or
-    /// none, no manual says which: the choice's bit 0. In a lower bound that is the cheaper of the two. The analysis
-    /// follows this, too.
+    /// How many iterations a loop makes, only for the count of a `ForBegin`: the word's value, signed. Where that is
+    /// below 1, manuals do not say whether it makes one or none: the choice's bit 0 decides. A lower bound takes the
+    /// cheaper of the two. The analysis follows this kind, too.
     Iterations(WordSource),
 }
 

@@ -215,7 +215,7 @@ impl<F: Free> State<'_, F> {
         i64::try_from(value).ok()?.checked_mul(term.times)
     }
 
-    /// The so-manieth word of a list of `count` from an address on.
+    /// The word of this number in a list of `count` words from an address on.
     fn element(
         &mut self,
         address: &Address,

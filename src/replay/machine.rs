@@ -56,11 +56,12 @@ pub(super) struct Machine<'p, F> {
     total: Picos,
     events: Vec<Event>,
     unbounded: Option<usize>,
-    /// Where and why it is not known how the scan goes on.
+    /// Where a real run is followed no further, and why.
     stopped: Option<Stopped>,
     /// How many more instructions may be executed.
     left: u64,
-    /// Whether loops that run one iteration or none run one, in the order in which they come; and how many came.
+    /// For loops that make one iteration or none: whether each makes one, in the order in which they are met, and how
+    /// many were met.
     once: Vec<bool>,
     asked: usize,
 }
@@ -89,8 +90,8 @@ impl<'p, F: Free> Machine<'p, F> {
         self
     }
 
-    /// Runs one scan really, of at most so many instructions; `once` says of loops that run one iteration or none whether
-    /// they run one.
+    /// Makes a real run of at most so many instructions; `once` says of each loop that makes one iteration or none whether
+    /// it makes one.
     pub(super) fn real(mut self, most: u64, once: Vec<bool>) -> (Real, usize) {
         (self.left, self.once) = (most, once);
         let replay = self.scan();
@@ -302,7 +303,7 @@ impl<'p, F: Free> Machine<'p, F> {
         let doubt: Doubt = std::mem::replace(&mut self.state.doubt, outer);
         match (doubtful, doubt) {
             (_, Some(cause)) => Err(Why::Unknown(cause)),
-            // Other iterations than are stated are no scan that can be.
+            // What the user stated of this count excludes the scan.
             (_, None) if self.state.mode == Mode::Real && !self.allows_iterations(value) => {
                 Err(Why::Excluded)
             }
@@ -427,7 +428,7 @@ impl<'p, F: Free> Machine<'p, F> {
             Step::Summary(_) if self.state.mode == Mode::Real => {
                 return self.stop(at, Why::Unknown(at));
             }
-            Step::ForEnd => return self.end_turn(at),
+            Step::ForEnd => return self.end_iteration(at),
             Step::Summary(summary) => {
                 let Summary { end, charges, havocs, choice, exits, .. } = &**summary;
                 return self.summary(*end, charges, havocs, *choice, exits);
@@ -488,7 +489,7 @@ impl<'p, F: Free> Machine<'p, F> {
         Next::Go(target)
     }
 
-    fn end_turn(&mut self, at: usize) -> Next {
+    fn end_iteration(&mut self, at: usize) -> Next {
         let Some(current) = self.routine().loops.last_mut().filter(|current| current.end == at)
         else {
             return Next::Go(at + 1);

@@ -52,7 +52,7 @@ pub struct Replay {
     pub unbounded: Option<usize>,
 }
 
-/// Who gives the values that a program leaves free. The same question gets the same answer throughout a scan.
+/// Gives the values that a program leaves free. The same question gets the same answer throughout a scan.
 pub trait Free {
     /// The cell's value at the start of the scan; bit 0 counts if the kind is `Bit`.
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16;
@@ -86,22 +86,22 @@ pub fn replay(program: &Program, times: &[Times], witness: &Witness) -> Replay {
 enum Mode {
     /// As the analysis follows it: every choice is any value.
     Model,
-    /// As a PLC does it: see [`crate::program::meaning`].
+    /// As a PLC does it, a real run: see [`crate::program::meaning`].
     Real,
 }
 
-/// Why a scan that is run really is followed no further.
+/// Why a real run is followed no further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Why {
     /// The further path depends on what is not known: this instruction's result.
     Unknown(usize),
-    /// It is no scan that can be, by what the user stated.
+    /// What the user stated excludes this scan.
     Excluded,
     /// It has more instructions than are followed.
     TooLong,
 }
 
-/// Where a scan that is run really is followed no further.
+/// Where a real run is followed no further.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stopped {
     /// The instruction.
@@ -112,7 +112,7 @@ pub struct Stopped {
     pub why: Why,
 }
 
-/// One scan as a PLC makes it, as far as it is known what that does.
+/// A real run: one scan as a PLC makes it, as far as it is known what that does.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Real {
     /// What was run. It takes at least `total`: what follows a stop is not counted, and of an instruction of which it is
@@ -127,7 +127,7 @@ pub struct Real {
 }
 
 impl Real {
-    /// Whether such a scan can be: it starts as the user says that scans do, and keeps to what is stated within.
+    /// Whether the user's statements allow this scan: those of start values, and those of counts within it.
     #[must_use]
     pub fn is_possible(&self) -> bool {
         let excluded = |stopped: &Stopped| stopped.why == Why::Excluded;
@@ -137,8 +137,8 @@ impl Real {
     }
 }
 
-/// Runs one scan really, of at most `most` instructions. Of loops that run one iteration or none, the cheapest path is taken.
-/// `free` begins to give the same values anew each time.
+/// Makes a real run of at most `most` instructions. Where loops make one iteration or none and manuals do not say which,
+/// each case is run, and the cheapest is the result. Each call of `free` gives the same values from the beginning.
 #[must_use]
 pub fn real<F: Free>(
     program: &Program,
@@ -148,7 +148,7 @@ pub fn real<F: Free>(
 ) -> Real {
     let mut best: Option<Real> = None;
     let mut learned = Knowledge::new();
-    // Which of those loops run, in depth-first order.
+    // For each such loop met whether it makes one iteration: all cases, in depth-first order.
     let mut once: Vec<bool> = Vec::new();
     loop {
         let machine = machine::Machine::new(program, times, free(), Mode::Real);
@@ -161,7 +161,7 @@ pub fn real<F: Free>(
                 }
             }
         }
-        // What contradicts the user's statements is no path.
+        // A run that the user's statements exclude is taken only if there is no other.
         let rank = |one: &Real| (!one.is_possible(), one.replay.total);
         if best.as_ref().is_none_or(|old| rank(&found) < rank(old)) {
             best = Some(found);
@@ -179,7 +179,7 @@ pub fn real<F: Free>(
                 best.learned = learned;
                 return best;
             }
-            // A run was made.
+            // The loop above leaves a run in `best`.
             (None, None) => {}
         }
     }

@@ -1,4 +1,4 @@
-//! Scans that follow each other from power-up on, each run really in the state that the one before has left.
+//! Scans that follow each other from power-up on: real runs, each in the state that the one before has left.
 
 use super::machine::{MOST_ASKED, Machine};
 use super::state::State;

@@ -1,4 +1,4 @@
-//! The memory of one scan and the values worked out from it, and which of these are not known really.
+//! The memory of one scan and the values worked out from it, and which of these a real run does not know.
 
 use super::{Free, Mode};
 use crate::program::meaning::{ChoiceKind, Knowledge, Read};

@@ -37,7 +37,8 @@ impl Words {
         self.answer(circuit, Question::Bits(word)).then(|| self.known_bits(word)).flatten()
     }
 
-    /// Answers a question and all that it comes down to; false if that takes more than is allowed.
+    /// Answers a question, and before it those from whose answers its own is put together; false if that takes more than
+    /// is allowed.
     ///
     /// Works without recursion: a step word written in a thousand rungs is a chain a thousand deep.
     fn answer(&mut self, circuit: &mut Circuit, question: Question) -> bool {
@@ -90,7 +91,7 @@ impl Words {
     fn known_bits(&self, word: Word) -> Option<[Lit; 16]> {
         match self.node(word) {
             Node::Const(value) => Some(bits_of(value)),
-            Node::Bits(number) => Some(self.spelled(number)),
+            Node::Bits(number) => Some(self.bits_of_number(number)),
             _ => self.answers.bits.get(&word).copied(),
         }
     }
@@ -103,7 +104,7 @@ impl Words {
         }
     }
 
-    /// The questions that one comes down to.
+    /// The questions from whose answers this one's is put together.
     fn needs(&mut self, question: Question) -> [Option<Question>; 3] {
         let range = |word, low, high| Some(Question::Range(Range(word, low, high)));
         let bits = |word| Some(Question::Bits(word));
@@ -148,7 +149,7 @@ impl Words {
         }
     }
 
-    /// Works out an answer from those that it comes down to.
+    /// Puts an answer together from those of the questions that it needs.
     fn work_out(&mut self, circuit: &mut Circuit, question: Question) {
         let range = |words: &Words, word, (low, high)| {
             words.known_range(Range(word, low, high)).expect("it was answered before")
@@ -251,7 +252,7 @@ impl Words {
         self.known_carry(carry).expect("it was answered before")
     }
 
-    /// An answer that nothing else depends on, in place of one that took too much.
+    /// A fresh free bit in place of an answer that took too much: the model is not used then.
     fn made_up(&mut self, circuit: &mut Circuit) -> Lit {
         self.given_up += 1;
         circuit.atom(Atom::Bit(VarId(u32::MAX - self.given_up)))

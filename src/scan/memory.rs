@@ -126,7 +126,7 @@ impl<'p> Memory<'p> {
                 Version { value: self.free_bit(Origin::Start(cell), name), seen: 0 }
             }
         };
-        let value = match self.holes_since(cell, old.seen) {
+        let value = match self.havocked_since(cell, old.seen) {
             None => old.value,
             Some((happened, origin)) => {
                 let name = format!("{}, written unseen", self.program.cell_name(cell));
@@ -147,7 +147,7 @@ impl<'p> Memory<'p> {
                 Version { value: self.free_word(Origin::Start(cell), name), seen: 0 }
             }
         };
-        let value = match self.holes_since(cell, old.seen) {
+        let value = match self.havocked_since(cell, old.seen) {
             None => old.value,
             Some((happened, origin)) => {
                 let name = format!("{}, written unseen", self.program.cell_name(cell));
@@ -165,7 +165,7 @@ impl<'p> Memory<'p> {
     }
 
     /// Whether a region that holds the cell was havocked since its version, and what the new value stands for.
-    fn holes_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
+    fn havocked_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
         let havocs = &self.havocs[usize::from(cell.area.0)];
         if havocs.len() == seen {
             return None;
@@ -187,10 +187,10 @@ impl<'p> Memory<'p> {
         (happened != Lit::FALSE).then_some((happened, Origin::Havocked(cell, indices)))
     }
 
-    /// Whether one of the regions havocked from `from` on that hold the cell was havocked really.
+    /// Whether one of the havocs from `from` on that concern the cell happens.
     ///
-    /// Cells were last looked at at all times, so that no two ask the same. They are asked in blocks that begin and end
-    /// at multiples of their size, since these are the same for all.
+    /// Each cell was last read at another moment, so each asks for another stretch of the list. Stretches are put
+    /// together from blocks that begin at multiples of their size: cells share the gates of these.
     fn one_happened(&mut self, cell: Cell, from: usize) -> Lit {
         let havocs = &self.havocs[usize::from(cell.area.0)];
         let (mut from, mut any) = (from, Lit::FALSE);
@@ -248,7 +248,7 @@ impl<'p> Memory<'p> {
         }
     }
 
-    /// Havocs a region where `guard` holds. Cells find out when they are next read.
+    /// Havocs a region where `guard` holds. Its cells get their new values when they are next read.
     pub fn havoc(&mut self, region: Region, guard: Lit, frames: &[Frame], choice: ChoiceId) {
         if guard == Lit::FALSE {
             return;

@@ -69,6 +69,6 @@ pub(super) struct Answers {
     pub ranges: FxHashMap<Range, Lit>,
     pub bits: FxHashMap<Word, [Lit; 16]>,
     pub carries: FxHashMap<Carry, Lit>,
-    /// The questions under way; kept for the next, since most are answered at once.
+    /// The stack of questions to be answered. Kept between questions, so that it is not allocated each time.
     pub open: Vec<Question>,
 }

@@ -9,19 +9,19 @@ use crate::scan::model::{self, Atom, Circuit, Lit, Shared, VarId};
 use rustc_hash::FxHashSet;
 use std::collections::BTreeSet;
 
-/// The most parts of a word that are looked at for the largest value it can have.
+/// To find the largest value that a word can have, so many of its parts are looked at.
 const MOST_PARTS: usize = 64;
-/// Asking that of them takes less than this.
+/// Questions to a word's constants are asked only where at least this much of the allowance is left.
 const ASKED: usize = 1 << 14;
 
 /// All symbolic words of a scan, equal ones shared, and what was already asked of them.
 #[derive(Debug)]
 pub struct Words {
     nodes: Shared<Node>,
-    spelled: Shared<[Lit; 16]>,
+    given_bits: Shared<[Lit; 16]>,
     carries: Shared<CarryOf>,
     pub(super) answers: Answers,
-    /// What may still be spent on the questions of the instruction at work.
+    /// What may still be spent on questions of the current instruction.
     pub allowance: usize,
     /// What was spent on questions so far.
     pub spent: usize,
@@ -38,7 +38,7 @@ impl Default for Words {
         carries.number(CarryOf::Always);
         Words {
             nodes: Shared::default(),
-            spelled: Shared::default(),
+            given_bits: Shared::default(),
             carries,
             answers: Answers::default(),
             allowance: usize::MAX,
@@ -154,7 +154,7 @@ impl Words {
         {
             return self.free(variable);
         }
-        let number = self.spelled.number(bits);
+        let number = self.given_bits.number(bits);
         self.shared(Node::Bits(number))
     }
 
@@ -241,8 +241,8 @@ impl Words {
         self.nodes.get(word.0)
     }
 
-    pub(super) fn spelled(&self, number: u32) -> [Lit; 16] {
-        self.spelled.get(number)
+    pub(super) fn bits_of_number(&self, number: u32) -> [Lit; 16] {
+        self.given_bits.get(number)
     }
 
     pub(super) fn carry_of(&self, carry: Carry) -> CarryOf {

@@ -6,12 +6,12 @@ use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// More states of one turn than this are not followed, a state counted by all that it remembers.
+/// The search ends after so many states, each counted by its size.
 const MOST_STATES: usize = 500_000;
 /// No turn is laid out with more jumps back than this.
 const MOST_BACK: usize = 64;
 
-/// What a turn knows at an instruction. What it does not know it may assume either way, once.
+/// What a turn knows at an instruction. A bit of which it knows nothing may be on or off; once it was tested it is known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct State {
     at: usize,
@@ -73,7 +73,7 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
     longest(graph).min(MOST_BACK)
 }
 
-/// The most jumps back on a way through the graph, each circle gone round once at most.
+/// The most jumps back on a path through the graph that goes round each circle once at most.
 fn longest(graph: DiGraph<(), usize>) -> usize {
     let member: BTreeMap<NodeIndex, usize> = petgraph::algo::kosaraju_scc(&graph)
         .into_iter()

@@ -1,24 +1,25 @@
-//! The part of a scan's model that does not depend on what is not known: what a scan costs at least, whatever that is.
+//! A model in which nothing depends on unknown values: what a scan costs at least, whatever they are.
 
 use super::{Atom, Charge, Circuit, Lit, Node, ScanModel, VarId};
 use crate::base::time::Picos;
 
-/// What is to become of a free variable.
+/// What the search for a lower bound may do with a free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
-    /// It is free.
+    /// Choose its value.
     Free,
-    /// It is 0.
+    /// Take it as 0.
     Zero,
-    /// It may have any value, and no one can choose which.
+    /// Nothing: its value is unknown, so no lower bound may depend on it.
     Unknown,
 }
 
-/// A node's two certainties: that it is true and that it is false, whatever is not known.
+/// Of a node: that it is true whatever the unknown values are, and that it is false whatever they are.
 type Pair = (Lit, Lit);
 
-/// The model in which nothing depends on unknown variables: each charge costs the least that it may, given the others,
-/// and, if `strict`, control's path is known wherever that costs something. Variables keep their numbers; charges do not.
+/// The model in which nothing depends on unknown variables: each charge costs the least that it may, whatever these are.
+/// If `strict`, only assignments are left under which it is known of each charge that costs something whether control
+/// reaches it. Variables keep their numbers; charges do not.
 #[must_use]
 pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: bool) -> ScanModel {
     let mut circuit = Circuit::default();
@@ -44,7 +45,7 @@ pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: 
             Node::And(a, b) => {
                 let ((yes, no), (also, nor)) = (of(&pairs, a), of(&pairs, b));
                 let yes = circuit.and(yes, also);
-                // Where both are known, so is what they make: no second gate.
+                // Where neither input depends on unknown values, one gate says both.
                 let no = if is_known(&pairs, a) && is_known(&pairs, b) {
                     !yes
                 } else {
@@ -95,7 +96,7 @@ pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: 
     found
 }
 
-/// Whether nothing unknown has a part in it.
+/// Whether the literal depends on no unknown value.
 fn is_known(pairs: &[Pair], lit: Lit) -> bool {
     let (yes, no) = pairs[lit.node()];
     yes == !no
@@ -108,7 +109,7 @@ mod tests {
     use crate::scan::model::{Assignment, Origin, VarKind, Variable};
 
     #[test]
-    fn what_is_not_known_costs_the_least_and_decides_no_way() {
+    fn what_is_not_known_costs_the_least_and_decides_no_path() {
         let mut model = ScanModel::default();
         for index in 0..3 {
             model.variables.push(Variable {
