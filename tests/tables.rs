@@ -51,7 +51,14 @@ fn refresh_is_charged_for_the_dearest_base_unless_the_base_is_stated() {
     let mixed = audited(PROGRAM, &own, "[io]\ninputs = { main = 24, qa6 = 16 }\noutputs = 0\n");
     let times: Vec<u64> = refreshes(&mixed, "input").iter().map(|(time, _)| *time).collect();
     assert_eq!(times, [3_000_000, 5_000_000]);
-    // Where there is no row for any base, the dearest of the rows for one counts.
+    // Of all rows for a base and for any the dearest counts; what bases take once a scan adds up.
+    let own = table(
+        "@end,1\n@input16,3\n@input16:far,9\n@input,5\n@input:far,2\n@input:near,4\nLD,0\nOUT,0\nEND,0\n",
+    );
+    let found = refreshes(&audited("LD X0\nOUT M0\nEND\n", &own, "[io]\ninputs = 32\n"), "input");
+    let times: Vec<u64> = found.into_iter().map(|(time, _)| time / 1_000_000).collect();
+    assert_eq!(times, [18, 2, 4]);
+    // So where there is no row for any base.
     let own = table("@end,1\n@input16:far,9\n@input16:near,2\n@input:near,1\nLD,0\nOUT,0\nEND,0\n");
     let text = "LD X0\nOUT M0\nEND\n";
     let times = |facts: &str| -> Vec<u64> {

@@ -92,25 +92,43 @@ const SIZES: [u32; 3] = [8, 16, 0];
 type Points<'a> = (Option<&'a str>, u32);
 
 impl<'a> Side<'a> {
-    /// The rows for a base unit, else those for any, each with the points that it is for at a time (0: however many).
+    /// The rows that price points, each with how many it is for at a time (0: however many).
     fn rows(&self, base: Option<&str>) -> Vec<(u32, &'a Row)> {
-        let own =
-            |size| base.and_then(|base| self.table.row(&format!("{}:{base}", self.row(size))));
+        SIZES
+            .into_iter()
+            .flat_map(|size| self.rows_of(size, base).into_iter().map(move |row| (size, row)))
+            .collect()
+    }
+
+    /// The rows for so many points at a time: for a base unit its own, else that for any; where it is not stated on which
+    /// base units the points are, the dearest.
+    fn rows_of(&self, size: u32, base: Option<&str>) -> Vec<&'a Row> {
+        let plain = self.table.row(&self.row(size));
+        let kind = format!("{}:", self.row(size));
+        let is_own = |row: &&Row| row.name.to_ascii_lowercase().starts_with(&kind);
+        let of_bases = || self.table.rows().iter().filter(is_own);
+        let dearest = || of_bases().max_by_key(|row| row.on);
+        let Some(base) = base else {
+            // What a base takes once a scan adds up where points are on several.
+            if size == 0
+                && of_bases().map(|row| row.on).sum::<Picos>()
+                    > plain.map_or(Picos::ZERO, |row| row.on)
+            {
+                return of_bases().collect();
+            }
+            // Of equals the plain one, which says what it is for.
+            return dearest()
+                .into_iter()
+                .chain(plain)
+                .max_by_key(|row| row.on)
+                .into_iter()
+                .collect();
+        };
+        let own = |size| self.table.row(&format!("{}:{base}", self.row(size)));
         // Of a base that has rows of its own, what it has none for is not counted by those of another.
         let is_known = SIZES.into_iter().any(|size| own(size).is_some());
-        let dearest = |size| {
-            if is_known {
-                return None;
-            }
-            let kind = format!("{}:", self.row(size));
-            let own = |row: &&Row| row.name.to_ascii_lowercase().starts_with(&kind);
-            self.table.rows().iter().filter(own).max_by_key(|row| row.on)
-        };
-        let row = |size: u32| {
-            let plain = || self.table.row(&self.row(size));
-            Some((size, own(size).or_else(plain).or_else(|| dearest(size))?))
-        };
-        SIZES.into_iter().filter_map(row).collect()
+        let others = || if is_known { None } else { dearest() };
+        own(size).or(plain).or_else(others).into_iter().collect()
     }
 
     /// The name of the row for so many points at a time.
