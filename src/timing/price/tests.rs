@@ -6,6 +6,7 @@ use crate::program::{
     Area, AreaId, AreaKind, BitSource, Cell, ChoiceId, Effect, Interrupt, Join, Logic, Number,
     Radix, Region, Role, SourceFile, Step, Touched, When, WordSource, WordTarget, Write, testing,
 };
+use crate::timing::table::{CLASSES, POINTS, SINGLE, VARIED};
 
 const HEAD: &str = "instruction,on_us,off_us,per_unit_us,evidence\n";
 
@@ -271,6 +272,40 @@ fn an_interrupt_costs_where_it_is_entered() {
     let prices =
         price(&program, &table("LD,1,\n@interrupt-entry,40,\n"), &Facts::default()).unwrap();
     assert_eq!(prices.times().iter().map(|t| t.on).collect::<Vec<_>>(), [us(1), us(40), us(41)]);
+}
+
+/// Rows with one number that are no part of a scan: a limit on it, and what a response time holds besides scans.
+const BESIDE_SCANS: [&str; 3] = ["@watchdog", "@input-delay", "@output-delay"];
+
+#[test]
+fn every_kind_of_row_is_charged() {
+    // It has all that a row may be for: rungs, an interrupt, a main routine, points of both sides.
+    let mut program = program(vec![
+        load(1, 1, cell(X, 3)),
+        load(2, 1, cell(Y, 3)),
+        instruction(3, 2, "I0", "interrupt"),
+    ]);
+    program.interrupts = vec![Interrupt { name: "I0".into(), entry: 2, times: 1, stated: true }];
+    let found = |rows: &str| {
+        let table = table(&format!("LD,0,\nI0,0,\n{rows}"));
+        let prices = price(&program, &table, &Facts::default()).unwrap();
+        let instructions: Picos = prices.times().iter().map(|times| times.on).sum();
+        (instructions + prices.overhead_sum(), prices.more_points())
+    };
+    assert_eq!(found(""), (us(0), us(0)));
+    let varied = VARIED.map(|kind| format!("{kind}:name"));
+    for row in SINGLE.map(str::to_owned).into_iter().chain(varied) {
+        let (charged, _) = found(&format!("{row},5,\n"));
+        assert_eq!(charged < us(5), BESIDE_SCANS.contains(&&*row), "{row} is charged {charged}");
+    }
+    for row in POINTS {
+        let (_, more) = found(&format!("{row},64,\n@input16,5,\n@output16,5,\n"));
+        assert_eq!(more, us(15), "{row}");
+    }
+    for class in CLASSES {
+        let table = table(&format!("@{class},5,\n"));
+        assert_eq!(times(&table, &key(&["OP"], class, Units::None)).0, us(5), "{class}");
+    }
 }
 
 #[test]

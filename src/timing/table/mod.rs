@@ -13,6 +13,8 @@ use crate::base::time::Picos;
 
 pub use clock::StatedClock;
 pub use parse::{Override, Parsed, parse_override};
+#[cfg(test)]
+pub(crate) use parse::{POINTS, SINGLE, VARIED};
 
 /// The timing classes: each has its `@class` row in every built-in table.
 pub const CLASSES: [&str; 39] = [

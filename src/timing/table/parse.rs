@@ -75,8 +75,8 @@ impl Column {
     }
 }
 
-/// Rows with one number.
-const SINGLE: [&str; 14] = [
+/// Rows with one number. What a scan is charged for each, `price` says; a test holds it to all of them.
+pub(crate) const SINGLE: [&str; 14] = [
     "@end",
     "@network",
     "@program",
@@ -93,10 +93,10 @@ const SINGLE: [&str; 14] = [
     "@output-delay",
 ];
 /// Rows of which there may be several, each with a name of its own behind a colon: what it is, or the base unit.
-const VARIED: [&str; 8] =
+pub(crate) const VARIED: [&str; 8] =
     ["@end", "@network", "@input", "@input8", "@input16", "@output", "@output8", "@output16"];
 /// Rows whose second field is a number of points.
-const POINTS: [&str; 2] = ["@max-inputs", "@max-outputs"];
+pub(crate) const POINTS: [&str; 2] = ["@max-inputs", "@max-outputs"];
 /// No PLC has more inputs or outputs.
 const MOST_POINTS: u32 = 65_536;
 /// Rows whose second field is text.
