@@ -2,6 +2,8 @@
 
 mod asked;
 mod assemble;
+#[cfg(test)]
+mod charge_tests;
 mod closing;
 mod condition;
 mod confirmed;
