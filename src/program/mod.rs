@@ -28,7 +28,7 @@
 //! `Free` source has, in one call context (its [`Frame`]s of calls, loop iterations and interrupts), any one
 //! value; two sources with the same id in the same context have the same value.
 //!
-//! That is what the upper bound is found on. What a choice really is says [`meaning`].
+//! That is what the upper bound is found on. Where a choice's value comes from on a PLC, [`meaning`] says.
 
 mod approximation;
 mod area;
@@ -601,7 +601,7 @@ pub struct Program {
     pub choices: u32,
     /// What is known of nondeterministic values; of one that is not named here nothing is.
     pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
-    /// Of choices by which a whole area is havocked: which cells of it are written really, by an index.
+    /// For choices with which a whole area is havocked since an index says where to write: which cells that can be.
     pub indexed: BTreeMap<ChoiceId, Indexed>,
     /// How the CPU comes up.
     pub power_up: PowerUp,
