@@ -53,7 +53,7 @@ fn an_index_of_known_range_writes_those_cells_and_no_more() {
     };
     assert_eq!(none(&write("K7", "60")), 19);
     assert_eq!(none(&write("K7", "40")), 19);
-    // It may be D50 itself, which is 0 then: one turn or none.
+    // It may be D50 itself, which is 0 then: one iteration or none.
     assert_eq!(none(&write("K15", "40")), 19);
     let block = |count: &str| {
         format!(
@@ -127,7 +127,7 @@ fn loops_add_up_indices_turn_by_turn() {
     assert_eq!(none(text), 19);
     // 45 cells from D10 on: D50 among them.
     let over = text.replace("D100Z0", "D10Z0");
-    assert_eq!(none(&over), 1, "it is D50 in the ninth turn, and 0 gives one turn");
+    assert_eq!(none(&over), 1, "it is D50 in the ninth iteration, and 0 gives one");
     let moved = over.replace("MOV K0 D10Z0", "MOV D300 D10Z0");
     assert_eq!(none(&moved), 32_767);
 }

@@ -1,8 +1,8 @@
 //! Brings both bounds of a model closer: searches it, makes real runs of what it finds, and searches again with what
 //! these taught.
 
-use super::asked::{Asked, Searched};
 use super::failure::Failure;
+use super::model_search::{ModelSearch, Searched};
 use super::modelling::put_back;
 use super::real::{self, Found};
 use super::request::{Progress, Request};
@@ -53,7 +53,7 @@ impl Closing<'_> {
         let mut rounds = 0;
         loop {
             (self.request.progress)(Progress::Stage("searching"));
-            let asked = Asked {
+            let search = ModelSearch {
                 request: self.request,
                 program,
                 prices,
@@ -61,7 +61,7 @@ impl Closing<'_> {
                 doubtful_from: self.doubtful_from,
                 whole: self.whole,
             };
-            let searched = asked.search(model, slices, &knowledge)?;
+            let searched = search.run(model, slices, &knowledge)?;
             (self.request.progress)(Progress::Stage("running it"));
             let least = prices.least_times();
             let reals = real::Search { program, least: &least, limits: self.limits };
@@ -93,7 +93,7 @@ impl Closing<'_> {
             }
             // What was learned of operations makes the bound closer, too.
             let slices = groups::groups(&known);
-            let closer = asked.search(known, slices, &found.knowledge)?;
+            let closer = search.run(known, slices, &found.knowledge)?;
             let searched = if closer.upper < searched.upper { closer } else { searched };
             if found.best.is_possible() && found.best.replay.total > searched.upper {
                 let (took, upper) = (found.best.replay.total, searched.upper);

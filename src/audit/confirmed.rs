@@ -1,4 +1,4 @@
-//! A scan out of the groups' best ones, and the interpreter's word on what it costs.
+//! Puts the groups' best assignments together to one scan, and holds its cost against the interpreter's.
 
 use super::failure::Failure;
 use super::request::Request;
@@ -13,11 +13,11 @@ use crate::scan::model::{Assignment, Group, Lit, Portion, ScanModel, Values};
 use crate::solve::{Limits, Maximum, Method, maximum};
 use std::time::{Duration, Instant};
 
-/// How long a scan that keeps what is stated is looked for where the time is over.
+/// Where the time is over and no scan is known that keeps the stated facts, one is looked for so long.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// The groups' best assignments in one, since they share no variable; and what else it takes for a scan that
-/// keeps the stated facts.
+/// The groups' best assignments in one, which they can be since groups share no variable. It also gets values for
+/// constraints that concern no group, so that it keeps all the stated facts.
 pub(super) fn together(
     request: &Request<'_>,
     budget: &Budget<'_>,
@@ -54,7 +54,7 @@ fn allowed(
         "no scan keeps all the stated ranges and counts",
         "look for two that concern the same word, and for counts that the program sets otherwise",
     )));
-    // A program that always counts otherwise leaves nothing to search.
+    // The program sets a count to a constant that contradicts what is stated.
     if constraints.constraints.iter().any(|&index| model.constraints[index] == Lit::FALSE) {
         return contradicts;
     }

@@ -1,6 +1,5 @@
 //! The result of an audit, with everything that a report shows already worked out.
 
-mod asked;
 mod assemble;
 #[cfg(test)]
 mod charge_tests;
@@ -16,6 +15,7 @@ mod failure;
 #[cfg(test)]
 pub mod fixture;
 pub mod method;
+mod model_search;
 mod modelling;
 mod names;
 mod pipeline;

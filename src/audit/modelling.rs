@@ -50,15 +50,17 @@ pub fn keep_in_range(
     let Some(charge) = most else {
         return Err(Failure::from(Diagnostic::file(Code::NoTime, &table.name, message, help)));
     };
-    // One instruction makes up most of it: that is the place.
+    // One instruction takes more than half of the time: the fault is shown there.
     let at = &program.instructions[charge.instruction];
     let message = format!("{message}: this here to {}", charge.dearer().best_text());
     Err(Failure::from(program.fault(at, Code::NoTime, message, help)))
 }
 
-/// The model of a scan, and whether it is no more than the sum of all that can run: where the time is over, or
-/// nothing less fits. What has too many iterations and calls to be followed is summarised; loops that were taken so since
-/// their counts stand in words are followed after all where the scan tells what these can be.
+/// The model of a scan, and whether it is only the structural bound, the sum of all that can run: so where the time is
+/// over, or the model would be too large.
+///
+/// Loops and routines that execute too many instructions are summarised first. Where the model shows that a summarised
+/// loop makes fewer iterations than it was charged, it is followed after all.
 pub fn model_of(
     program: &mut Program,
     prices: &mut Prices,
@@ -66,7 +68,7 @@ pub fn model_of(
 ) -> Result<(ScanModel, bool), Failure> {
     let why = match follow(program, prices, budget)? {
         Ok(mut model) => {
-            // A loop that is followed may show the count of one that stands in it or behind it.
+            // Following one loop may show the count of another, within it or behind it.
             for _ in 0..MOST_NESTED {
                 let mut closer = program.clone();
                 if !loops::put_back(&mut closer, &model.iterations) {
@@ -93,8 +95,8 @@ pub fn model_of(
     Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
 }
 
-/// The program, its prices and its model with what was learned, where summarised loops make no more iterations than these;
-/// `None` if that is no less than they were charged, or takes too much.
+/// The program, its prices and its model with what was learned, where summarised loops make no more iterations than these
+/// and are followed again. `None` if they were charged no more than that, or following them takes too much.
 pub fn put_back(
     program: &Program,
     prices: &Prices,
@@ -114,7 +116,7 @@ pub fn put_back(
     Some((closer, priced, model))
 }
 
-/// The model of a scan in which nothing runs more often than can be followed.
+/// Summarises what runs too often to be followed, and models the scan; or why that is not possible.
 fn follow(
     program: &mut Program,
     prices: &mut Prices,
@@ -122,7 +124,7 @@ fn follow(
 ) -> Result<Result<ScanModel, Unfollowed>, Failure> {
     let fitted = loops::fit(program, MOST_UNROLLED).map_err(too_often);
     let executed = fitted.map_err(|error| cannot_follow(program, &error))?;
-    // What the program got on top costs nothing by itself.
+    // Instructions that summarising appended have no price.
     prices.instructions.resize(program.instructions.len(), None);
     let executed = usize::try_from(executed).unwrap_or(usize::MAX);
     let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);

@@ -1,11 +1,11 @@
 //! The road from source text to an audit: typed stages, each of which adds to the one before.
 
 use super::Audit;
-use super::asked::Searched;
 use super::assemble::{Findings, Finished};
 use super::closing::Closing;
 use super::failure::Failure;
 use super::method;
+use super::model_search::Searched;
 use super::modelling::{keep_in_range, model_of};
 use super::power_up;
 use super::priced::Priced;

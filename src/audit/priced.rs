@@ -33,7 +33,7 @@ impl Priced {
         if request.strict_times {
             refuse_assumed(&program, &prices)?;
         }
-        // By what they were priced nobody asks again.
+        // Later stages need of what instructions were priced by only the words that count units.
         for instruction in &mut program.instructions {
             instruction.timing = instruction.timing.take().filter(|key| key.counted().is_some());
         }

@@ -7,13 +7,13 @@ use crate::program::{Approximated, Counted, Program, Step, WordSource};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What takes less than this part of the bound is not worth stating.
+/// A count is listed if it takes at least the bound divided by this.
 const SMALLEST: u64 = 1000;
 
-/// A count that is taken as less than this, by what is known of it, is no unknown one.
+/// A count of which something is known is listed if it may still be this large.
 const WIDE: i64 = 1000;
 
-/// A count that stands in a word of which nothing is known where it counts, or not much.
+/// A count that stands in a word of which nothing is known there, or not much.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownCount {
     /// The word, as the source has it.

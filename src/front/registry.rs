@@ -1,4 +1,4 @@
-//! The fronts together: whose a file is, and reading a project by the front that its files belong to.
+//! The fronts together: finds which front a file belongs to, and reads a project by it.
 
 use crate::base::code::Code;
 use std::borrow::Cow;
@@ -26,7 +26,7 @@ impl Fronts {
         self.0.iter().flat_map(|front| front.dialects())
     }
 
-    /// Words that files hold, to tell code pages apart before it is known whose a file is.
+    /// Words that files hold, to tell code pages apart before it is known to which front a file belongs.
     fn marks(self) -> Vec<&'static str> {
         self.0.iter().flat_map(|front| front.marks()).collect()
     }

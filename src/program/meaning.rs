@@ -437,5 +437,5 @@ pub struct Fact {
     pub learned: Learned,
 }
 
-/// What was learned about choices, by the moment.
+/// What was learned about choices, by the moment: the call context and the choice.
 pub type Knowledge = BTreeMap<(Vec<Frame>, ChoiceId), Vec<Fact>>;

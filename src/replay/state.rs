@@ -46,7 +46,7 @@ impl Truth {
     }
 }
 
-/// A region that took any value at one moment.
+/// A region that was havocked, at one moment.
 #[derive(Clone)]
 struct Havoc {
     region: Region,

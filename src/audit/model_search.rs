@@ -1,4 +1,4 @@
-//! A model's dearest scan: searched, and replayed by the interpreter.
+//! One search of a model: the maxima of its groups, and its longest scan, replayed by the interpreter.
 
 use super::confirmed::{confirm, together};
 use super::failure::Failure;
@@ -15,7 +15,7 @@ use crate::solve::Maximum;
 use crate::timing::price::Prices;
 
 /// What a model is searched with.
-pub struct Asked<'a> {
+pub struct ModelSearch<'a> {
     pub request: &'a Request<'a>,
     pub program: &'a Program,
     pub prices: &'a Prices,
@@ -38,9 +38,9 @@ pub struct Searched {
     pub ended_early: bool,
 }
 
-impl Asked<'_> {
+impl ModelSearch<'_> {
     /// Searches a model that was made with this knowledge.
-    pub fn search(
+    pub fn run(
         &self,
         model: ScanModel,
         groups: Vec<Group>,
