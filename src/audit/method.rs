@@ -65,7 +65,7 @@ pub struct ConditionUse {
     pub at: Location,
     /// Its dearest instruction's text.
     pub instruction: Arc<str>,
-    /// How many other charges hang on it.
+    /// How many other charges depend on it.
     pub others: usize,
     /// The condition in words; where it is too long for that, on what it depends.
     pub condition: String,

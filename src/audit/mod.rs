@@ -99,7 +99,7 @@ pub struct Audit {
     pub bases: Vec<UnstatedBase>,
     /// What networks refresh that the program uses, where nobody says how long that takes: it is not in the bound.
     pub networks: Vec<NetworkUse>,
-    /// Why else the bound may be too low all the same, where something needed was not stated.
+    /// Why else the bound may be too low: what it needs and nobody stated.
     pub doubts: Vec<Doubt>,
     /// Counts of which nothing is known and that the bound rests on, the dearest first.
     pub unknowns: Vec<UnknownCount>,
@@ -374,7 +374,7 @@ pub struct ChargeUse {
     pub evidence: Evidence,
 }
 
-/// Charges that hang together, and their maximum.
+/// Charges that depend on common variables, and their maximum.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GroupUse {
     /// Its number, from 1.

@@ -66,7 +66,7 @@ impl Delays {
     /// Those that are given, else the table's.
     ///
     /// # Errors
-    /// That one of them is not known, or that the program is none of which a response time is.
+    /// That one of them is not known, or that no response time is known for programs of this kind.
     pub(super) fn of(given: Given, program: &Program, table: &Table) -> Result<Delays, Failure> {
         if program.shows_path {
             let message = "no response time is known for a program of which not every pass asks for every input";

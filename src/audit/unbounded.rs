@@ -37,7 +37,7 @@ pub fn loops(
     let mut bare = ScanModel { charges: Vec::new(), unbounded: Vec::new(), ..model.clone() };
     let mut rest: Vec<_> = model.unbounded.iter().filter(|one| one.reached != Lit::FALSE).collect();
     while let Some(first) = rest.first() {
-        // Worth a picosecond, and nothing else worth anything: the maximum tells whether one of them can be reached.
+        // The only charge, of one picosecond, is for coming to any of them: the maximum says whether that is possible.
         let reached = bare.circuit.any(rest.iter().map(|one| one.reached).collect::<Vec<_>>());
         bare.charges = vec![Charge {
             instruction: first.instruction,

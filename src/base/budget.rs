@@ -27,7 +27,7 @@ impl fmt::Display for End {
 pub struct Cut {
     /// By what.
     pub by: End,
-    /// Which stage, as its progress is told.
+    /// Which stage, by its name in progress messages.
     pub stage: &'static str,
     /// What it left open, one sentence.
     pub open: String,

@@ -122,7 +122,7 @@ pub fn cell(line: &str, delimiter: u8, number: usize) -> Option<Range<usize>> {
     None
 }
 
-/// The line on which a record begins: behind the blank lines and comments that are told as its own.
+/// The line on which a record begins. The reader counts blank lines and comments in front of a record as part of it.
 #[must_use]
 pub fn line_of(bytes: &[u8], at: Option<&csv::Position>, comment: u8) -> u32 {
     let Some(at) = at else { return 1 };

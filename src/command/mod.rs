@@ -110,7 +110,7 @@ impl Failure {
         }
     }
 
-    /// What the user is told.
+    /// The message for the user.
     fn message(&self) -> String {
         match self {
             Failure::Input(faults) => scanbound::report::render::diagnostics(faults),

@@ -51,7 +51,7 @@ fn resolved(file: &Path) -> PathBuf {
     }
 }
 
-/// Where a result goes. Made before the work that it takes to have one, so that a wrong name is told at once.
+/// Where a result goes. Opened before the work begins, so that a wrong name is reported at once.
 pub enum Target {
     /// Stdout.
     Stdout,

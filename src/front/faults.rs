@@ -4,7 +4,7 @@ use super::within;
 use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
 
-/// Most errors, and most warnings, that are told of one file.
+/// Most errors, and most warnings, that are listed of one file.
 const LIMIT: usize = 50;
 /// Behind so many errors that are not told a file is given up.
 const HOPELESS: usize = 1000;
@@ -74,7 +74,7 @@ impl<'a> Faults<'a> {
         self.push(found);
     }
 
-    /// Whether there are so many errors that it is no use to look for more; then they are told as so many or more.
+    /// Whether there are so many errors that it is no use to look for more; the report then says "or more".
     pub(crate) fn give_up(&mut self) -> bool {
         self.given_up = self.dropped_errors >= HOPELESS;
         self.given_up

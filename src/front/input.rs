@@ -76,7 +76,7 @@ struct Gathering<'a> {
     found: Vec<Diagnostic>,
 }
 
-/// What is told of a directory's files at once.
+/// What one warning says of all of a directory's files.
 #[derive(Default)]
 struct Listing {
     programs: Vec<String>,
@@ -285,7 +285,7 @@ impl Looker<'_, '_> {
 }
 
 impl Listing {
-    /// What is told of the files that are no programs, once.
+    /// The one warning on the files that are no programs.
     fn note(&self, directory: &Path) -> Option<Diagnostic> {
         let parts: Vec<String> = [
             (&self.plain, "no programs and left out"),

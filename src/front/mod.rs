@@ -58,11 +58,11 @@ pub struct Dialect {
     pub name: &'static str,
     /// What it is, in words.
     pub what: &'static str,
-    /// How its files are told from others.
+    /// How its files are recognised.
     pub sniff: Sniff,
 }
 
-/// How files of a dialect are told from others. It must be sure: a file that two dialects claim is refused.
+/// How files of a dialect are recognised. A file that two dialects claim is refused, so neither may claim in doubt.
 #[derive(Debug, Clone, Copy)]
 pub enum Sniff {
     /// Whether a file whose text begins so is written in it.
@@ -73,7 +73,7 @@ pub enum Sniff {
 
 /// What reads the dialects of one kind of PLC.
 pub trait Front: Sync {
-    /// Its dialects, as they are told from each other and from those of others.
+    /// Its dialects, and how each is recognised.
     fn dialects(&self) -> &'static [Dialect];
 
     /// Whether a file of this name that begins so is no program, and lies beside programs to name their devices.

@@ -163,7 +163,7 @@ impl Fronts {
                 "the files of one scan come from one project: audit them by themselves",
             )
         }));
-        // The faults within the programs are told at once with those of whole files.
+        // Faults within programs are reported together with those of whole files.
         let same: Vec<&Input> = same.into_iter().map(|(_, input)| input).collect();
         let is_own = |own: &Dialect| own.name == dialect.name;
         let front = self.0.iter().find(|front| front.dialects().iter().any(is_own));

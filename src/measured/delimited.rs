@@ -417,7 +417,7 @@ impl<'a> Table<'a> {
         self.origin(clock.resolution()).of_edges(signal, &edges)
     }
 
-    /// How a row's time is told.
+    /// Where a row's time is taken from.
     fn clock(&self, selection: &Selection<'_>) -> Result<RowClock, Vec<Diagnostic>> {
         let stamps = |column: usize| {
             let head = &self.heads[column];
@@ -461,7 +461,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// How a row's time is told.
+/// Where a row's time is taken from.
 enum RowClock {
     /// By a column with a unit.
     Stamped { column: usize, unit: Unit },

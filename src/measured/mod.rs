@@ -50,7 +50,7 @@ pub struct Bounds {
     pub table: String,
     /// How much of the bound rests on assumed times.
     pub assumed: Picos,
-    /// Why the bound may be too low all the same.
+    /// Why the bound may be too low.
     pub doubts: Vec<String>,
     /// The words of a scan and the clock's division, for a machine that runs one word a clock.
     pub clocked: Option<u64>,

@@ -162,7 +162,7 @@ pub(super) struct Stamp {
 }
 
 impl Stamp {
-    /// Reads a stamp; `None` if it is none.
+    /// Reads a stamp; `None` if the text is no stamp.
     pub(super) fn read(text: &str) -> Option<Stamp> {
         let text = text.trim();
         let (date, time) = match text.split_once(['T', ' ']) {

@@ -69,7 +69,7 @@ enum Went {
     Over(u64),
 }
 
-/// Who looks on. Moments come in order.
+/// Someone who observes the machine, shown its state in the order of time.
 pub trait Observer {
     /// A scan begins; its inputs are latched.
     fn scan(&mut self, at: Picos, view: View);

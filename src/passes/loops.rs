@@ -86,7 +86,7 @@ fn of_loop(program: &mut Program, begin: usize, end: usize, iterations: u64) -> 
 /// executed in a scan: how many there are at most. What was summarised is listed as an approximation.
 ///
 /// # Errors
-/// Where loops and calls multiply beyond all numbers.
+/// Where an instruction runs more often than a number can hold.
 pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
     let shape = Shape::of(program);
     let most = most.saturating_add(program.instructions.len() as u64);
@@ -189,7 +189,7 @@ pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
 /// or run at all, is left open.
 ///
 /// # Errors
-/// Where loops and calls multiply beyond all numbers.
+/// Where an instruction runs more often than a number can hold.
 pub fn whole(program: &mut Program, why: Unfollowed) -> Result<(), TooOften> {
     let shape = Shape::of(program);
     for index in 0..program.mains.len() {
@@ -222,7 +222,7 @@ struct Plan {
     loops: BTreeSet<usize>,
     routines: BTreeSet<usize>,
     interrupts: BTreeSet<usize>,
-    /// How many instructions are executed then.
+    /// How many instructions a scan executes with these summarised.
     total: u64,
 }
 
@@ -268,7 +268,7 @@ impl Shape {
         Shape { ends, order, place }
     }
 
-    /// What to summarise so that nothing by itself executes more than `limit` instructions.
+    /// What to summarise so that no loop, routine or interrupt executes more than `limit` instructions.
     fn plan(&self, program: &Program, limit: u64) -> Plan {
         let mut plan = Plan::default();
         let mut sizes: BTreeMap<usize, u64> = BTreeMap::new();
@@ -357,7 +357,7 @@ impl Shape {
     }
 
     fn carry_out(&self, program: &mut Program, plan: &Plan) -> Result<(), TooOften> {
-        // All is gathered from the program as it was: nothing is charged twice.
+        // All is gathered from the program before any of it is replaced, so that nothing is charged twice.
         let (mut loops, mut routines) = (Vec::new(), Vec::new());
         let (mut charges, mut endless) = (0, false);
         let mut keep = |gathered: &Gathered| {
@@ -434,7 +434,7 @@ impl Shape {
         times: u64,
     ) -> Result<Gathered, TooOften> {
         let mut gathered = Gathered::default();
-        // By their place in the order, so that each routine is looked at once, behind all that call it.
+        // Keyed by their place in the order of calls: each routine is gathered once, after all that call it.
         let mut called: BTreeMap<usize, u64> = BTreeMap::new();
         self.span(program, from, to, times, &mut gathered, &mut called)?;
         gathered.own = gathered.exits(program, to);
@@ -495,9 +495,9 @@ struct Gathered {
     charges: BTreeMap<usize, u64>,
     /// What may be written.
     regions: BTreeSet<Region>,
-    /// The exits of what was gathered itself, not out of what it calls.
+    /// Its own exits: jumps and returns, not those of routines that it calls.
     own: BTreeSet<Exit>,
-    /// The exits of the scan or the main routine, from wherever.
+    /// Exits that end the main routine or the scan, its own and those of routines that it calls.
     out: BTreeSet<Exit>,
     /// It holds a loop that may go on for ever.
     endless: bool,

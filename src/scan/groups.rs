@@ -42,8 +42,7 @@ pub fn groups(model: &ScanModel) -> Vec<Group> {
     groups
 }
 
-/// What no charge depends on and a constraint holds all the same, as one group without charges: a scan must
-/// keep those constraints too.
+/// The constraints on which no charge depends, as one group without charges: a scan must keep these, too.
 #[must_use]
 pub fn unpriced(model: &ScanModel, groups: &[Group]) -> Option<Group> {
     let mut kept = vec![false; model.constraints.len()];

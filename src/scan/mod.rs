@@ -206,13 +206,13 @@ struct Activation {
     results: Results,
     /// The open master control regions: there may be thousands.
     masters: Vec<Master>,
-    /// The jumps under way, by their target.
+    /// Jumps that were taken and whose target is not reached yet, by their target.
     landings: BTreeMap<usize, Landing>,
     /// Whether a `Return` was reached.
     returned: Lit,
 }
 
-/// The execution under way.
+/// The state of the execution.
 struct Run<'p> {
     program: &'p Program,
     times: &'p [Times],

@@ -68,7 +68,7 @@ pub struct Maximum {
     pub trace: Trace,
 }
 
-/// What a search may use and whom it tells.
+/// What ends a search, and who learns of its progress.
 #[derive(Clone, Copy)]
 pub struct Limits<'a> {
     /// When to stop with what is proved.
@@ -82,7 +82,7 @@ pub struct Limits<'a> {
 }
 
 impl Default for Limits<'_> {
-    /// No limit, and nobody is told.
+    /// No limit, and no progress is reported.
     fn default() -> Self {
         Limits { deadline: None, cancelled: &|| false, progress: &|_, _| {}, trace: false }
     }

@@ -61,7 +61,7 @@ fn one_of(routines: &[Stands], at: usize, states: &[&Beginning], cells: &[Cell])
     for &state in states {
         by_place.entry(state.places[at]).or_default().push(state);
     }
-    // Places with the same rest are told together.
+    // Places after which the same holds of the other routines are one alternative.
     let mut told: Vec<(Logic, Vec<Logic>)> = Vec::new();
     for (place, states) in by_place {
         let stands = match (place, routine.runs) {

@@ -378,7 +378,7 @@ impl Layout<'_> {
         self.unknown()
     }
 
-    /// Lists what is taken wider than it is at the instruction that comes next.
+    /// Lists an over-approximation at the instruction that comes next.
     fn tell(&mut self, at: usize, what: &str) {
         if self.told.insert(at) {
             let instruction = self.program.instructions.len();

@@ -22,7 +22,7 @@ use std::ops::Range;
 /// The dialect's name.
 pub const NAME: &str = "flowchart";
 
-/// The dialect, as it is told from others.
+/// The dialect, and how it is recognised.
 static DIALECTS: [Dialect; 1] = [Dialect {
     name: NAME,
     what: "flowchart PC instructions (LBL0: AND 1, CJP LBL1, WAIT, GJ)",

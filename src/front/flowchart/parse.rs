@@ -174,7 +174,7 @@ pub fn sniff(beginning: &str) -> bool {
             let bare =
                 rest.get(taken).is_none_or(|operand| number(&operand.word).is_some()) || label;
             known += usize::from(bare);
-            // FX has a CJP too, with pointers; a label or a bare number is what is told from them.
+            // FX has a CJP too, but its operand is a pointer: a label or a bare number is a flowchart's.
             own += usize::from(bare && (word.is_own() || label));
         }
     }

@@ -6,7 +6,7 @@ use crate::base::code::Code;
 use crate::front::Faults;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The program of a list. What is faulty is told and replaced by something harmless.
+/// The program of a list. What is faulty is reported and replaced by something harmless.
 pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source {
     let mut reader = Reader { text, labels: BTreeMap::new(), groups: BTreeMap::new(), faults };
     let routines = reader.routines(&list);

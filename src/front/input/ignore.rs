@@ -24,7 +24,7 @@ impl Ignore {
     /// Reads patterns: `*`, `?`, `[a-z]`, `{a,b}`, and `**` for any directories.
     ///
     /// # Errors
-    /// The first that is none, in words.
+    /// What is wrong with the first that is no pattern.
     pub fn parse<'p>(patterns: impl IntoIterator<Item = &'p str>) -> Result<Ignore, String> {
         let read = |text: &str| {
             let bare = text.trim_start_matches("./").trim_end_matches('/');

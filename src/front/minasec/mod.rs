@@ -26,7 +26,7 @@ pub const HEX: &str = "minasec-hex";
 /// Machine code as bytes.
 pub const BINARY: &str = "minasec-bin";
 
-/// The dialects, as they are told from each other.
+/// The dialects, and how each is recognised.
 static DIALECTS: [Dialect; 3] = [
     Dialect {
         name: ASSEMBLY,

@@ -187,7 +187,7 @@ pub struct Iterations {
     pub least: u32,
 }
 
-/// Charges that hang together by free variables. Groups share no variable.
+/// Charges that share free variables, directly or through others. Groups share none.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Group {
     /// Indices into `ScanModel::charges`, ascending; none is constant.
