@@ -12,7 +12,7 @@ const HOPELESS: usize = 1000;
 const SHOWN: usize = 120;
 
 /// Collects the faults of one file.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Faults<'a> {
     file: &'a str,
     errors: Vec<Diagnostic>,
@@ -83,6 +83,12 @@ impl<'a> Faults<'a> {
     /// Whether the file cannot be taken.
     pub(crate) fn any_error(&self) -> bool {
         !self.errors.is_empty()
+    }
+
+    /// All that was found, errors first, and these by their lines: stages look at a file one after another.
+    pub(crate) fn in_order(mut self) -> Vec<Diagnostic> {
+        self.errors.sort_by_key(|fault| (fault.line, fault.step));
+        self.into_diagnostics()
     }
 
     /// All that was found, errors first.

@@ -2,12 +2,15 @@
 
 use std::collections::BTreeSet;
 
-pub use super::emit::DecodeOptions;
 use super::emit::Emitter;
+use super::frame::frame;
 use super::memory::Family;
+pub use super::resolve::DecodeOptions;
+use super::resolve::resolve;
 use super::source::RawProject;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
+use crate::front::Faults;
 use crate::program::{Program, flow};
 
 /// Decodes a project.
@@ -19,15 +22,19 @@ pub fn decode(
     options: &DecodeOptions<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
     too_many(project, options.family)?;
+    let mut faults: Vec<Faults<'_>> =
+        project.files.iter().map(|file| Faults::new(&file.name)).collect();
+    let resolved = resolve(project, options, &mut faults);
+    let frame = frame(&resolved, options.family, &mut faults);
     let mut overwritten = BTreeSet::new();
     loop {
-        let mut emitter = Emitter::new(project, options, &overwritten);
+        let mut emitter = Emitter::new(&resolved, &frame, options, &overwritten, faults.clone());
         for file in 0..project.files.len() {
             emitter.file(file);
         }
         let (program, counts) = emitter.finish()?;
         // A stated range speaks of the scan's start. Where the program may write a word that it counts by,
-        // the range is worth nothing there, and decoding begins again without it.
+        // the range is worth nothing there, and emission begins again without it.
         let before = overwritten.len();
         overwritten.extend(
             counts

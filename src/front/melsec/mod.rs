@@ -5,10 +5,13 @@ mod comments;
 mod csv;
 pub mod decode;
 mod emit;
+mod frame;
 mod list;
 pub mod memory;
+mod mnemonic;
 pub mod operand;
 pub mod project;
+mod resolve;
 pub mod source;
 #[cfg(test)]
 mod tests;

@@ -5,6 +5,10 @@ use std::borrow::Cow;
 use super::memory::{FUNCTION_WORDS, Family, Kind, Name, is_digit, name_of};
 use crate::program::{Cell, Radix};
 
+/// What helps where an operand is not understood.
+pub const HOW_TO_WRITE: &str =
+    "write it as the vendor's tool does, such as X1F, D100, D100.A, K4M0, D0Z1, K10, H0FF";
+
 /// An operand, understood.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Operand {

@@ -129,6 +129,24 @@ fn each_broken_structure_has_its_message() {
 }
 
 #[test]
+fn the_frame_is_checked_whatever_else_is_wrong_and_told_line_by_line() {
+    let text = "P0; LD X0; MOV K1 K2; LD X0; CJ P0; LD X1; MOV K1 K3; END";
+    assert_eq!(faults(text), [("operand", Some(3)), ("jump-back", Some(5)), ("operand", Some(7))]);
+    // With an instruction that is not known, the frame may seem broken where it is not.
+    let text = "P0; LD X0; NOSUCH D0; LD X0; CJ P0; END";
+    assert_eq!(faults(text), [("unknown-instruction", Some(3))]);
+}
+
+#[test]
+fn a_state_and_a_master_control_region_that_cut_across_each_other_are_refused() {
+    let across = "jump-across-master-control";
+    let text = "STL S0; LD X0; OUT Y0; MC N0 M0; LD X1; OUT Y1; RET; LD X1; OUT Y2; MCR N0; END";
+    assert_eq!(faults(text), [(across, Some(1))]);
+    let nested = text.replace("RET; LD X1; OUT Y2; MCR N0", "MCR N0; LD X1; OUT Y2; RET");
+    assert!(on(Family::Q, &nested).is_ok());
+}
+
+#[test]
 fn inputs_are_octal_on_the_fx() {
     assert!(on(Family::Fx, "LD X8\nOUT Y0\nEND").is_err());
     let p = on(Family::Fx, "LD X10\nOUT Y17\nEND").expect("octal numbers");

@@ -3,7 +3,7 @@
 use super::Emitter;
 use crate::base::code::Code;
 use crate::front::melsec::memory::{FUNCTION_WORDS, Family, Kind, area, has_own_clock, kind};
-use crate::front::melsec::operand::{Device, Operand, Place};
+use crate::front::melsec::operand::{Device, HOW_TO_WRITE, Operand, Place};
 use crate::program::{
     AreaId, BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
 };
@@ -65,7 +65,7 @@ impl Emitter<'_> {
                 Some(operand)
             }
             Err(message) => {
-                self.fault(Code::Operand, text, message, "write it as the vendor's tool does, such as X1F, D100, D100.A, K4M0, D0Z1, K10, H0FF");
+                self.fault(Code::Operand, text, message, HOW_TO_WRITE);
                 None
             }
         }

@@ -1,11 +1,9 @@
 //! Application instructions, by the catalog: what they read and write, exactly or as any value; user instructions.
 
 use super::access::{BitPlace, WordPlace};
-use super::{Emitter, fired, operands, timing};
+use super::{Emitter, fired, timing};
 use crate::base::code::Code;
-use crate::front::melsec::catalog::{
-    Amount, EVERYWHERE, Entry, Extent, Found, NotFound, Operation, Role, close, find,
-};
+use crate::front::melsec::catalog::{Amount, EVERYWHERE, Entry, Extent, Found, Operation, Role};
 use crate::front::melsec::memory::{Kind, area};
 use crate::front::melsec::operand::{Operand as Written, Place};
 use crate::front::melsec::source::RawInstruction;
@@ -15,59 +13,12 @@ use crate::program::{
     When, WordSource, WordTarget, Write,
 };
 
-/// What makes all devices of a part of the program indexed ones.
-const INDEXES_ALL: [&str; 4] = ["IX", "IXEND", "IXDEV", "IXSET"];
 /// Blocks of more words than this are havocked rather than followed.
 const MOST_WORDS: u32 = 512;
 
 impl Emitter<'_> {
-    /// Decodes an application instruction or one of the user's.
-    pub(super) fn application(&mut self, mnemonic: &str, raw: &RawInstruction) {
-        let found = match find(mnemonic, raw.operands.len()) {
-            Ok(found) => found,
-            Err(NotFound::Unknown) if (self.options.is_user_instruction)(&raw.mnemonic) => {
-                return self.user(raw);
-            }
-            Err(NotFound::Unknown) if INDEXES_ALL.contains(&mnemonic) => {
-                return self.fault(
-                    Code::NotModelled,
-                    &raw.mnemonic,
-                    format!(
-                        "`{mnemonic}` adds index registers to every device between IX and IXEND"
-                    ),
-                    "write the index registers at the devices themselves",
-                );
-            }
-            Err(NotFound::Unknown) => {
-                self.output_here(mnemonic);
-                let help = match close(mnemonic) {
-                    Some(close) => format!(
-                        "did you mean `{close}`? an instruction of your own needs a row in the timing table"
-                    ),
-                    None => "an instruction of your own needs a row in the timing table".to_owned(),
-                };
-                let message = format!("the instruction `{}` is not known", raw.mnemonic);
-                return self.fault(Code::UnknownInstruction, &raw.mnemonic, message, &help);
-            }
-            Err(NotFound::OperandCount { expected }) => {
-                self.output_here(mnemonic);
-                let expected: Vec<String> = expected.into_iter().map(operands).collect();
-                let found = raw.operands.len();
-                let message =
-                    format!("`{}` takes {}, here are {found}", raw.mnemonic, expected.join(" or "));
-                return self.fault(
-                    Code::OperandCount,
-                    &raw.mnemonic,
-                    message,
-                    "compare the line with the instruction's description",
-                );
-            }
-        };
-        self.catalogued(mnemonic, raw, &found);
-    }
-
     /// An instruction that only the timing table knows: it may write any of its operands.
-    fn user(&mut self, raw: &RawInstruction) {
+    pub(super) fn user(&mut self, raw: &RawInstruction) {
         self.output_here(&raw.mnemonic);
         let mut effects = Vec::new();
         for text in &raw.operands {
@@ -94,7 +45,8 @@ impl Emitter<'_> {
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
     }
 
-    fn catalogued(&mut self, mnemonic: &str, raw: &RawInstruction, found: &Found) {
+    /// An instruction that the catalog has.
+    pub(super) fn listed(&mut self, mnemonic: &str, raw: &RawInstruction, found: &Found) {
         let entry = &found.entry;
         let free = entry.operation == Operation::Free;
         if !free {

@@ -2,10 +2,10 @@
 //! exactly where their places are known.
 
 use super::access::{BitPlace, WordPlace};
-use super::compare::relation;
 use super::{Emitter, fired};
 use crate::front::melsec::catalog::{Amount, Entry, Extent};
 use crate::front::melsec::memory::{Family, Kind};
+use crate::front::melsec::mnemonic::relation;
 use crate::front::melsec::operand::{Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{

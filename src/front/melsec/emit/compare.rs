@@ -2,31 +2,22 @@
 
 use super::units::LONGEST_TEXT;
 use super::{Emitter, timing};
+use crate::front::melsec::mnemonic::Sort;
 use crate::front::melsec::operand::Operand;
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{
     BitSource, Compare, Join, Logic, Number, Reading, Relation, Step, Units, WordSource,
 };
 
-/// As what a comparison contact reads its operands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Sort {
-    Integer {
-        words: usize,
-        signed: bool,
-    },
-    Real {
-        words: usize,
-    },
-    Text,
-    /// Dates or times of day, three words each, and which parts of them.
-    Clock,
-}
-
 impl Emitter<'_> {
-    /// Decodes comparison contacts; false if it is none.
-    pub(super) fn comparison(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
-        let Some((join, sort, relation)) = recognise(mnemonic) else { return false };
+    pub(super) fn comparison(
+        &mut self,
+        mnemonic: &str,
+        raw: &RawInstruction,
+        join: Join,
+        sort: Sort,
+        relation: Relation,
+    ) {
         let class = match sort {
             Sort::Integer { words: 1, .. } => "compare",
             Sort::Integer { .. } => "compare-double",
@@ -44,7 +35,6 @@ impl Emitter<'_> {
         };
         let value = value.unwrap_or(Logic::Const(false));
         self.add(Some(key), Vec::new(), Step::Logic { join, value });
-        true
     }
 
     fn compared(&mut self, raw: &RawInstruction, sort: Sort, relation: Relation) -> Option<Logic> {
@@ -119,45 +109,4 @@ impl Emitter<'_> {
         let equal = Logic::All(parts);
         Some(if relation == Relation::Equal { equal } else { equal.not() })
     }
-}
-
-/// The relation of a symbol.
-pub(super) fn relation(symbol: &str) -> Option<Relation> {
-    Some(match symbol {
-        "=" => Relation::Equal,
-        "<>" => Relation::NotEqual,
-        "<" => Relation::Less,
-        "<=" | "=<" => Relation::LessOrEqual,
-        ">" => Relation::Greater,
-        ">=" | "=>" => Relation::GreaterOrEqual,
-        _ => return None,
-    })
-}
-
-/// Splits a comparison contact into how it joins, what it compares, and the relation.
-pub(super) fn recognise(mnemonic: &str) -> Option<(Join, Sort, Relation)> {
-    let at = mnemonic.find(['=', '<', '>'])?;
-    let (head, rest) = mnemonic.split_at(at);
-    let (symbol, unsigned) = match rest.strip_suffix("_U") {
-        Some(symbol) => (symbol, true),
-        None => (rest, false),
-    };
-    let relation = relation(symbol)?;
-    let (join, kind) = if let Some(kind) = head.strip_prefix("LD") {
-        (Join::Load, kind)
-    } else if let Some(kind) = head.strip_prefix("AND") {
-        (Join::And, kind)
-    } else {
-        (Join::Or, head.strip_prefix("OR")?)
-    };
-    let sort = match (kind, unsigned) {
-        ("", _) => Sort::Integer { words: 1, signed: !unsigned },
-        ("D", _) => Sort::Integer { words: 2, signed: !unsigned },
-        ("E", false) => Sort::Real { words: 2 },
-        ("ED", false) => Sort::Real { words: 4 },
-        ("$", false) => Sort::Text,
-        ("DT" | "TM", false) => Sort::Clock,
-        _ => return None,
-    };
-    Some((join, sort, relation))
 }

@@ -9,7 +9,7 @@ impl Emitter<'_> {
     /// Lets every instruction act or not in the routines of `calls_with_coils_off` and in those that these call.
     pub(super) fn hold_off(&mut self) {
         let mut open: Vec<usize> = self
-            .routines
+            .routes
             .calls_with_coils_off
             .iter()
             .filter_map(|&at| match self.program.instructions[at].step {

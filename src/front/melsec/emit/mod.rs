@@ -21,11 +21,12 @@ mod rungs;
 mod shown;
 mod units;
 
+use super::frame::Frame;
 use super::memory::{Family, area, areas, edge_memory, networks, power_up};
-use super::operand::{Operand, upper};
-use super::source::{RawInstruction, RawProject};
+use super::operand::Operand;
+use super::resolve::{Category, DecodeOptions, Item, Resolved, miscounted};
+use super::source::RawInstruction;
 use crate::base::code::Code;
-use crate::base::facts::Facts;
 use crate::base::location::Location;
 use crate::front::Faults;
 use crate::program::cell_budget::CellBudget;
@@ -33,9 +34,9 @@ use crate::program::{
     Approximated, Cell, ChoiceId, Effect, Instruction, Logic, Program, Region, SourceFile, Step,
     TimingKey, Touched, Units, When, Write,
 };
-use control::Routines;
 use edges::Edges;
-use masters::Masters;
+use finish::Routes;
+use masters::State;
 use now::Now;
 use quirks::Quirks;
 use ranges::Stated;
@@ -43,23 +44,14 @@ use rungs::Rung;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// What decoding needs to know besides the source.
-pub struct DecodeOptions<'a> {
-    /// The CPU family.
-    pub family: Family,
-    /// Whether the timing table has an instruction of the user's of this name.
-    pub is_user_instruction: &'a dyn Fn(&str) -> bool,
-    /// What the user states.
-    pub facts: &'a Facts,
-}
-
 /// A target still to be found.
 const OPEN: usize = usize::MAX;
 
-/// Decoding of a project under way: what it is made of, and in parts what is known so far. The files beside this one say
+/// A project while it is emitted: what it is made of, and in parts what is known so far. The files beside this one say
 /// what each kind of instruction does, and change the parts that they own.
 pub struct Emitter<'a> {
-    project: &'a RawProject,
+    resolved: &'a Resolved<'a>,
+    frame: &'a Frame,
     options: &'a DecodeOptions<'a>,
     family: Family,
     program: Program,
@@ -75,18 +67,22 @@ pub struct Emitter<'a> {
     edges: Edges,
     /// What is stated of words that count.
     stated: Stated<'a>,
-    /// Where control goes: labels, calls, loops, interrupts.
-    routines: Routines,
-    /// Master control regions and the step ladder.
-    masters: Masters,
+    /// Where control goes.
+    routes: Routes,
+    /// The open state of a step ladder.
+    state: Option<State>,
 }
 
 impl<'a> Emitter<'a> {
+    /// Before the first file. `faults` are those that the stages before have told.
     pub(super) fn new(
-        project: &'a RawProject,
+        resolved: &'a Resolved<'a>,
+        frame: &'a Frame,
         options: &'a DecodeOptions<'a>,
         overwritten: &'a BTreeSet<String>,
+        faults: Vec<Faults<'a>>,
     ) -> Self {
+        let project = resolved.project;
         let cpu = project.files.iter().find_map(|file| file.cpu.clone());
         let program = Program {
             dialect: project.dialect.to_owned(),
@@ -98,69 +94,73 @@ impl<'a> Emitter<'a> {
             ..Program::default()
         };
         Emitter {
-            project,
+            resolved,
+            frame,
             options,
             family: options.family,
             program,
-            faults: project.files.iter().map(|file| Faults::new(&file.name)).collect(),
+            faults,
             spelled: CellBudget::default(),
-            quirks: Quirks::of(project, options.family),
+            quirks: Quirks::of(&resolved.items, options.family),
             now: Now::default(),
             rung: Rung::default(),
             edges: Edges::default(),
             stated: Stated { overwritten, counts: Vec::new() },
-            routines: Routines::of(project),
-            masters: Masters::default(),
+            routes: Routes::default(),
+            state: None,
         }
     }
 
+    /// Emits a file.
     pub(super) fn file(&mut self, file: usize) {
+        let resolved = self.resolved;
+        let items = resolved.files[file].clone();
         let first = self.program.instructions.len();
         self.now = Now::of(file);
         self.rung = Rung::default();
-        let raw_file = &self.project.files[file];
-        self.program.instructions.reserve(raw_file.instructions.len());
-        self.masters.of.reserve(raw_file.instructions.len());
-        if self.quirks.may_rest[file] {
-            self.rest();
+        self.program.instructions.reserve(items.len());
+        if let Some(end) = self.frame.rest(file) {
+            self.rest(end);
         }
-        for (position, raw) in raw_file.instructions.iter().enumerate() {
-            self.now.begin(position, raw, self.family);
-            self.instruction(raw);
-            self.direct_inputs(raw);
+        for at in items {
+            let item = &resolved.items[at];
+            // What ends a state belongs to its end.
+            self.now.begin(at, item);
+            self.leave_state(self.frame.site(at).state);
+            self.instruction(item);
+            self.direct_inputs(item);
             // What follows so many faults is no program either.
             if self.faults[file].give_up() {
                 return;
             }
         }
-        if let Some(last) = raw_file.instructions.last() {
-            self.now.begin(raw_file.instructions.len() - 1, last, self.family);
-        }
-        self.end_of_file();
+        self.check_rung();
+        self.leave_state(None);
         self.now = Now::of(file);
         let last = self.program.instructions.len();
         self.program.mains.push(first..last);
+        let raw = &resolved.project.files[file];
         self.program.files.push(SourceFile {
-            name: raw_file.name.clone(),
+            name: raw.name.clone(),
             instructions: first..last,
-            count: raw_file.instructions.len(),
+            count: raw.instructions.len(),
         });
     }
 
-    /// A program that need not run in every scan.
-    fn rest(&mut self) {
+    /// A program that need not run in every scan: it may go to its end at once.
+    fn rest(&mut self, end: usize) {
         self.approximate(
             "this program is called or stopped by instructions: it may run by itself in the scan or not",
         );
         let fires = self.free_bit();
         let at = self.add(None, Vec::new(), Step::Jump { fires, target: OPEN });
-        self.routines.ends.push(at);
+        self.routes.leads(at, end);
     }
 
     /// What is read as `DX` is then found in `X` as well.
-    fn direct_inputs(&mut self, raw: &RawInstruction) {
-        let is_direct = |text: &String| matches!(self.parsed(text), Ok(Operand::Device(device)) if device.name == "DX");
-        if !raw.operands.iter().any(is_direct) {
+    fn direct_inputs(&mut self, item: &Item<'_>) {
+        let is_direct = |operand: &Result<Operand, String>| matches!(operand, Ok(Operand::Device(device)) if device.name == "DX");
+        if !item.operands.iter().any(is_direct) {
             return;
         }
         self.approximate("a direct input refreshes X: any X is taken as any value");
@@ -169,22 +169,33 @@ impl<'a> Emitter<'a> {
         self.add(None, vec![lost], Step::Nothing);
     }
 
-    /// Decodes one instruction; each kind has its file.
-    fn instruction(&mut self, raw: &RawInstruction) {
-        let upper = upper(&raw.mnemonic);
-        let known = self.rung(&upper, raw)
-            || self.comparison(&upper, raw)
-            || self.control(&upper, raw)
-            || self.output(&upper, raw);
-        if !known {
-            self.application(&upper, raw);
+    /// Emits one instruction; each kind has its file.
+    fn instruction(&mut self, item: &Item<'_>) {
+        let (name, raw) = (&*item.name, item.raw);
+        match &item.category {
+            &Category::Contact { join, rising, negated } => {
+                self.contact(name, raw, join, rising, negated);
+            }
+            &Category::Comparison { join, sort, relation } => {
+                self.comparison(name, raw, join, sort, relation);
+            }
+            &Category::ProgramCheck(join) => self.program_check(name, raw, join),
+            Category::Block => self.block(name, raw),
+            Category::Branch => self.branch(name, raw),
+            Category::Result => self.result(name, raw),
+            &Category::Control(control) => self.control(item, control),
+            Category::Coil => self.coil(name, raw),
+            Category::Listed(found) => self.listed(name, raw, found),
+            Category::User => self.user(raw),
+            Category::Unknown { is_output: true } => _ = self.output_here(name),
+            Category::Unknown { is_output: false } => {}
         }
     }
 
     /// Notes a fault at the instruction under way; `part` is a slice of it or a word of it.
     pub fn fault(&mut self, code: Code, part: &str, message: impl Into<String>, help: &str) {
         let Some(raw) = self.now.raw.filter(|_| !self.now.quiet) else { return };
-        let file = &self.project.files[self.now.file];
+        let file = &self.resolved.project.files[self.now.file];
         let found = raw.pointer(file).at(part, code, &file.name, message, help).at_step(raw.step);
         self.faults[self.now.file].push(found);
     }
@@ -214,11 +225,10 @@ impl<'a> Emitter<'a> {
         let index = self.program.instructions.len();
         let raw = self.now.raw;
         let timing = timing.map(|key| self.with_operands(key));
-        self.masters.of.push(self.masters.open.last().map(|&(_, opened)| opened));
         let text = raw.map_or_else(Arc::default, |raw| raw.text.clone());
         let operands = match (self.program.instructions.last(), raw) {
             (Some(last), _) if Arc::ptr_eq(&last.text, &text) => last.operands.clone(),
-            (_, Some(raw)) => shown::operands(raw, self.now.operands()),
+            (_, Some(raw)) => shown::operands(raw, self.now.operands),
             (_, None) => Arc::default(),
         };
         self.program.instructions.push(Instruction {
@@ -244,19 +254,11 @@ impl<'a> Emitter<'a> {
 
     /// Checks the number of operands.
     pub fn takes(&mut self, raw: &RawInstruction, count: usize) -> bool {
-        let found = raw.operands.len();
-        if found == count {
-            return true;
-        }
-        let message = format!("`{}` takes {}, here are {found}", raw.mnemonic, operands(count));
-        let part = raw.operands.get(count).map_or(raw.mnemonic.as_str(), String::as_str);
-        self.fault(
-            Code::OperandCount,
-            part,
-            message,
-            "compare the line with the instruction's description",
-        );
-        false
+        let file = &self.resolved.project.files[self.now.file];
+        let fault = miscounted(raw, file, count);
+        let fits = fault.is_none();
+        fault.into_iter().for_each(|fault| self.faults[self.now.file].push(fault));
+        fits
     }
 
     /// A hidden bit that remembers something from one execution to the next.
@@ -264,8 +266,8 @@ impl<'a> Emitter<'a> {
         let cell = edge_memory(self.edges.count);
         self.edges.count += 1;
         if let Some(raw) = self.now.raw {
-            let files = if self.project.files.len() > 1 {
-                format!("{}:", self.project.files[self.now.file].program)
+            let files = if self.resolved.project.files.len() > 1 {
+                format!("{}:", self.resolved.project.files[self.now.file].program)
             } else {
                 String::new()
             };
@@ -274,15 +276,6 @@ impl<'a> Emitter<'a> {
                 .insert(cell, format!("last scan of `{}` ({files}{})", raw.text, raw.line));
         }
         cell
-    }
-}
-
-/// `1 operand`, `3 operands`.
-fn operands(count: usize) -> String {
-    match count {
-        0 => "no operand".to_owned(),
-        1 => "1 operand".to_owned(),
-        n => format!("{n} operands"),
     }
 }
 

@@ -3,11 +3,11 @@
 
 use super::Emitter;
 use super::access::REST;
-use super::compare::{Sort, recognise};
-use super::rungs::contact;
-use crate::front::melsec::catalog::{Amount, Extent, Role, find};
+use crate::front::melsec::catalog::{Amount, Extent, Role};
 use crate::front::melsec::memory::{Kind, area};
-use crate::front::melsec::operand::{Device, Operand, Place, upper};
+use crate::front::melsec::mnemonic::Sort;
+use crate::front::melsec::operand::{Device, Operand, Place};
+use crate::front::melsec::resolve::Category;
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{AreaId, Cell, Region, TimingKey, Touched};
 
@@ -26,7 +26,7 @@ impl Emitter<'_> {
     /// Completes the key of the instruction under way: names with the kinds of its operands, and what it touches.
     pub(super) fn with_operands(&self, mut key: TimingKey) -> TimingKey {
         let Some(raw) = self.now.raw else { return key };
-        let devices = self.devices(raw);
+        let devices = self.devices();
         let kinds = kinds(&devices);
         if !kinds.is_empty() {
             let mut names: Vec<String> = Vec::new();
@@ -51,32 +51,34 @@ impl Emitter<'_> {
     }
 
     /// The devices among the operands.
-    fn devices(&self, raw: &RawInstruction) -> Vec<Named> {
-        if raw.operands.is_empty() {
-            return Vec::new();
-        }
-        let upper = upper(&raw.mnemonic);
-        let compared = recognise(&upper).map(|(_, sort, _)| match sort {
-            Sort::Integer { words, .. } | Sort::Real { words } => {
-                Extent::Words(Amount::Fixed(words as u32))
-            }
-            Sort::Text => Extent::Text,
-            Sort::Clock => Extent::Words(Amount::Fixed(3)),
-        });
-        let is_contact = compared.is_some() || contact(&upper).is_some();
-        let found = if is_contact { None } else { find(&upper, raw.operands.len()).ok() };
-        let operands = raw.operands.iter().enumerate();
+    fn devices(&self) -> Vec<Named> {
+        let item = &self.resolved.items[self.now.item];
+        let compared = match &item.category {
+            Category::Comparison { sort, .. } => Some(match *sort {
+                Sort::Integer { words, .. } | Sort::Real { words } => {
+                    Extent::Words(Amount::Fixed(words as u32))
+                }
+                Sort::Text => Extent::Text,
+                Sort::Clock => Extent::Words(Amount::Fixed(3)),
+            }),
+            _ => None,
+        };
+        let row = match &item.category {
+            Category::Listed(found) => &found.entry.operands[..],
+            _ => &[],
+        };
+        let operands = item.operands.iter().enumerate();
         operands
-            .filter_map(|(n, text)| {
-                let listed = found.as_ref().and_then(|found| found.entry.operands.get(n));
+            .filter_map(|(n, operand)| {
+                let listed = row.get(n);
                 if listed.is_some_and(|operand| operand.role == Role::Other) {
                     return None;
                 }
-                let Ok(Operand::Device(device)) = self.parsed(text) else { return None };
+                let &Ok(Operand::Device(device)) = operand else { return None };
                 let one = Extent::Devices(Amount::Fixed(1));
                 let extent = compared.or(listed.map(|operand| operand.extent)).unwrap_or(one);
                 let changes =
-                    upper == "FF" || listed.is_some_and(|operand| operand.role == Role::Both);
+                    item.name == "FF" || listed.is_some_and(|operand| operand.role == Role::Both);
                 Some(Named { device, extent, changes })
             })
             .collect()

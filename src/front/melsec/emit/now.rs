@@ -1,9 +1,9 @@
-//! The instruction under way, its operands parsed once.
+//! The instruction under way, with its operands as they were read.
 
 use super::Emitter;
 use super::overflow::Lost;
-use crate::front::melsec::memory::Family;
 use crate::front::melsec::operand::{Operand, parse};
+use crate::front::melsec::resolve::Item;
 use crate::front::melsec::source::RawInstruction;
 
 /// The instruction under way.
@@ -11,8 +11,8 @@ use crate::front::melsec::source::RawInstruction;
 pub(super) struct Now<'a> {
     /// Its file.
     pub file: usize,
-    /// Its place among the file's instructions.
-    pub position: usize,
+    /// Its place among all items.
+    pub item: usize,
     /// It as it was read; none before a file's first.
     pub raw: Option<&'a RawInstruction>,
     /// Nothing is a fault: something is only tried.
@@ -20,7 +20,7 @@ pub(super) struct Now<'a> {
     /// What it loses if it overflows.
     pub lost: Option<Lost>,
     /// What its operands say, or why they say nothing.
-    operands: Vec<Result<Operand, String>>,
+    pub operands: &'a [Result<Operand, String>],
 }
 
 impl<'a> Now<'a> {
@@ -29,16 +29,9 @@ impl<'a> Now<'a> {
         Now { file, ..Now::default() }
     }
 
-    /// Goes on to an instruction of the file.
-    pub fn begin(&mut self, position: usize, raw: &'a RawInstruction, family: Family) {
-        (self.position, self.raw) = (position, Some(raw));
-        self.operands.clear();
-        self.operands.extend(raw.operands.iter().map(|text| parse(text, family)));
-    }
-
-    /// What its operands say.
-    pub fn operands(&self) -> &[Result<Operand, String>] {
-        &self.operands
+    /// Goes on to an item of the file.
+    pub fn begin(&mut self, at: usize, item: &'a Item<'_>) {
+        (self.item, self.raw, self.operands) = (at, Some(item.raw), &item.operands);
     }
 }
 

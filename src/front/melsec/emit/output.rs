@@ -13,15 +13,13 @@ use crate::program::{
 };
 
 impl Emitter<'_> {
-    /// Decodes coils; false if it is none.
-    pub(super) fn output(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
+    /// Emits a coil.
+    pub(super) fn coil(&mut self, mnemonic: &str, raw: &RawInstruction) {
         match mnemonic {
             "OUT" | "OUTH" => self.out(mnemonic, raw),
             "SET" | "RST" => self.set(mnemonic, raw),
-            "PLS" | "PLF" | "FF" => self.pulse(mnemonic, raw),
-            _ => return false,
+            _ => self.pulse(mnemonic, raw),
         }
-        true
     }
 
     /// The effects of writing a bit operand.
@@ -63,9 +61,7 @@ impl Emitter<'_> {
             let value = match self.parsed(target) {
                 // In a step ladder OUT moves on to another state as SET does; whether it can clear that state is
                 // not known.
-                Ok(Operand::Device(device))
-                    if self.masters.state.is_some() && device.name == "S" =>
-                {
+                Ok(Operand::Device(device)) if self.state.is_some() && device.name == "S" => {
                     let (Some(now), free) = (self.read_bit(target), self.free_bit()) else {
                         return;
                     };
@@ -208,7 +204,7 @@ impl Emitter<'_> {
                     None => return,
                 }
             }
-            _ if mnemonic == "SET" && self.masters.state.is_some() && device.name == "S" => {
+            _ if mnemonic == "SET" && self.state.is_some() && device.name == "S" => {
                 let Some(now) = self.read_bit(text) else { return };
                 let moves = self.may_move_on(Logic::Const(true));
                 let value = Logic::Any(vec![now, moves]);
@@ -276,7 +272,7 @@ impl Emitter<'_> {
     /// In a step ladder, setting a state resets the one that is left, at a moment that is not known.
     fn state_transfer(&mut self, text: &str) {
         let is_state = text.trim().to_ascii_uppercase().starts_with('S');
-        let Some(state) = self.masters.state.as_ref().filter(|_| is_state) else { return };
+        let Some(state) = self.state.as_ref().filter(|_| is_state) else { return };
         let one = |&first: &Cell| Region::Range { first, count: 1 };
         self.program.volatile.extend(state.relays.iter().map(one));
         self.approximate(format!(

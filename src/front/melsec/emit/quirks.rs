@@ -1,8 +1,8 @@
-//! What switches in a project change of instructions' meaning: special relays that it may set, programs that it stops.
+//! What switches in a project change of instructions' meaning: special relays that it may set, blocks of registers.
 
 use crate::front::melsec::memory::{Family, Kind};
-use crate::front::melsec::operand::{Device, Operand, Place, parse, upper};
-use crate::front::melsec::source::{RawInstruction, RawProject};
+use crate::front::melsec::operand::{Device, Operand, Place};
+use crate::front::melsec::resolve::Item;
 
 /// What the project's instructions may switch.
 pub(super) struct Quirks {
@@ -18,15 +18,13 @@ pub(super) struct Quirks {
     pub states_may_stay: bool,
     /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
     pub counts_elsewhere: bool,
-    /// Files whose programs are called or stopped by their names.
-    pub may_rest: Vec<bool>,
 }
 
 impl Quirks {
     /// Those of a project.
-    pub fn of(project: &RawProject, family: Family) -> Quirks {
-        let has = |names: &[&str]| has(project, names);
-        let touches = |relays: &[u32]| touches(project, family, relays);
+    pub fn of(items: &[Item<'_>], family: Family) -> Quirks {
+        let has = |names: &[&str]| items.iter().any(|item| names.contains(&&*item.name));
+        let touches = |relays: &[u32]| items.iter().any(|item| touches(item, relays));
         let is_fx = matches!(family, Family::Fx | Family::Fx5);
         Quirks {
             switches_file_register: has(&["RSET", "RSETP", "QDRSET", "QDRSETP"]),
@@ -35,17 +33,15 @@ impl Quirks {
             searches_by_halves: touches(&[702]),
             states_may_stay: is_fx && (touches(&[8040]) || has(&["IST"])),
             counts_elsewhere: family == Family::Fx && touches(&[8164]),
-            may_rest: may_rest(project),
         }
     }
 }
 
-/// Whether the program names one of these special relays of the FX (`M8023`) or FX5 (`SM8023`), alone, among digits or
+/// Whether an instruction names one of these special relays of the FX (`M8023`) or FX5 (`SM8023`), alone, among digits or
 /// the devices that ZRST clears, or may by an index.
-fn touches(project: &RawProject, family: Family, relays: &[u32]) -> bool {
-    let instructions = project.files.iter().flat_map(|file| &file.instructions);
+fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
     let touched = |first: u32, last: u32| relays.iter().any(|relay| (first..=last).contains(relay));
-    let in_name = |text: &String| match parse(text, family) {
+    let in_name = |operand: &Result<Operand, String>| match operand {
         Ok(Operand::Device(device)) if matches!(device.name, "M" | "SM") => match device.place {
             Place::At(_, relay) => touched(relay, relay),
             Place::Digits(_, first, digits) => {
@@ -60,52 +56,18 @@ fn touches(project: &RawProject, family: Family, relays: &[u32]) -> bool {
         },
         _ => false,
     };
-    let number = |text: &String| match parse(text, family) {
-        Ok(Operand::Device(Device { place: Place::At(_, at), .. })) => Some(at),
+    let number = |operand: &Result<Operand, String>| match operand {
+        Ok(Operand::Device(Device { place: Place::At(_, at), .. })) => Some(*at),
         _ => None,
     };
-    let mut instructions = instructions;
-    instructions.any(|raw| {
-        let between = match &raw.operands[..] {
-            [first, last] if upper(&raw.mnemonic).starts_with("ZRST") => {
-                number(first).zip(number(last)).is_some_and(|(from, to)| touched(from, to))
-            }
-            _ => false,
-        };
-        between || raw.operands.iter().any(in_name)
-    })
-}
-
-/// Whether the program has one of these instructions.
-fn has(project: &RawProject, names: &[&str]) -> bool {
-    let mut instructions = project.files.iter().flat_map(|file| &file.instructions);
-    let is_one =
-        |raw: &RawInstruction| names.iter().any(|name| raw.mnemonic.eq_ignore_ascii_case(name));
-    instructions.any(is_one)
+    let between = match &item.operands[..] {
+        [first, last] if item.name.starts_with("ZRST") => {
+            number(first).zip(number(last)).is_some_and(|(from, to)| touched(from, to))
+        }
+        _ => false,
+    };
+    between || item.operands.iter().any(in_name)
 }
 
 /// From here on the FX's relays are special ones.
 const FIRST_SPECIAL: u32 = 8000;
-
-/// Which files' programs need not run in every scan: those that are called by name are commonly on standby, and
-/// those that are stopped rest. An operand that is no name may be any of them.
-fn may_rest(project: &RawProject) -> Vec<bool> {
-    let mut rests = vec![false; project.files.len()];
-    for raw in project.files.iter().flat_map(|file| &file.instructions) {
-        let mnemonic = upper(&raw.mnemonic);
-        let names = ["ECALL", "EFCALL", "PSTOP", "POFF", "PSCAN", "PLOW"];
-        let is_named =
-            |name: &&str| mnemonic.strip_prefix(*name).is_some_and(|p| ["", "P"].contains(&p));
-        if !names.iter().any(is_named) {
-            continue;
-        }
-        let text = raw.operands.first().map_or("", String::as_str).trim_matches('"');
-        let stem = text.split('.').next().unwrap_or(text);
-        let named = project.files.iter().position(|f| f.program.eq_ignore_ascii_case(stem));
-        match named {
-            Some(file) => rests[file] = true,
-            None => rests.fill(true),
-        }
-    }
-    rests
-}

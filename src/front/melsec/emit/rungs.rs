@@ -3,9 +3,9 @@
 use crate::base::code::Code;
 use std::borrow::Cow;
 
-use super::compare::recognise;
 use super::{Emitter, always, edge, timing};
 use crate::front::melsec::operand::upper;
+use crate::front::melsec::resolve::Category;
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{BitTarget, Cell, Effect, Join, Logic, Step, TimingKey, Units, Write};
 
@@ -29,25 +29,7 @@ impl Default for Rung {
 }
 
 impl Emitter<'_> {
-    /// Decodes contacts and stack instructions; false if it is none.
-    pub(super) fn rung(&mut self, mnemonic: &str, raw: &RawInstruction) -> bool {
-        if let Some((join, edge, negated)) = contact(mnemonic) {
-            self.contact(mnemonic, raw, join, edge, negated);
-            return true;
-        }
-        match mnemonic {
-            "ANB" | "ORB" => self.block(mnemonic, raw),
-            "MPS" | "MRD" | "MPP" => self.branch(mnemonic, raw),
-            "INV" | "MEP" | "MEF" | "EGP" | "EGF" => self.result(mnemonic, raw),
-            "LDPCHK" => self.program_check(mnemonic, raw, Join::Load),
-            "ANDPCHK" | "PCHK" => self.program_check(mnemonic, raw, Join::And),
-            "ORPCHK" => self.program_check(mnemonic, raw, Join::Or),
-            _ => return false,
-        }
-        true
-    }
-
-    fn contact(
+    pub(super) fn contact(
         &mut self,
         mnemonic: &str,
         raw: &RawInstruction,
@@ -78,7 +60,7 @@ impl Emitter<'_> {
     }
 
     /// A contact that is true while a program runs.
-    fn program_check(&mut self, mnemonic: &str, raw: &RawInstruction, join: Join) {
+    pub(super) fn program_check(&mut self, mnemonic: &str, raw: &RawInstruction, join: Join) {
         let join = self.join(join, mnemonic);
         self.takes(raw, 1);
         self.approximate("whether a program runs is taken as true or false");
@@ -125,15 +107,17 @@ impl Emitter<'_> {
             return false;
         }
         let mut blocks = 1;
-        for raw in &self.project.files[self.now.file].instructions[self.now.position + 1..] {
-            let mnemonic = raw.mnemonic.to_ascii_uppercase();
-            match (joins(&mnemonic), mnemonic.as_str()) {
-                (Some(Join::Load), _) => blocks += 1,
-                (Some(_), _) | (_, "INV" | "MEP" | "MEF" | "EGP" | "EGF" | "NOP") => {}
-                (_, "ANB" | "ORB") => match blocks {
+        let end = self.resolved.files[self.now.file].end;
+        for item in &self.resolved.items[self.now.item + 1..end] {
+            match item.category {
+                Category::Contact { join: Join::Load, .. }
+                | Category::Comparison { join: Join::Load, .. } => blocks += 1,
+                Category::Contact { .. } | Category::Comparison { .. } | Category::Result => {}
+                Category::Block => match blocks {
                     1 => return true,
                     _ => blocks -= 1,
                 },
+                _ if item.name == "NOP" => {}
                 _ => return false,
             }
         }
@@ -202,7 +186,7 @@ impl Emitter<'_> {
         true
     }
 
-    fn block(&mut self, mnemonic: &str, raw: &RawInstruction) {
+    pub(super) fn block(&mut self, mnemonic: &str, raw: &RawInstruction) {
         let key = stack_key(mnemonic);
         if !self.takes(raw, 0) {
             return;
@@ -223,7 +207,7 @@ impl Emitter<'_> {
         );
     }
 
-    fn branch(&mut self, mnemonic: &str, raw: &RawInstruction) {
+    pub(super) fn branch(&mut self, mnemonic: &str, raw: &RawInstruction) {
         let key = stack_key(mnemonic);
         if !self.takes(raw, 0) {
             return;
@@ -260,7 +244,7 @@ impl Emitter<'_> {
         self.add(Some(key), Vec::new(), Step::Fetch(slot));
     }
 
-    fn result(&mut self, mnemonic: &str, raw: &RawInstruction) {
+    pub(super) fn result(&mut self, mnemonic: &str, raw: &RawInstruction) {
         let key = stack_key(mnemonic);
         let takes_relay = mnemonic.starts_with("EG");
         if !self.takes(raw, usize::from(takes_relay)) {
@@ -273,8 +257,8 @@ impl Emitter<'_> {
         }
         let rising = mnemonic.ends_with('P');
         // What is remembered: whether a master control that is off turns the result off here is not known.
-        let result = match (mnemonic, self.masters.open.is_empty()) {
-            ("INV", _) | (_, true) => Logic::Condition,
+        let result = match (mnemonic, self.is_held()) {
+            ("INV", _) | (_, false) => Logic::Condition,
             _ => self.maybe_held_off(),
         };
         let (effects, value) = match (mnemonic, takes_relay) {
@@ -336,34 +320,4 @@ fn stack_key(mnemonic: &str) -> TimingKey {
 pub(super) fn letters(operand: Option<&String>) -> Cow<'_, str> {
     let text = operand.map_or("", String::as_str);
     upper(&text[..text.bytes().take_while(u8::is_ascii_alphabetic).count()])
-}
-
-/// How a contact or comparison joins; `None` if it is none.
-fn joins(mnemonic: &str) -> Option<Join> {
-    let plain = contact(mnemonic).map(|(join, ..)| join);
-    plain.or_else(|| recognise(mnemonic).map(|(join, ..)| join))
-}
-
-/// How a contact joins, whether it looks for an edge (rising or falling), whether it is negated.
-pub(super) fn contact(mnemonic: &str) -> Option<(Join, Option<bool>, bool)> {
-    let (join, rest) = if let Some(rest) = mnemonic.strip_prefix("LD") {
-        (Join::Load, rest)
-    } else if mnemonic == "ANI" {
-        (Join::And, "I")
-    } else if let Some(rest) = mnemonic.strip_prefix("AND") {
-        (Join::And, rest)
-    } else if let Some(rest) = mnemonic.strip_prefix("OR") {
-        (Join::Or, rest)
-    } else {
-        return None;
-    };
-    Some(match rest {
-        "" => (join, None, false),
-        "I" if mnemonic != "ANDI" => (join, None, true),
-        "P" => (join, Some(true), false),
-        "F" => (join, Some(false), false),
-        "PI" => (join, Some(true), true),
-        "FI" => (join, Some(false), true),
-        _ => return None,
-    })
 }

@@ -1,0 +1,642 @@
+//! The frame of a project: labels, jumps, calls, loops, master control regions, step ladders and ends, checked before
+//! anything is emitted.
+
+use std::collections::BTreeMap;
+use std::mem::take;
+
+use super::memory::Family;
+use super::operand::{HOW_TO_WRITE, Operand, Place};
+use super::resolve::{Category, Control, Item, Resolved, fault, miscounted};
+use crate::base::code::Code;
+use crate::front::Faults;
+use crate::program::Cell;
+
+/// Loops in each other beyond this are refused: no CPU can follow them either.
+const MOST_NESTED: usize = 64;
+
+/// The FX's P63 is END, without a label.
+const END_OF_FX: u32 = 63;
+
+/// What an item is in the frame. Others are named by their places among all items.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Part {
+    /// A pointer's label.
+    Label,
+    /// Where an interrupt program begins.
+    Interrupt,
+    /// A jump to a label or an end.
+    Jump(usize),
+    /// A call of the routine at a label.
+    Call(usize),
+    /// The end of a routine.
+    Return,
+    /// The end of a step ladder.
+    LadderEnd,
+    /// The end of a program.
+    End,
+    /// A stop of the CPU.
+    Stop,
+    /// The beginning of the loop that this NEXT ends.
+    For(usize),
+    Next,
+    /// The beginning of a master control region of this level.
+    Master(u32),
+    /// The end of all regions from this level on.
+    MasterEnd(u32),
+    /// A state of a step ladder, by the relays that must all be on.
+    State(Vec<Cell>),
+}
+
+/// Where an item stands.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Site {
+    /// What began the innermost region that may hold it off, a master control or a state.
+    pub(super) master: Option<usize>,
+    /// The state of a step ladder.
+    pub(super) state: Option<usize>,
+}
+
+/// How a project's items hang together.
+#[derive(Debug, Default)]
+pub(super) struct Frame {
+    /// The items that make it. One whose fault was told is missing.
+    parts: BTreeMap<usize, Part>,
+    /// Where each item stands.
+    sites: Vec<Site>,
+    /// For each file whose program need not run in every scan, the end to which it goes then.
+    rests: Vec<Option<usize>>,
+}
+
+impl Frame {
+    /// What an item is in the frame.
+    pub(super) fn part(&self, item: usize) -> Option<&Part> {
+        self.parts.get(&item)
+    }
+
+    /// Where an item stands.
+    pub(super) fn site(&self, item: usize) -> Site {
+        self.sites.get(item).copied().unwrap_or_default()
+    }
+
+    /// The end to which a file's program goes that need not run in every scan.
+    pub(super) fn rest(&self, file: usize) -> Option<usize> {
+        self.rests.get(file).copied().flatten()
+    }
+}
+
+/// Works the frame out, and tells all that is wrong with it.
+pub(super) fn frame(resolved: &Resolved<'_>, family: Family, faults: &mut [Faults<'_>]) -> Frame {
+    let mut builder = Builder {
+        resolved,
+        family,
+        faults,
+        frame: Frame::default(),
+        file: 0,
+        labels: vec![BTreeMap::new(); resolved.files.len()],
+        wanted: Vec::new(),
+        leaps: Vec::new(),
+        loops: Vec::new(),
+        masters: Vec::new(),
+        state: None,
+    };
+    for file in 0..resolved.files.len() {
+        builder.file(file);
+    }
+    builder.connect();
+    builder.rests();
+    if !builder.faults.iter().any(Faults::any_error) {
+        builder.check_leaps();
+    }
+    if !builder.faults.iter().any(Faults::any_error) {
+        builder.check_routines();
+    }
+    builder.frame
+}
+
+/// The region that an open region is, by what began it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Region {
+    Master(u32, usize),
+    State(usize),
+}
+
+impl Region {
+    fn begin(self) -> usize {
+        match self {
+            Region::Master(_, begin) | Region::State(begin) => begin,
+        }
+    }
+}
+
+/// A jump or call whose label is to be found.
+struct Wanted {
+    item: usize,
+    label: u32,
+    /// The file in which to look first.
+    file: usize,
+    /// No other will do.
+    only: bool,
+    is_call: bool,
+}
+
+/// A way of control that leads on from one item to another, whatever makes it.
+#[derive(Debug, Clone, Copy)]
+struct Leap {
+    from: usize,
+    to: usize,
+    /// The regions on both sides.
+    masters: [Option<usize>; 2],
+}
+
+struct Builder<'r, 'f> {
+    resolved: &'r Resolved<'r>,
+    family: Family,
+    faults: &'r mut [Faults<'f>],
+    frame: Frame,
+    /// The file under way.
+    file: usize,
+    /// Where the labels of each file stand.
+    labels: Vec<BTreeMap<u32, usize>>,
+    wanted: Vec<Wanted>,
+    leaps: Vec<Leap>,
+    /// Open loops.
+    loops: Vec<usize>,
+    /// Open regions.
+    masters: Vec<Region>,
+    /// The open state of a step ladder, and the region around it.
+    state: Option<(usize, Option<usize>)>,
+}
+
+impl<'r> Builder<'r, '_> {
+    fn item(&self, at: usize) -> &'r Item<'r> {
+        &self.resolved.items[at]
+    }
+
+    /// Tells a fault of an item of the file under way; `part` is a slice of it or a word of it.
+    fn fault(&mut self, at: usize, code: Code, part: &str, message: String, help: &str) {
+        self.fault_in(self.file, at, (code, part), message, help);
+    }
+
+    fn fault_in(
+        &mut self,
+        file: usize,
+        at: usize,
+        what: (Code, &str),
+        message: String,
+        help: &str,
+    ) {
+        let raw_file = &self.resolved.project.files[file];
+        let fault = fault(self.item(at).raw, raw_file, what, message, help);
+        self.faults[file].push(fault);
+    }
+
+    /// Tells a fault of an item of any file.
+    fn fault_at(&mut self, at: usize, code: Code, message: String, help: &str) {
+        let file = self.resolved.files.iter().position(|items| items.contains(&at));
+        self.fault_in(file.unwrap_or(0), at, (code, ""), message, help);
+    }
+
+    fn file(&mut self, file: usize) {
+        self.file = file;
+        let items = self.resolved.files[file].clone();
+        for at in items.clone() {
+            let part = match self.item(at).category {
+                Category::Control(control) => self.control(at, control),
+                _ => None,
+            };
+            // A state begins behind itself, and a region of a master control too: both stand outside.
+            let open = |begin: &usize| *begin != at;
+            let master = self.masters.iter().rev().map(|region| region.begin()).find(open);
+            let state = self.state.map(|(begin, _)| begin);
+            self.frame.sites.push(Site { master, state });
+            self.frame.parts.extend(part.map(|part| (at, part)));
+        }
+        self.end_of_file(items.end);
+    }
+
+    /// What a control instruction is in the frame; what it opens and closes.
+    fn control(&mut self, at: usize, control: Control) -> Option<Part> {
+        let count = match control {
+            Control::Break | Control::Master => 2,
+            Control::Jump | Control::For | Control::MasterEnd | Control::State => 1,
+            Control::Call | Control::Label(_) | Control::Interrupt => self.item(at).operands.len(),
+            _ => 0,
+        };
+        // States end and loops begin also where operands are at fault, so that no further fault follows.
+        let ends_state = match control {
+            Control::State | Control::End | Control::LadderEnd | Control::Return => {
+                self.close_state(at)
+            }
+            Control::For => {
+                self.loop_begins(at);
+                false
+            }
+            _ => false,
+        };
+        if !self.takes(at, count) {
+            return None;
+        }
+        Some(match control {
+            Control::Label(label) => self.label(at, label),
+            Control::Interrupt => Part::Interrupt,
+            Control::Jump => return self.jump(at),
+            Control::JumpToEnd => return self.jump_to_end(at),
+            Control::Call => return self.call(at),
+            Control::Return if ends_state => Part::LadderEnd,
+            Control::Return | Control::OnlyReturn => Part::Return,
+            Control::LadderEnd => Part::LadderEnd,
+            Control::End => Part::End,
+            Control::Stop => Part::Stop,
+            // Its NEXT comes later.
+            Control::For => Part::For(at),
+            Control::Next => return self.loop_ends(at),
+            Control::Break => return self.breaks(at),
+            Control::Master => return self.master_begins(at),
+            Control::MasterEnd => return self.master_ends(at),
+            Control::State => return self.state_begins(at),
+        })
+    }
+
+    fn takes(&mut self, at: usize, count: usize) -> bool {
+        let fault = miscounted(self.item(at).raw, &self.resolved.project.files[self.file], count);
+        let fits = fault.is_none();
+        fault.into_iter().for_each(|fault| self.faults[self.file].push(fault));
+        fits
+    }
+
+    /// What an operand says; a fault is told where it says nothing.
+    fn operand(&mut self, at: usize, n: usize) -> Option<&'r Operand> {
+        let item = self.item(at);
+        match &item.operands[n] {
+            Ok(operand) => Some(operand),
+            Err(message) => {
+                let text = &item.raw.operands[n];
+                self.fault(at, Code::Operand, text, message.clone(), HOW_TO_WRITE);
+                None
+            }
+        }
+    }
+
+    fn wrong<T>(&mut self, at: usize, n: usize, what: &str, help: &str) -> Option<T> {
+        let text = &self.item(at).raw.operands[n];
+        self.fault(at, Code::Operand, text, format!("`{text}` is no {what}"), help);
+        None
+    }
+
+    /// The label that an operand names.
+    fn pointer(&mut self, at: usize, n: usize) -> Option<u32> {
+        match self.operand(at, n)? {
+            Operand::Pointer(label) => Some(*label),
+            _ => self.wrong(at, n, "label", "name a label such as P10"),
+        }
+    }
+
+    fn nesting(&mut self, at: usize) -> Option<u32> {
+        match self.operand(at, 0)? {
+            Operand::Nesting(level) => Some(*level),
+            _ => self.wrong(at, 0, "nesting level", "write N0 to N14"),
+        }
+    }
+
+    fn label(&mut self, at: usize, label: u32) -> Part {
+        if self.labels[self.file].insert(label, at).is_some() {
+            let name = &*self.item(at).name;
+            let message = format!("the label {name} stands twice in this file");
+            self.fault(at, Code::DoubleLabel, name, message, "give each place a label of its own");
+        }
+        Part::Label
+    }
+
+    fn jump(&mut self, at: usize) -> Option<Part> {
+        let label = self.pointer(at, 0)?;
+        if label == END_OF_FX && self.family == Family::Fx {
+            return self.jump_to_end(at);
+        }
+        self.wanted.push(Wanted { item: at, label, file: self.file, only: true, is_call: false });
+        None
+    }
+
+    fn jump_to_end(&mut self, at: usize) -> Option<Part> {
+        let to = self.end_behind(self.file, at + 1);
+        if to.is_none() {
+            let message = "the program has no END behind this jump to it".to_owned();
+            self.fault(at, Code::NoEnd, "", message, "write END after the last instruction");
+        }
+        self.leaps.extend(to.map(|to| Leap { from: at, to, masters: [None, None] }));
+        to.map(Part::Jump)
+    }
+
+    /// A file's next end from an item on.
+    fn end_behind(&self, file: usize, from: usize) -> Option<usize> {
+        let is_end =
+            |at: &usize| matches!(self.item(*at).category, Category::Control(Control::End));
+        (from..self.resolved.files[file].end).find(is_end)
+    }
+
+    fn call(&mut self, at: usize) -> Option<Part> {
+        let item = self.item(at);
+        let by_file = item.name.starts_with('E');
+        let first = usize::from(by_file);
+        if item.operands.len() <= first {
+            self.takes(at, first + 1);
+            return None;
+        }
+        let file = if by_file { self.file_of(at) } else { Some(self.file) };
+        let label = self.pointer(at, first);
+        let (Some(file), Some(label)) = (file, label) else { return None };
+        self.wanted.push(Wanted { item: at, label, file, only: by_file, is_call: true });
+        None
+    }
+
+    /// The file whose program the first operand names.
+    fn file_of(&mut self, at: usize) -> Option<usize> {
+        let Operand::Text(name) = self.operand(at, 0)? else {
+            return self.wrong(at, 0, "program's name", "write the name in quotes");
+        };
+        let found = self.resolved.named(name);
+        if found.is_none() {
+            let message = format!("the program `{name}` is not among the files given");
+            let text = &self.item(at).raw.operands[0];
+            let help = "give all files of the project, each named as its program";
+            self.fault(at, Code::NoProgram, text, message, help);
+        }
+        found
+    }
+
+    fn loop_begins(&mut self, at: usize) {
+        self.loops.push(at);
+        if self.loops.len() > MOST_NESTED {
+            let message = format!("more than {MOST_NESTED} loops stand in each other");
+            self.fault(at, Code::Nesting, "FOR", message, "no CPU allows more than 16");
+        }
+    }
+
+    fn loop_ends(&mut self, at: usize) -> Option<Part> {
+        let Some(begin) = self.loops.pop() else {
+            let message = "`NEXT` without a FOR before it".to_owned();
+            self.fault(at, Code::NoLoop, "NEXT", message, "begin the loop with FOR");
+            return None;
+        };
+        if let Some(Part::For(next)) = self.frame.parts.get_mut(&begin) {
+            *next = at;
+        }
+        if self.frame.sites[begin].master != self.masters.last().map(|region| region.begin()) {
+            let message = "the loop and a master control cut across each other".to_owned();
+            let help = "close the one within the other";
+            self.fault(at, Code::CrossedMasterControl, "NEXT", message, help);
+        }
+        Some(Part::Next)
+    }
+
+    fn breaks(&mut self, at: usize) -> Option<Part> {
+        if self.loops.is_empty() {
+            let message = "`BREAK` outside a loop".to_owned();
+            let help = "it ends the loop of FOR and NEXT in which it stands";
+            self.fault(at, Code::NoLoop, &self.item(at).name, message, help);
+            return None;
+        }
+        let label = self.pointer(at, 1)?;
+        self.wanted.push(Wanted { item: at, label, file: self.file, only: true, is_call: false });
+        None
+    }
+
+    fn master_begins(&mut self, at: usize) -> Option<Part> {
+        let level = self.nesting(at)?;
+        if matches!(self.masters.last(), Some(Region::Master(open, _)) if *open >= level) {
+            let text = &self.item(at).raw.operands[0];
+            let message = format!("N{level} is open already");
+            let help = "nest master controls with rising numbers";
+            self.fault(at, Code::Nesting, text, message, help);
+        }
+        self.masters.push(Region::Master(level, at));
+        Some(Part::Master(level))
+    }
+
+    fn master_ends(&mut self, at: usize) -> Option<Part> {
+        let level = self.nesting(at)?;
+        let is_open = |region: &Region| matches!(region, Region::Master(open, _) if *open == level);
+        if !self.masters.iter().any(is_open) {
+            let text = &self.item(at).raw.operands[0];
+            let message = format!("no MC has opened N{level}");
+            self.fault(at, Code::NoMasterControl, text, message, "open the master control with MC");
+            return None;
+        }
+        // A state lies above all levels.
+        self.masters.retain(|region| matches!(region, Region::Master(open, _) if *open < level));
+        Some(Part::MasterEnd(level))
+    }
+
+    fn state_begins(&mut self, at: usize) -> Option<Part> {
+        let relay = match self.operand(at, 0)? {
+            Operand::Device(device) => match device.place {
+                Place::At(kind, index) if device.name == "S" => kind.cell(index),
+                _ => None,
+            },
+            _ => return self.wrong(at, 0, "device", "name a device"),
+        };
+        let Some(relay) = relay else {
+            return self.wrong(at, 0, "step relay", "write S0, S1 ...");
+        };
+        // STL directly behind STL: both relays are needed.
+        let before =
+            at.checked_sub(1).filter(|before| self.resolved.files[self.file].contains(before));
+        let mut relays = match before.and_then(|before| self.frame.parts.get(&before)) {
+            Some(Part::State(relays)) => relays.clone(),
+            _ => Vec::new(),
+        };
+        relays.push(relay);
+        self.state = Some((at, self.masters.last().map(|region| region.begin())));
+        self.masters.push(Region::State(at));
+        Some(Part::State(relays))
+    }
+
+    /// Ends the open state in front of an item, if there is one: what runs it while it is off leads there.
+    fn close_state(&mut self, at: usize) -> bool {
+        let Some((begin, around)) = self.state.take() else { return false };
+        self.masters.retain(|region| matches!(region, Region::Master(..)));
+        let masters = [around, self.masters.last().map(|region| region.begin())];
+        self.leaps.push(Leap { from: begin, to: at, masters });
+        true
+    }
+
+    /// What must be closed when a file ends.
+    fn end_of_file(&mut self, end: usize) {
+        self.close_state(end);
+        let (loops, masters) = (take(&mut self.loops), take(&mut self.masters));
+        let Some(last) = end.checked_sub(1) else { return };
+        if let Some(&begin) = loops.first() {
+            let message = format!("the FOR in line {} has no NEXT", self.item(begin).raw.line);
+            self.fault(last, Code::OpenLoop, "", message, "end the loop with NEXT");
+        }
+        if let Some(&Region::Master(level, begin)) = masters.first() {
+            let line = self.item(begin).raw.line;
+            let message = format!("the MC N{level} in line {line} has no MCR");
+            self.fault(
+                last,
+                Code::OpenMasterControl,
+                "",
+                message,
+                "end the master control with MCR",
+            );
+        }
+    }
+
+    /// Finds the label of every jump and call: in the own file, else, for calls, in the one other file that has it.
+    fn connect(&mut self) {
+        for Wanted { item, label, file, only, is_call } in take(&mut self.wanted) {
+            let elsewhere: Vec<usize> = match self.labels[file].get(&label) {
+                Some(&own) => vec![own],
+                None if only => Vec::new(),
+                None => self.labels.iter().filter_map(|own| own.get(&label).copied()).collect(),
+            };
+            match elsewhere[..] {
+                [to] if is_call => _ = self.frame.parts.insert(item, Part::Call(to)),
+                [to] => {
+                    self.frame.parts.insert(item, Part::Jump(to));
+                    let masters = [item, to].map(|at| self.frame.sites[at].master);
+                    self.leaps.push(Leap { from: item, to, masters });
+                }
+                [] => {
+                    let message = format!("the label P{label} does not stand in this program");
+                    let help = "check the label, or give all files of the project";
+                    self.fault_at(item, Code::NoLabel, message, help);
+                }
+                _ => {
+                    let message = format!("the label P{label} stands in several other files");
+                    let help = "a label that files share must stand in one of them only";
+                    self.fault_at(item, Code::DoubleLabel, message, help);
+                }
+            }
+        }
+    }
+
+    /// Where programs go that need not run in every scan.
+    fn rests(&mut self) {
+        let may_rest = self.resolved.may_rest();
+        let files = self.resolved.files.iter().zip(may_rest).enumerate();
+        self.frame.rests = files
+            .map(|(file, (items, may))| self.end_behind(file, items.start).filter(|_| may))
+            .collect();
+        let leaps = self.resolved.files.iter().zip(&self.frame.rests);
+        let leaps = leaps.filter_map(|(items, to)| {
+            Some(Leap { from: items.start, to: (*to)?, masters: [None, None] })
+        });
+        self.leaps.extend(leaps);
+    }
+
+    fn check_leaps(&mut self) {
+        let begins = self.frame.parts.iter();
+        let loops: Vec<(usize, usize)> = begins
+            .filter_map(|(&begin, part)| match part {
+                Part::For(end) => Some((begin, *end)),
+                _ => None,
+            })
+            .collect();
+        for n in 0..self.leaps.len() {
+            let Leap { from, to, masters } = self.leaps[n];
+            let is_into = |&(begin, end): &(usize, usize)| {
+                let within = |at: usize| (begin + 1..=end).contains(&at);
+                within(to) && !within(from)
+            };
+            if to < from {
+                let line = self.item(to).raw.line;
+                let message = format!(
+                    "this jumps back to line {line}: the scan has no bound that can be found here"
+                );
+                let help = "use FOR and NEXT with a known count";
+                self.fault_at(from, Code::JumpBack, message, help);
+            } else if loops.iter().any(is_into) {
+                let message = "this jumps into a loop of FOR and NEXT".to_owned();
+                let help = "jump to the FOR, or behind the NEXT";
+                self.fault_at(from, Code::JumpIntoLoop, message, help);
+            } else if masters[0] != masters[1] {
+                let message = "this jumps into or out of a master control (MC to MCR)".to_owned();
+                let help = "put the label into the same master control as the jump";
+                self.fault_at(from, Code::JumpAcrossMasterControl, message, help);
+            }
+        }
+    }
+    /// Each routine that is called, and each interrupt program, must end.
+    fn check_routines(&mut self) {
+        let extents = Extents::new(&self.frame, &self.leaps);
+        let mut calls: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut interrupts = Vec::new();
+        for (&at, part) in &self.frame.parts {
+            match part {
+                // Of all the calls of a routine that does not end, one is told.
+                Part::Call(to) => _ = calls.entry(*to).or_insert(at),
+                Part::Interrupt => interrupts.push(at),
+                _ => {}
+            }
+        }
+        for (routine, at) in calls.into_iter().filter(|(routine, _)| !extents.ends(*routine)) {
+            let label = &self.item(routine).raw.text;
+            let message = format!("the subroutine at {label} has no RET");
+            self.fault_at(at, Code::NoReturn, message, "end it with RET");
+        }
+        for entry in interrupts.into_iter().filter(|entry| !extents.ends(*entry)) {
+            let message = "the interrupt program has no IRET".to_owned();
+            self.fault_at(entry, Code::NoReturn, message, "end it with IRET");
+        }
+    }
+}
+
+/// What tells how far routines reach.
+struct Extents {
+    /// The returns.
+    returns: Vec<usize>,
+    /// What leads on, and whereto.
+    leaps: Vec<(usize, usize)>,
+}
+
+impl Extents {
+    fn new(frame: &Frame, leaps: &[Leap]) -> Extents {
+        let parts = frame.parts.iter();
+        let returns = parts.filter(|(_, part)| **part == Part::Return).map(|(&at, _)| at).collect();
+        let mut leaps: Vec<(usize, usize)> =
+            leaps.iter().map(|leap| (leap.from, leap.to)).collect();
+        leaps.sort_unstable();
+        Extents { returns, leaps }
+    }
+
+    /// The first return from an item on.
+    fn return_from(&self, at: usize) -> Option<usize> {
+        self.returns.get(self.returns.partition_point(|&end| end < at)).copied()
+    }
+
+    /// Whether a routine has a return that no jump within it leads past.
+    fn ends(&self, entry: usize) -> bool {
+        let Some(mut end) = self.return_from(entry) else { return false };
+        let first = self.leaps.partition_point(|&(from, _)| from <= entry);
+        for &(from, to) in &self.leaps[first..] {
+            if from > end {
+                break;
+            }
+            if to > end {
+                match self.return_from(to) {
+                    Some(next) => end = next,
+                    None => return false,
+                }
+            }
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_routine_ends_at_the_first_return_that_no_jump_leads_past() {
+        let ends = |returns: &[usize], leaps: &[(usize, usize)], entry| {
+            Extents { returns: returns.to_vec(), leaps: leaps.to_vec() }.ends(entry)
+        };
+        assert!(ends(&[5], &[], 2) && !ends(&[5], &[], 6));
+        assert!(ends(&[5, 9], &[(3, 7)], 2) && !ends(&[5], &[(3, 7)], 2));
+        // A jump behind the return belongs to another routine.
+        assert!(ends(&[5], &[(6, 7)], 2));
+        // A jump past one return leads to a jump past the next.
+        assert!(!ends(&[5, 9], &[(3, 7), (8, 11)], 2));
+    }
+}
