@@ -100,7 +100,8 @@ impl<'p, F: Free> Machine<'p, F> {
         (Real { replay, stopped: self.stopped, learned, beyond }, self.asked)
     }
 
-    /// The same with `asked` such loops taken as met before, and the state that the scan leaves.
+    /// The same, and the state that the scan leaves. `asked` such loops count as met before: from `MOST_ASKED` on, a
+    /// loop of which it is not known which it does ends the run.
     pub(super) fn real_from(mut self, most: u64, asked: usize) -> (Real, State<'p, F>) {
         (self.left, self.asked) = (most, asked);
         let replay = self.scan();

@@ -58,7 +58,7 @@ impl<'p> Run<'p> {
             before: self.last.take().map(Box::new),
         };
         let machine = Machine::new(self.program, self.times, start, Mode::Real);
-        // Of a loop that runs one iteration or none it is not known which.
+        // One run cannot try both cases of a loop that makes one iteration or none: it ends there.
         let (real, state) = machine.real_from(most, MOST_ASKED);
         self.last = Some(state);
         real

@@ -1,7 +1,7 @@
 //! Symbolic 16-bit words: constants, free words, either-or, sums and bitwise operations, and words put together from bits.
 //!
-//! A word is only noted down here. What is asked of it is worked out when it is asked (`answer`), so that what nobody
-//! asks costs nothing: most results of a plant's arithmetic decide nothing.
+//! Only how a word comes about is kept here. Its bits, or whether it lies in a range, are worked out where a guard asks
+//! for them (`answer`): most results of a plant's arithmetic decide nothing, so they cost nothing.
 
 use super::term::{Answers, CarryOf, Node};
 pub use super::term::{Carry, Gate, Word};
@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 /// To find the largest value that a word can have, so many of its parts are looked at.
 const MOST_PARTS: usize = 64;
 /// Questions to a word's constants are asked only where at least this much of the allowance is left.
-const ASKED: usize = 1 << 14;
+const LEAST_ALLOWANCE: usize = 1 << 14;
 
 /// All symbolic words of a scan, equal ones shared, and what was already asked of them.
 #[derive(Debug)]
@@ -67,7 +67,7 @@ impl Words {
         if condition == Lit::FALSE {
             return other;
         }
-        // Below a condition the same condition is decided.
+        // Where the condition is false, an inner choice by the same condition is decided.
         let other = match self.node(other) {
             Node::Either(c, _, b) if c == condition => b,
             Node::Either(c, a, _) if c == !condition => a,
@@ -173,7 +173,8 @@ impl Words {
     pub fn most(&mut self, circuit: &mut Circuit, word: Word) -> Option<i16> {
         let mut constants = BTreeSet::new();
         let most = self.greatest(circuit, word, &mut constants);
-        let asked = if self.allowance >= ASKED { 0..most.unwrap_or(0).max(0) } else { 0..0 };
+        let asked =
+            if self.allowance >= LEAST_ALLOWANCE { 0..most.unwrap_or(0).max(0) } else { 0..0 };
         let never_above = constants.range(asked).copied().find(|constant| {
             let more = constant.cast_unsigned() + 1;
             self.range_if_allowed(circuit, word, more, 0x7FFF) == Some(Lit::FALSE)
