@@ -88,7 +88,7 @@ impl Emitter<'_> {
         }
         let fires = if free { Logic::Const(true) } else { self.fires(found.pulsed, &mut effects) };
         self.add(Some(key), effects, Step::Act { fires });
-        self.lose();
+        self.havoc_on_overflow();
     }
 
     /// Checks that every operand can be read, and that what is written is a device.
@@ -241,7 +241,7 @@ impl Emitter<'_> {
 
     fn copy(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
         if self.quirks.turns_moves && entry.mnemonic == "BMOV" {
-            return self.turned(raw, entry);
+            return self.havoc_both(raw, entry);
         }
         let Some(words) = self.block_words(raw, entry.operands[1].extent) else {
             return Some(None);
@@ -263,7 +263,7 @@ impl Emitter<'_> {
     }
 
     /// A move between two operands whose direction or sort a special relay changes: both take any value.
-    fn turned(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
+    fn havoc_both(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
         let what = "what it names is taken as any value";
         self.approximate(format!("{} depends on M8024 or M8160: {what}", raw.mnemonic));
         let mut effects = Vec::new();
@@ -277,7 +277,7 @@ impl Emitter<'_> {
 
     fn exchange(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
         if self.quirks.turns_moves {
-            return self.turned(raw, entry);
+            return self.havoc_both(raw, entry);
         }
         let Some(words) = self.block_words(raw, entry.operands[0].extent) else {
             return Some(None);

@@ -117,7 +117,7 @@ impl Emitter<'_> {
         let WordPlace::All(targets) = self.word_place(&raw.operands[2], unit * count)? else {
             return Some(None);
         };
-        if sides.iter().any(|side| is_cut(side, &targets)) {
+        if sides.iter().any(|side| is_displaced_overlap(side, &targets)) {
             return Some(None);
         }
         let last = name.trim_end_matches("_U");
@@ -214,8 +214,8 @@ impl Emitter<'_> {
     }
 }
 
-/// Whether a block that is written cuts one that is read at other places than its own: the order would matter.
-fn is_cut(read: &[WordSource], written: &[WordTarget]) -> bool {
+/// Whether a block is written over cells that it reads at other places: then the order of its moves matters.
+fn is_displaced_overlap(read: &[WordSource], written: &[WordTarget]) -> bool {
     let cell = |word: &WordSource| match word {
         WordSource::Cell(cell) => Some(*cell),
         _ => None,

@@ -43,7 +43,7 @@ impl Emitter<'_> {
             [a, b, c, d] => self.of_four(name, a, b, c, d),
             _ => None,
         }?;
-        (name == "BMOV" || !is_cut(&meaning)).then_some(meaning)
+        (name == "BMOV" || !overlaps(&meaning)).then_some(meaning)
     }
 
     fn is_large(&self) -> bool {
@@ -506,8 +506,8 @@ fn meaning(operation: Operation, inputs: Vec<Operand>, output: Target) -> Meanin
     Meaning { operation, inputs, outputs: vec![output] }
 }
 
-/// Whether blocks of several words are written where they are read, so that the order in which that is done matters.
-fn is_cut(meaning: &Meaning) -> bool {
+/// Whether blocks of several words are written where they are read, so that the order of its moves matters.
+fn overlaps(meaning: &Meaning) -> bool {
     let reads: Vec<Cell> = meaning
         .inputs
         .iter()

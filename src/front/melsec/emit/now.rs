@@ -1,12 +1,12 @@
-//! The instruction under way, with its operands as they were read.
+//! The instruction that is being emitted, with its operands as they were read.
 
 use super::Emitter;
-use super::overflow::Lost;
+use super::overflow::OverflowHavoc;
 use crate::front::melsec::operand::{Operand, parse};
 use crate::front::melsec::resolve::Item;
 use crate::front::melsec::source::RawInstruction;
 
-/// The instruction under way.
+/// The instruction that is being emitted.
 #[derive(Default)]
 pub(super) struct Now<'a> {
     /// Its file.
@@ -15,10 +15,10 @@ pub(super) struct Now<'a> {
     pub item: usize,
     /// It as it was read; none before a file's first.
     pub raw: Option<&'a RawInstruction>,
-    /// Nothing is a fault: something is only tried.
+    /// Faults are not reported: a reading is only tried.
     pub quiet: bool,
-    /// What it loses if it overflows.
-    pub lost: Option<Lost>,
+    /// What it havocs if it overflows.
+    pub on_overflow: Option<OverflowHavoc>,
     /// What its operands say, or why they say nothing.
     pub operands: &'a [Result<Operand, String>],
 }

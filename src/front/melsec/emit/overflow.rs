@@ -1,4 +1,4 @@
-//! Sums and differences of the FX and FX5, which do not pass their limits as a ring does.
+//! Sums and differences of the FX and FX5, which do not wrap around at their limits.
 
 use super::access::WordPlace;
 use super::{Emitter, always, fired};
@@ -9,8 +9,8 @@ use crate::program::{
     WordTarget, Write,
 };
 
-/// What takes any value behind an instruction if this bit is true.
-pub(super) struct Lost {
+/// Regions that are havocked behind an instruction if this bit, that it overflowed, is true.
+pub(super) struct OverflowHavoc {
     overflow: Cell,
     regions: Vec<Region>,
 }
@@ -38,7 +38,7 @@ impl Emitter<'_> {
         let result = if is_sum { Number::Add(left, right) } else { Number::Sub(left, right) };
         let targets = match self.word_place(text, words)? {
             WordPlace::All(targets) => targets,
-            // What is stored there is not known: it may be no ring's.
+            // Which cells are written is not known, so nor are their values.
             WordPlace::Somewhere(region) => {
                 return Some(vec![fired(Write::Havoc(region, self.choice()))]);
             }
@@ -48,7 +48,7 @@ impl Emitter<'_> {
         let overflow = overflow(&result, (&a, &b), is_sum, is_unsigned, words);
         let cell = self.memory();
         let regions = targets.iter().filter_map(region).collect();
-        self.now.lost = Some(Lost { overflow: cell, regions });
+        self.now.on_overflow = Some(OverflowHavoc { overflow: cell, regions });
         self.approximate(format!(
             "on overflow what {} writes is taken as any value",
             entry.mnemonic
@@ -60,14 +60,14 @@ impl Emitter<'_> {
         ])
     }
 
-    /// Behind an instruction that may have overflowed: the loss.
-    pub(super) fn lose(&mut self) {
-        let Some(lost) = self.now.lost.take() else { return };
+    /// Adds, behind an instruction that may have overflowed, the havoc of what it wrote.
+    pub(super) fn havoc_on_overflow(&mut self) {
+        let Some(overflowing) = self.now.on_overflow.take() else { return };
         let mut effects = Vec::new();
-        for region in lost.regions {
+        for region in overflowing.regions {
             effects.push(fired(Write::Havoc(region, self.choice())));
         }
-        self.add(None, effects, Step::Act { fires: Logic::cell(lost.overflow) });
+        self.add(None, effects, Step::Act { fires: Logic::cell(overflowing.overflow) });
     }
 }
 

@@ -36,7 +36,7 @@ impl Emitter<'_> {
                     words,
                     each: entry.unit_size,
                     most,
-                    executes_up_to: self.sure_count(raw, entry, operand),
+                    executes_up_to: self.executable_count(raw, entry, operand),
                 }),
                 None => Units::AtMost(most.saturating_mul(entry.unit_size)),
             };
@@ -69,8 +69,8 @@ impl Emitter<'_> {
 
     /// Up to which count the instruction is known to be carried out: as long as all that it handles lies within what
     /// each CPU of the family has. 0 where that is not known.
-    fn sure_count(&mut self, raw: &RawInstruction, entry: &Entry, counting: usize) -> u64 {
-        let mut sure = None;
+    fn executable_count(&mut self, raw: &RawInstruction, entry: &Entry, counting: usize) -> u64 {
+        let mut all = None;
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
             let (Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount)) =
                 operand.extent
@@ -95,9 +95,9 @@ impl Emitter<'_> {
             let words = matches!(operand.extent, Extent::Words(_));
             let Some(room) = room.filter(|_| words && unit > 0) else { return 0 };
             let most = u64::from(room / unit);
-            sure = Some(sure.map_or(most, |sure: u64| sure.min(most)));
+            all = Some(all.map_or(most, |all: u64| all.min(most)));
         }
-        sure.unwrap_or(0).min(self.most_elements().into())
+        all.unwrap_or(0).min(self.most_elements().into())
     }
 
     /// The characters of all texts that are read, if there is one and each is a constant.
