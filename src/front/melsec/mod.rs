@@ -1,6 +1,6 @@
 //! The MELSEC dialects: GX Works2 and GX Works3 CSV exports, and list text.
 
-pub mod catalog;
+mod catalog;
 mod comments;
 mod csv;
 pub mod decode;

@@ -222,8 +222,8 @@ fn operands(mnemonic: &str, count: usize) -> String {
         let operand = entry.as_ref().ok().map(|entry| entry.operands[n]);
         let place = 200 + 40 * n;
         let _ = match operand.map(|operand| (operand.role, operand.extent)) {
-            Some((Role::Count, _)) => write!(text, " K3"),
-            Some((Role::Other, _)) => write!(text, " \"U0\""),
+            Some((Role::Number, _)) => write!(text, " K3"),
+            Some((Role::Address, _)) => write!(text, " \"U0\""),
             Some((Role::Source, Extent::Text)) => write!(text, " \"abc\""),
             Some((_, Extent::Bits(_))) => write!(text, " M{place}"),
             _ => write!(text, " D{place}"),

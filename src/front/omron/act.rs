@@ -1,7 +1,7 @@
 //! An application instruction: its condition, what it writes, exactly or as any value, and the flags behind it.
 
 use super::assembly::{Assembly, fired};
-use super::catalog::{Extent, Role};
+use super::catalog::{Amount, Extent, Role, Slot};
 use super::extent::length;
 use super::memory::Memory;
 use super::operand::Operand;
@@ -50,11 +50,10 @@ pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
 /// The operands that are written, as the source has them.
 fn written(asm: &Assembly, item: &Item<'_>) -> String {
     let Some(row) = item.row else { return item.raw.operands.join(", ") };
-    let roles = row.operands.iter().zip(&item.raw.operands).zip(&item.operands);
-    let parts = roles.filter(|((role, _), _)| is_written(role)).map(|((role, text), operand)| {
-        let length = match *role {
-            Role::Target(extent) => length(asm.memory, item, extent),
-            Role::Either(count) => Some(count),
+    let slots = row.operands.iter().zip(&item.raw.operands).zip(&item.operands);
+    let parts = slots.filter(|((slot, _), _)| is_written(slot)).map(|((slot, text), operand)| {
+        let length = match slot.extent {
+            Extent::Words(amount) => length(asm.memory, item, amount),
             _ => None,
         };
         match (length, operand) {
@@ -71,8 +70,8 @@ fn written(asm: &Assembly, item: &Item<'_>) -> String {
     parts.collect::<Vec<_>>().join(", ")
 }
 
-fn is_written(role: &Role) -> bool {
-    matches!(role, Role::Target(_) | Role::Either(_))
+fn is_written(slot: &Slot) -> bool {
+    slot.written_words().is_some() || slot.role == Role::Either
 }
 
 /// How many words the instruction handles, for times by the word.
@@ -82,19 +81,15 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
     let of = |length: Option<u32>| {
         length.map_or(Units::AtMost(most), |count| Units::Exactly(u64::from(count)))
     };
-    let extents = row.operands.iter().filter_map(|role| match role {
-        Role::Target(extent) => Some(*extent),
-        _ => None,
-    });
-    let ranged =
-        extents.clone().find(|extent| matches!(extent, Extent::Counted(_) | Extent::UpTo(_)));
-    match (ranged, row.class, row.mnemonic) {
+    let amounts = row.operands.iter().filter_map(Slot::written_words);
+    let ranged = amounts.clone().find(|amount| amount.counter().is_some());
+    match (ranged, row.class, &*row.mnemonic) {
         // Bits, as many as the last operand says.
         (_, _, "SETA" | "RSTA" | "NSFL" | "NSFR") => {
             let count = item.operands.last().and_then(|bits| bits.count(asm.memory.family));
             count.map_or(Units::AtMost(65_535), |count| Units::Exactly(u64::from(count)))
         }
-        (Some(extent), ..) => of(length(asm.memory, item, extent)),
+        (Some(amount), ..) => of(length(asm.memory, item, amount)),
         (None, "search", "TCMP" | "MCMP") => Units::Exactly(16),
         (None, "search", "BCMP") => Units::Exactly(32),
         (None, "search", "BCMP2") => Units::Exactly(512),
@@ -105,7 +100,7 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
         (None, "string" | "compare-string", _) => Units::AtMost(4095),
         (None, "block" | "table" | "module", _) => Units::AtMost(most),
         (None, "conversion" | "shift" | "bit" | "special", _) => {
-            let words: u32 = extents.filter_map(|extent| length(asm.memory, item, extent)).sum();
+            let words: u32 = amounts.filter_map(|amount| length(asm.memory, item, amount)).sum();
             Units::Exactly(u64::from(words.max(1)))
         }
         _ => Units::None,
@@ -116,9 +111,11 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
 fn refreshed(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
     let Some(row) = item.row else { return Vec::new() };
     let mut writes = Vec::new();
-    for (role, operand) in row.operands.iter().zip(&item.operands) {
-        if let (Role::Source(Some(count)) | Role::Either(count), Operand::Word(first)) =
-            (role, operand)
+    for (slot, operand) in row.operands.iter().zip(&item.operands) {
+        if let (
+            Slot { role: Role::Source | Role::Either, extent: Extent::Words(Amount::Fixed(count)) },
+            Operand::Word(first),
+        ) = (slot, operand)
             && Memory::is_refreshed(*first)
         {
             writes.push(Write::Havoc(Region::Range { first: *first, count: *count }, asm.choice()));

@@ -269,7 +269,7 @@ impl Assembly {
         let class = item.row.map_or("special", |row| row.class);
         let mut names = vec![item.name.clone()];
         if let Some(row) = item.row.filter(|row| row.mnemonic != item.name) {
-            names.push(row.mnemonic.to_owned());
+            names.push(row.mnemonic.to_string());
         }
         for (joined, apart) in [
             ("LDNOT", "LD NOT"),

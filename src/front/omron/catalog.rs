@@ -1,81 +1,86 @@
 //! The OMRON instructions as data: function numbers, operands, meaning, timing class and condition flags.
 
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use super::source::Family;
+use crate::front::catalog::{self, Catalog, Line};
+pub(super) use crate::front::catalog::{Amount, Extent};
 
-/// The catalog's text; its columns are described at [`Row`].
-const TEXT: &str = include_str!("catalog.csv");
+/// What the OMRON catalog adds to the language of catalogs: the roles `t`, `k` and `tk`, any word as a meaning, and the
+/// columns `family` (`c`, `cs`, `*` both), `number` (`~`: may be assigned by the user) and `flags`: the condition flags
+/// that an instruction may change besides what its meaning says, `*` all, `~` those that some CPUs of CS, CJ and CP turn
+/// off and others leave.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Vocabulary;
 
-/// How many words an operand reaches over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Extent {
-    /// So many.
-    Words(u32),
-    /// As many as the operand of this place says.
-    Counted(usize),
-    /// Up to the word that the operand of this place names.
-    UpTo(usize),
-    /// Not told by the operands.
-    Unknown,
+impl catalog::Vocabulary for Vocabulary {
+    type Role = Timing;
+    type Meaning = &'static str;
+    type Own = Own;
+
+    fn role(word: &str) -> Option<Timing> {
+        match word {
+            "t" => Some(Timing::Timer),
+            "k" => Some(Timing::Counter),
+            "tk" => Some(Timing::TimerOrCounter),
+            _ => None,
+        }
+    }
+
+    fn meaning(word: &'static str) -> Option<&'static str> {
+        Some(word).filter(|word| !word.is_empty())
+    }
+
+    fn own(line: &Line<'_>) -> Option<Own> {
+        let number = line.cell("number");
+        Some(Own {
+            family: match line.cell("family") {
+                "c" => Some(Family::C),
+                "cs" => Some(Family::Cs),
+                "*" => None,
+                _ => return None,
+            },
+            number: number.trim_end_matches('~').parse().ok(),
+            assignable: number.ends_with('~'),
+            flags: Some(line.cell("flags")).filter(|flags| !flags.is_empty())?,
+        })
+    }
 }
 
-/// What an operand is for.
+/// The number of a timer or counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
-    /// So many words that are read (`s`, `s2`, `c`); `None` for a block of any length (`s*`).
-    Source(Option<u32>),
-    /// An address or place that is not read itself (`sa`, `e`).
-    Address,
-    /// Words that are written (`d`), or read and written (`x`).
-    Target(Extent),
-    /// So many words, written where it names words, and read (`y1`, `y2`): a constant is only read.
-    Either(u32),
-    /// A bit that is read (`sb`).
-    SourceBit,
-    /// A bit that is written (`db`).
-    TargetBit,
-    /// A plain number: of a jump, a subroutine, a port (`n`).
-    Number,
-    /// A timer's number (`t`).
+pub(super) enum Timing {
+    /// A timer's.
     Timer,
-    /// A counter's number (`k`).
+    /// A counter's.
     Counter,
-    /// A timer or a counter, by its letter (`tk`).
+    /// A timer's or a counter's, by its letter.
     TimerOrCounter,
 }
 
-/// One instruction of one family. Columns of the file: `mnemonic`; `family` (`c`, `cs`, `*` both); `number` (`~`:
-/// may be assigned by the user); `operands`; `meaning`, the word by which `decode` knows it; `class`, the timing
-/// class; `flags`: the condition flags it may change besides what its meaning says, `*` all, `~` those that some CPUs of CS, CJ
-/// and CP turn off and others leave.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Row {
-    pub(super) mnemonic: &'static str,
+/// The columns of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Own {
+    /// `None` for both.
     pub(super) family: Option<Family>,
+    /// The function number.
     pub(super) number: Option<u16>,
     /// Whether the number can be assigned by the user, so that no number contradicts the name.
     pub(super) assignable: bool,
-    pub(super) operands: Vec<Role>,
-    /// Which of the operands are both read and written (`x`).
-    pub(super) changed: Vec<usize>,
-    /// Whether the last operand may be missing.
-    pub(super) optional: bool,
-    pub(super) meaning: &'static str,
-    pub(super) class: &'static str,
+    /// The condition flags that it may change.
     pub(super) flags: &'static str,
 }
 
+/// What an instruction does with an operand.
+pub(super) type Role = catalog::Role<Timing>;
+/// One operand of an instruction.
+pub(super) type Slot = catalog::Operand<Timing>;
+/// One form of an instruction.
+pub(super) type Row = catalog::Row<Vocabulary>;
+
 impl Row {
     fn is_of(&self, family: Family) -> bool {
-        self.family.is_none_or(|own| own == family)
-    }
-
-    /// Whether so many operands fit.
-    pub(super) fn takes(&self, operands: usize) -> bool {
-        let most = self.operands.len();
-        operands == most || (self.optional && operands + 1 == most)
+        self.own.family.is_none_or(|own| own == family)
     }
 }
 
@@ -91,96 +96,26 @@ pub(super) enum Lead {
 }
 
 /// An instruction found in the catalog.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Found {
     /// Its rows, which differ in the number of operands.
-    pub(super) rows: &'static [Row],
+    pub(super) rows: Vec<&'static Row>,
     /// For comparisons and bit tests, how they join.
     pub(super) lead: Option<Lead>,
 }
 
-static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| {
-    let mut rows: Vec<Row> = TEXT.lines().skip(1).filter_map(row).collect();
-    rows.sort_by_key(|row| (row.mnemonic, row.family.map(|family| family == Family::Cs)));
-    rows
-});
+/// The catalog.
+static CATALOG: LazyLock<Catalog<Vocabulary>> =
+    LazyLock::new(|| Catalog::new(include_str!("catalog.csv")));
 
-/// Ranges of `ROWS` by mnemonic.
-static NAMES: LazyLock<BTreeMap<&'static str, std::ops::Range<usize>>> = LazyLock::new(|| {
-    let mut names: BTreeMap<&'static str, std::ops::Range<usize>> = BTreeMap::new();
-    for (at, row) in ROWS.iter().enumerate() {
-        names.entry(row.mnemonic).or_insert(at..at).end = at + 1;
-    }
-    names
-});
-
-fn row(line: &'static str) -> Option<Row> {
-    let mut cells = line.split(',');
-    let mut cell = || cells.next().unwrap_or_default();
-    let (mnemonic, family, number, operands) = (cell(), cell(), cell(), cell());
-    let (meaning, class, flags) = (cell(), cell(), cell());
-    let words: Vec<&str> = operands.split_whitespace().collect();
-    Some(Row {
-        mnemonic,
-        family: match family {
-            "c" => Some(Family::C),
-            "cs" => Some(Family::Cs),
-            _ => None,
-        },
-        number: number.trim_end_matches('~').parse().ok(),
-        assignable: number.ends_with('~'),
-        operands: words.iter().filter_map(|word| role(word.trim_end_matches('?'))).collect(),
-        changed: (0..words.len()).filter(|&at| words[at].starts_with('x')).collect(),
-        optional: words.last().is_some_and(|word| word.ends_with('?')),
-        meaning,
-        class,
-        flags,
-    })
-    .filter(|row| row.operands.len() == words.len())
-}
-
-fn role(word: &str) -> Option<Role> {
-    Some(match word {
-        "sb" => Role::SourceBit,
-        "db" => Role::TargetBit,
-        "sa" | "e" => Role::Address,
-        "n" => Role::Number,
-        "t" => Role::Timer,
-        "k" => Role::Counter,
-        "tk" => Role::TimerOrCounter,
-        "c" | "s" => Role::Source(Some(1)),
-        "s*" => Role::Source(None),
-        "d" | "x" => Role::Target(Extent::Words(1)),
-        "d*" | "x*" => Role::Target(Extent::Unknown),
-        _ => {
-            let (kind, rest) = word.split_at(1);
-            match kind {
-                "s" => Role::Source(Some(rest.parse().ok()?)),
-                "y" => Role::Either(rest.parse().ok()?),
-                "d" | "x" => Role::Target(if let Some(at) = rest.strip_prefix("..") {
-                    Extent::UpTo(at.parse().ok()?)
-                } else if let Some(at) = rest.strip_prefix('@') {
-                    Extent::Counted(at.parse().ok()?)
-                } else {
-                    Extent::Words(rest.parse().ok()?)
-                }),
-                _ => return None,
-            }
-        }
-    })
-}
-
-fn rows(mnemonic: &str, family: Family) -> Option<&'static [Row]> {
-    let range = NAMES.get(mnemonic)?.clone();
-    let rows = &ROWS[range];
-    let start = rows.iter().position(|row| row.is_of(family))?;
-    let count = rows[start..].iter().take_while(|row| row.is_of(family)).count();
-    Some(&rows[start..start + count])
+fn rows(mnemonic: &str, family: Family) -> Option<Vec<&'static Row>> {
+    let rows = CATALOG.rows(mnemonic)?.iter().filter(|row| row.is_of(family));
+    Some(rows.collect()).filter(|rows: &Vec<&Row>| !rows.is_empty())
 }
 
 /// The instruction of this name.
 pub(super) fn find(mnemonic: &str, family: Family) -> Option<Found> {
-    let joins = |rows: &[Row]| {
+    let joins = |rows: &Vec<&Row>| {
         rows[0].meaning.starts_with("compare") || rows[0].meaning.starts_with("test")
     };
     if let Some(rows) = rows(mnemonic, family).filter(|rows| !joins(rows)) {
@@ -196,8 +131,9 @@ pub(super) fn find(mnemonic: &str, family: Family) -> Option<Found> {
 
 /// The instruction of this function number.
 pub(super) fn numbered(number: u16, family: Family) -> Option<&'static str> {
-    let fits = |row: &&Row| row.number == Some(number) && row.is_of(family) && !row.assignable;
-    ROWS.iter().find(fits).map(|row| row.mnemonic)
+    let fits =
+        |row: &&Row| row.own.number == Some(number) && row.is_of(family) && !row.own.assignable;
+    CATALOG.all().find(fits).map(|row| &*row.mnemonic)
 }
 
 /// Whether any family has an instruction of this name with so many operands. (A number may name it instead.)
@@ -218,30 +154,18 @@ mod tests {
 
     #[test]
     fn every_line_of_the_catalog_is_read() {
-        assert_eq!(ROWS.len(), TEXT.lines().count() - 1);
-        assert!(ROWS.iter().all(|row| !row.class.is_empty() && !row.flags.is_empty()));
+        assert!(CATALOG.all().count() > 400);
     }
 
     #[test]
     fn a_number_names_one_instruction_of_a_family() {
         for family in [Family::C, Family::Cs] {
             let mut seen = BTreeSet::new();
-            let fixed = ROWS.iter().filter(|row| row.is_of(family) && !row.assignable);
+            let fixed = CATALOG.all().filter(|row| row.is_of(family) && !row.own.assignable);
             let named: BTreeSet<(u16, &str)> =
-                fixed.filter_map(|row| Some((row.number?, row.mnemonic))).collect();
+                fixed.filter_map(|row| Some((row.own.number?, &*row.mnemonic))).collect();
             for (number, name) in named {
                 assert!(seen.insert(number), "{number} of {family:?} is {name} and another");
-            }
-        }
-    }
-
-    #[test]
-    fn references_to_operands_point_to_operands() {
-        for row in ROWS.iter() {
-            for role in &row.operands {
-                if let Role::Target(Extent::UpTo(at) | Extent::Counted(at)) = role {
-                    assert!(*at < row.operands.len(), "{}", row.mnemonic);
-                }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Instructions on words: what they write, exactly where that is simple, else any value.
 
 use super::assembly::Assembly;
-use super::catalog::{Extent, Role};
+use super::catalog::{Amount, Extent, Role, Slot};
 use super::extent::{MOST_WORDS, fits, length};
 use super::memory::Memory;
 use super::operand::Operand;
@@ -14,8 +14,8 @@ use crate::program::{
 /// Notes that operands are read whose values are not followed.
 pub(super) fn note_indirect(asm: &mut Assembly, item: &Item<'_>) {
     let Some(row) = item.row else { return };
-    for ((operand, text), role) in item.operands.iter().zip(&item.raw.operands).zip(&row.operands) {
-        if !matches!(role, Role::Source(Some(_)) | Role::SourceBit) {
+    for ((operand, text), slot) in item.operands.iter().zip(&item.raw.operands).zip(&row.operands) {
+        if slot.role != Role::Source || slot.extent == Extent::Words(Amount::Unknown) {
             continue;
         }
         if operand.is_indirect() {
@@ -47,10 +47,11 @@ pub(super) fn havoc(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Wr
             .operands
             .iter()
             .zip(&item.operands)
-            .filter_map(|(role, operand)| match role {
-                Role::Target(extent) => Some(operand.regions(length(asm.memory, item, *extent))),
-                Role::Either(count) => Some(operand.regions(Some(*count))),
-                Role::Timer | Role::Counter | Role::TimerOrCounter if operand.is_indirect() => {
+            .filter_map(|(slot, operand)| match (slot.role, slot.extent) {
+                (Role::Destination | Role::Both | Role::Either, Extent::Words(amount)) => {
+                    Some(operand.regions(length(asm.memory, item, amount)))
+                }
+                (Role::Own(_), _) if operand.is_indirect() => {
                     Some(asm.memory.timing_areas().into_iter().map(Region::Area).collect())
                 }
                 _ => None,
@@ -94,7 +95,7 @@ fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
 
 /// The writes to condition flags that the catalog lists: each takes any value.
 pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
-    let named = item.row.map_or("*", |row| row.flags);
+    let named = item.row.map_or("*", |row| row.own.flags);
     let indirect = item.operands.iter().any(Operand::is_indirect);
     let refused = item.meaning().starts_with("flags-zone") && !limits_in_order(item);
     if named == "*" || indirect || refused {
@@ -151,8 +152,9 @@ fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
 
 /// How many words the operand of this place has by its role.
 fn width(item: &Item<'_>, at: usize) -> u32 {
-    match item.row.and_then(|row| row.operands.get(at)) {
-        Some(Role::Source(Some(count)) | Role::Target(Extent::Words(count))) => *count,
+    let slot = item.row.and_then(|row| row.operands.get(at));
+    match slot.and_then(|slot| slot.read_words().or(slot.written_words())) {
+        Some(Amount::Fixed(count)) => count,
         _ => 1,
     }
 }
@@ -206,11 +208,9 @@ fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
         to.extend(last);
         return Some(vec![Write::Words(to, Number::Words(from))]);
     }
-    let extent = item.row?.operands.iter().find_map(|role| match role {
-        Role::Target(extent @ (Extent::Counted(_) | Extent::UpTo(_))) => Some(*extent),
-        _ => None,
-    })?;
-    let count = length(asm.memory, item, extent).filter(|&count| count <= MOST_WORDS)?;
+    let mut amounts = item.row?.operands.iter().filter_map(Slot::written_words);
+    let amount = amounts.find(|amount| amount.counter().is_some())?;
+    let count = length(asm.memory, item, amount).filter(|&count| count <= MOST_WORDS)?;
     if !asm.spelled.has_room(2 * count as usize) {
         return None;
     }
@@ -301,7 +301,7 @@ fn bits(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
 }
 
 fn relation(item: &Item<'_>) -> Relation {
-    let name = item.row.map_or("", |row| row.mnemonic);
+    let name = item.row.map_or("", |row| &*row.mnemonic);
     match name.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == '$') {
         "=" => Relation::Equal,
         "<>" => Relation::NotEqual,

@@ -4,7 +4,7 @@ use crate::base::code::Code;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::assembly::Assembly;
-use super::catalog::{Extent, Role};
+use super::catalog::{Amount, Extent, Role};
 use super::emit::{CallSite, Emitter};
 use super::extent;
 use super::frame::{Frame, frame};
@@ -302,20 +302,21 @@ impl Decoder {
     fn count_points(&mut self, item: &Item<'_>) {
         let Some(row) = item.row else { return };
         let memory = self.asm.memory;
-        let length = |extent| extent::length(memory, item, extent).unwrap_or(MOST_POINTS);
-        let block = row.operands.iter().find_map(|role| match role {
-            Role::Target(extent @ Extent::Counted(_)) => Some(*extent),
+        let length = |amount| extent::length(memory, item, amount).unwrap_or(MOST_POINTS);
+        let block = row.operands.iter().find_map(|slot| match slot.written_words() {
+            Some(amount @ Amount::Counted { .. }) => Some(amount),
             _ => None,
         });
-        for (role, operand) in row.operands.iter().zip(&item.operands) {
+        for (slot, operand) in row.operands.iter().zip(&item.operands) {
             let (Operand::Word(cell) | Operand::Bit(cell, _)) = *operand else { continue };
-            let (written, count) = match role {
-                Role::TargetBit => (1, 1),
-                Role::Target(extent) => (1, length(*extent)),
-                Role::Either(count) => (1, *count),
-                Role::Source(Some(count)) => (0, *count),
+            let (written, count) = match (slot.role, slot.extent) {
                 // A block is read as long as it is written.
-                Role::Source(None) => (0, block.map_or(1, &length)),
+                (Role::Source, Extent::Words(Amount::Unknown)) => (0, block.map_or(1, length)),
+                (Role::Source, Extent::Words(amount)) => (0, length(amount)),
+                (Role::Destination | Role::Both | Role::Either, Extent::Words(amount)) => {
+                    (1, length(amount))
+                }
+                (Role::Destination | Role::Both, _) => (1, 1),
                 _ => (0, 1),
             };
             let words = (0..count.min(MOST_POINTS)).map(|n| cell.plus(n));

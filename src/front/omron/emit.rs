@@ -414,7 +414,7 @@ impl<'a> Emitter<'a> {
                     );
                 }
             }
-            "timer" | "timer-unknown" | "always-forget" | "reset-timers" => {
+            "timer" | "timer-unknown" | "havoc-always" | "reset-timers" => {
                 timers::timer(self.asm, item)
             }
             _ => act::act(self.asm, item),

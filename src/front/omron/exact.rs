@@ -1,6 +1,7 @@
 //! What OMRON instructions really do where the effects say any value.
 
 use super::assembly::{Assembly, fired};
+use super::catalog::Amount;
 use super::data;
 use super::extent;
 use super::operand::Operand;
@@ -73,7 +74,7 @@ fn carries(name: &str, family: Family) -> bool {
 
 /// Whether the instruction's flags tell of its result.
 fn tells(item: &Item<'_>) -> bool {
-    item.row.is_none_or(|row| row.flags == "*")
+    item.row.is_none_or(|row| row.own.flags == "*")
 }
 
 /// Whether this flag is what the result says.
@@ -168,11 +169,7 @@ fn result(item: &Item<'_>) -> Option<Vec<Cell>> {
         "SLD" | "SRD" | "XFER" | "BSET" | "XFRB" | "MLPX" | "DIST" => return None,
         _ => 1,
     };
-    let at = item
-        .row?
-        .operands
-        .iter()
-        .position(|role| matches!(role, super::catalog::Role::Target(_)))?;
+    let at = item.row?.operands.iter().position(|slot| slot.written_words().is_some())?;
     let Operand::Word(first) = item.operands.get(at)? else { return None };
     Some((0..wide).map(|n| first.plus(n)).collect())
 }
@@ -276,7 +273,7 @@ fn meaning(asm: &mut Assembly, item: &Item<'_>) -> Option<Exactly> {
             with(asm, operation, limits.chain([value]).collect(), target(asm, item, 2, 1)?)
         }
         "SLD" | "SRD" => {
-            let count = extent::length(asm.memory, item, super::catalog::Extent::UpTo(1))?;
+            let count = extent::length(asm.memory, item, Amount::UpTo { operand: 1 })?;
             let count = Some(count).filter(|&count| count <= extent::MOST_WORDS)?;
             own(
                 asm,

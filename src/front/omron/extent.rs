@@ -1,6 +1,6 @@
 //! How far operands reach: how many words they stand for, and whether these lie within their area.
 
-use super::catalog::{Extent, Role};
+use super::catalog::Amount;
 use super::memory::Memory;
 use super::resolve::Item;
 use crate::program::Cell;
@@ -9,22 +9,22 @@ use crate::program::Cell;
 pub(super) const MOST_WORDS: u32 = 256;
 
 /// How many words an operand reaches over; `None` if that is not known.
-pub(super) fn length(memory: Memory, item: &Item<'_>, extent: Extent) -> Option<u32> {
-    match extent {
-        Extent::Words(count) => Some(count),
-        Extent::Counted(at) => item.operands.get(at)?.count(memory.family),
-        Extent::UpTo(at) => {
-            let last = item.operands.get(at)?.word()?;
-            let role = item
-                .row?
-                .operands
-                .iter()
-                .position(|role| matches!(role, Role::Target(Extent::UpTo(_))))?;
-            let first = item.operands.get(role)?.word()?;
+pub(super) fn length(memory: Memory, item: &Item<'_>, amount: Amount) -> Option<u32> {
+    match amount {
+        Amount::Fixed(count) => Some(count),
+        Amount::Counted { unit, operand } => {
+            item.operands.get(operand)?.count(memory.family)?.checked_mul(unit)
+        }
+        Amount::UpTo { operand } => {
+            let last = item.operands.get(operand)?.word()?;
+            let is_first = |amount| matches!(amount, Some(Amount::UpTo { .. }));
+            let mut slots = item.row?.operands.iter();
+            let from = slots.position(|slot| is_first(slot.written_words()))?;
+            let first = item.operands.get(from)?.word()?;
             (first.area == last.area && first.index <= last.index)
                 .then(|| last.index - first.index + 1)
         }
-        Extent::Unknown => None,
+        Amount::Power { .. } | Amount::Unknown => None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! What an instruction's operands name, for the price: the cells and bits of words behind them, also where its meaning
 //! shows none because it is taken as any value.
 
-use super::catalog::{Extent, Role};
+use super::catalog::{Amount, Extent, Role};
 use super::extent::length;
 use super::memory::Memory;
 use super::operand::Operand;
@@ -36,25 +36,24 @@ pub(super) fn device(operand: &Operand) -> Option<Device> {
 pub(super) fn touched(item: &Item<'_>, memory: Memory) -> Touched {
     let mut touched = Touched::default();
     for (at, operand) in item.operands.iter().enumerate() {
-        let role = item.row.and_then(|row| row.operands.get(at));
-        let words = match role {
-            Some(Role::Source(Some(count))) => Some(*count),
+        let slot = item.row.and_then(|row| row.operands.get(at));
+        let words = match slot.map(|slot| (slot.role, slot.extent)) {
             // A block is read as long as it is written.
-            Some(Role::Source(None)) => item.row.and_then(|row| {
-                row.operands.iter().find_map(|role| match role {
-                    Role::Target(extent @ Extent::Counted(_)) => length(memory, item, *extent),
+            Some((Role::Source, Extent::Words(Amount::Unknown))) => item.row.and_then(|row| {
+                row.operands.iter().find_map(|slot| match slot.written_words() {
+                    Some(amount @ Amount::Counted { .. }) => length(memory, item, amount),
                     _ => None,
                 })
             }),
-            Some(Role::Target(extent)) => length(memory, item, *extent),
-            Some(Role::Either(count)) => Some(*count),
             // Of an address that is not read itself nothing is touched.
-            Some(Role::Address | Role::Number) => continue,
+            Some((Role::Address | Role::Number, _)) => continue,
+            Some((Role::Own(_), _)) => Some(1),
+            Some((_, Extent::Words(amount))) => length(memory, item, amount),
             _ => Some(1),
         };
         let count = words.map_or(MANY, |words| words.min(MANY));
         // What is changed is read and written.
-        let changed = item.row.is_some_and(|row| row.changed.contains(&at));
+        let changed = slot.is_some_and(|slot| slot.role == Role::Both);
         for _ in 0..1 + usize::from(changed) {
             let mut range = |first: Cell, count: u32| {
                 touched.regions.push(Region::Range { first, count });

@@ -1,6 +1,6 @@
 //! From written instructions to catalog rows and understood operands, with every fault found.
 
-use super::catalog::{self, Extent, Lead, Role, Row};
+use super::catalog::{self, Amount, Extent, Lead, Role, Row, Slot, Timing};
 use super::memory::Memory;
 use super::operand::{Operand, Reader, Want};
 use super::source::{Family, RawInstruction};
@@ -96,8 +96,9 @@ pub(super) fn resolve<'a>(
         at(Code::UnknownInstruction, message, help, faults);
         return None;
     };
-    check_number(raw, &upper, found.rows, family, faults);
-    let Some(row) = found.rows.iter().find(|row| row.takes(raw.operands.len())) else {
+    check_number(raw, &upper, &found.rows, family, faults);
+    let row = found.rows.iter().copied().find(|row| row.takes(raw.operands.len()));
+    let Some(row) = row else {
         let counts: Vec<String> =
             found.rows.iter().map(|row| row.operands.len().to_string()).collect();
         at(
@@ -117,8 +118,8 @@ pub(super) fn resolve<'a>(
     }
     let mut operands = Vec::new();
     let mut sound = true;
-    for (text, role) in raw.operands.iter().zip(&row.operands) {
-        match read(text, *role, reader) {
+    for (text, slot) in raw.operands.iter().zip(&row.operands) {
+        match read(text, *slot, reader) {
             Ok(operand) => operands.push(operand),
             Err((message, help)) => {
                 sound = false;
@@ -135,19 +136,19 @@ pub(super) fn resolve<'a>(
 fn check_number(
     raw: &RawInstruction,
     name: &str,
-    rows: &[Row],
+    rows: &[&Row],
     family: Family,
     faults: &mut Faults<'_>,
 ) {
     let Some(number) = raw.number else { return };
-    if rows.iter().any(|row| row.number == Some(number.value)) {
+    if rows.iter().any(|row| row.own.number == Some(number.value)) {
         return;
     }
     let other = catalog::numbered(number.value, family);
-    if rows.iter().any(|row| row.assignable) && other.is_none() {
+    if rows.iter().any(|row| row.own.assignable) && other.is_none() {
         return;
     }
-    let own = rows.iter().find_map(|row| row.number);
+    let own = rows.iter().find_map(|row| row.own.number);
     let is = |name: &str, own: Option<u16>| match own {
         Some(own) => format!("{name} is {own}"),
         None => format!("{name} has no function number"),
@@ -164,51 +165,29 @@ fn check_number(
     );
 }
 
-fn read(text: &str, role: Role, reader: &Reader<'_>) -> Result<Operand, super::operand::Refusal> {
-    let want = match role {
-        Role::Source(_) | Role::Target(_) | Role::Either(_) => Want::Word,
-        Role::Address => {
+fn read(text: &str, slot: Slot, reader: &Reader<'_>) -> Result<Operand, super::operand::Refusal> {
+    let want = match (slot.role, slot.extent) {
+        (Role::Address, _) => {
             return reader.read(text, Want::Word).or_else(|_| reader.read(text, Want::Bit));
         }
-        Role::SourceBit | Role::TargetBit => Want::Bit,
-        Role::Number => Want::Number,
-        Role::Timer => Want::Completion("T"),
-        Role::Counter => Want::Completion("C"),
-        Role::TimerOrCounter => Want::Completion("T"),
+        (Role::Number, _) => Want::Number,
+        (Role::Own(Timing::Counter), _) => Want::Completion("C"),
+        (Role::Own(Timing::Timer | Timing::TimerOrCounter), _) => Want::Completion("T"),
+        (_, Extent::Bits(_)) => Want::Bit,
+        _ => Want::Word,
     };
     let operand = reader.read(text, want)?;
     let memory: Memory = reader.memory;
-    let mut none = || crate::program::ChoiceId(0);
-    let fits = match role {
-        Role::Source(Some(count)) => {
-            if let Operand::Constant(value, _) = operand
-                && !fits(value, count)
-            {
-                return Err((
-                    format!("{text} does not fit into {count} words of 16 bits"),
-                    "use the instruction's variant for double words, or a smaller constant",
-                ));
-            }
-            operand.sources(count, memory, &mut none).is_some()
-        }
-        Role::Target(_) => !matches!(
-            operand,
-            Operand::Constant(..)
-                | Operand::Real(_)
-                | Operand::Text
-                | Operand::Flag(_)
-                | Operand::Bit(..)
-        ),
-        Role::Either(_) => !matches!(operand, Operand::Flag(_) | Operand::Bit(..) | Operand::Text),
-        Role::SourceBit => operand.bit_source(memory, &mut none).is_some(),
-        Role::TargetBit => operand.bit_target().is_some() || operand.is_indirect(),
-        Role::Timer | Role::Counter | Role::TimerOrCounter => {
-            matches!(operand, Operand::Flag(_)) || operand.is_indirect()
-        }
-        Role::Source(None) | Role::Number | Role::Address => true,
-    };
-    if let (Operand::Word(cell), Role::Source(Some(count)) | Role::Target(Extent::Words(count))) =
-        (&operand, role)
+    if let (Operand::Constant(value, _), Some(Amount::Fixed(count))) = (&operand, slot.read_words())
+        && !fits(*value, count)
+    {
+        return Err((
+            format!("{text} does not fit into {count} words of 16 bits"),
+            "use the instruction's variant for double words, or a smaller constant",
+        ));
+    }
+    if let (Operand::Word(cell), Some(Amount::Fixed(count))) =
+        (&operand, slot.read_words().or(slot.written_words()))
         && count <= 4
         && cell.index + count > memory.size(cell.area)
     {
@@ -217,20 +196,39 @@ fn read(text: &str, role: Role, reader: &Reader<'_>) -> Result<Operand, super::o
             "look at the address",
         ));
     }
-    if fits {
-        return Ok(operand);
-    }
-    let wanted = match role {
-        Role::SourceBit => "a bit",
-        Role::TargetBit => "a bit that can be written",
-        Role::Target(_) => "a word that can be written",
-        Role::Timer | Role::Counter | Role::TimerOrCounter => "the number of a timer or counter",
-        _ => "a word or a constant",
-    };
+    let Some(wanted) = wanted(&operand, slot, memory) else { return Ok(operand) };
     Err((
         format!("'{text}' is not {wanted}"),
         "look at the order of the operands and at the address",
     ))
+}
+
+/// What an operand should be and is not.
+fn wanted(operand: &Operand, slot: Slot, memory: Memory) -> Option<&'static str> {
+    let mut none = || crate::program::ChoiceId(0);
+    let is_word = !matches!(operand, Operand::Flag(_) | Operand::Bit(..) | Operand::Text);
+    let (fits, wanted) = match (slot.role, slot.extent) {
+        (Role::Number | Role::Address, _) | (Role::Source, Extent::Words(Amount::Unknown)) => {
+            return None;
+        }
+        (Role::Own(_), _) => (
+            matches!(operand, Operand::Flag(_)) || operand.is_indirect(),
+            "the number of a timer or counter",
+        ),
+        (Role::Source, Extent::Words(Amount::Fixed(count))) => {
+            (operand.sources(count, memory, &mut none).is_some(), "a word or a constant")
+        }
+        (Role::Source, _) => (operand.bit_source(memory, &mut none).is_some(), "a bit"),
+        (Role::Either, _) => (is_word, "a word or a constant"),
+        (Role::Destination | Role::Both, Extent::Bits(_)) => {
+            (operand.bit_target().is_some() || operand.is_indirect(), "a bit that can be written")
+        }
+        (Role::Destination | Role::Both, _) => (
+            is_word && !matches!(operand, Operand::Constant(..) | Operand::Real(_)),
+            "a word that can be written",
+        ),
+    };
+    (!fits).then_some(wanted)
 }
 
 /// Whether a constant fits into so many words, signed or not.

@@ -142,7 +142,7 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
     }
     match item.meaning() {
         "timer-unknown" => asm.note("this timer's completion flag is on or off at will"),
-        "always-forget" => asm.note("this timer's flags and values take any value"),
+        "havoc-always" => asm.note("this timer's flags and values take any value"),
         "timer" if !matches!(item.operands.first(), Some(Operand::Flag(_))) => {
             asm.note("which timer this is is not known: all timers take any value");
         }

@@ -1,6 +1,7 @@
 //! Tests of the catalog.
 
 use super::*;
+use crate::front::melsec::memory;
 
 /// The timing classes of application instructions.
 const CLASSES: [&str; 28] = [
@@ -36,32 +37,43 @@ const CLASSES: [&str; 28] = [
 
 fn found(mnemonic: &str, operands: usize) -> (String, bool) {
     let found = find(mnemonic, operands).expect("is in the catalog");
-    (found.entry.mnemonic.clone(), found.pulsed)
+    (found.entry.mnemonic.to_string(), found.pulsed)
 }
 
 fn entries() -> impl Iterator<Item = &'static Entry> {
-    CATALOG.values().flat_map(Rows::entries)
+    CATALOG.all()
 }
 
 #[test]
 fn the_rows_of_a_mnemonic_differ_in_their_operands() {
-    assert_eq!(TEXT.lines().next(), Some("mnemonic,pulse,operands,class,units,effect,also"));
-    for rows in CATALOG.values() {
-        let mut counts = counts(rows.entries());
+    for name in CATALOG.names() {
+        let rows = CATALOG.rows(name).unwrap();
+        let mut counts = counts(rows);
         counts.dedup();
-        assert_eq!(counts.len(), rows.lines.len(), "{:?}", rows.lines);
+        assert_eq!(counts.len(), rows.len(), "{name}");
+        assert!(rows.iter().all(|row| !row.optional), "{name}: a form has its row here");
+    }
+}
+
+#[test]
+fn what_counts_is_a_number() {
+    for entry in entries() {
+        let counters = entry.operands.iter().filter_map(|it| it.extent.amount().counter());
+        for counter in counters.chain(entry.units) {
+            assert_eq!(entry.operands[counter].role, Role::Number, "{}", entry.mnemonic);
+        }
     }
 }
 
 #[test]
 fn every_row_is_well_formed() {
-    assert!(CATALOG.len() > 500);
+    assert!(CATALOG.names().count() > 500);
     for entry in entries() {
         assert!(CLASSES.contains(&entry.class), "{}: {}", entry.mnemonic, entry.class);
         let writes = entry.operands.iter().any(|it| {
-            matches!(it.role, Role::Destination | Role::Both | Role::Either | Role::Axis)
+            matches!(it.role, Role::Destination | Role::Both | Role::Either | Role::Own(Axis))
         });
-        let silent = matches!(entry.operation, Operation::Nothing | Operation::Free);
+        let silent = matches!(entry.meaning, Operation::Nothing | Operation::Free);
         assert_eq!(writes || !entry.also.is_empty(), !silent, "{}", entry.mnemonic);
     }
 }
@@ -70,18 +82,18 @@ fn every_row_is_well_formed() {
 fn exact_operations_have_the_operands_they_need() {
     for entry in entries() {
         let roles: Vec<Role> = entry.operands.iter().map(|it| it.role).collect();
-        let fits = match entry.operation {
-            Operation::Forget
-            | Operation::Always
-            | Operation::Anytime
+        let fits = match entry.meaning {
+            Operation::Havoc
+            | Operation::HavocAlways
+            | Operation::HavocAnytime
             | Operation::Nothing
             | Operation::Free => true,
             Operation::Add
-            | Operation::Sub
-            | Operation::And
-            | Operation::Or
-            | Operation::Xor
-            | Operation::Xnr => {
+            | Operation::Subtract
+            | Operation::WordAnd
+            | Operation::WordOr
+            | Operation::WordXor
+            | Operation::WordXnr => {
                 let extents = entry.operands.windows(2).all(|two| two[0].extent == two[1].extent);
                 extents
                     && matches!(
@@ -90,27 +102,27 @@ fn exact_operations_have_the_operands_they_need() {
                             | [Role::Source, Role::Source, Role::Destination]
                     )
             }
-            Operation::Copy | Operation::Not => {
+            Operation::Copy | Operation::WordNot => {
                 entry.operands[0].extent == entry.operands[1].extent
                     && roles.starts_with(&[Role::Source, Role::Destination])
             }
-            Operation::Fill => roles == [Role::Source, Role::Destination, Role::Count],
+            Operation::Fill => roles == [Role::Source, Role::Destination, Role::Number],
             Operation::Exchange => roles.starts_with(&[Role::Both, Role::Both]),
-            Operation::Inc
-            | Operation::Dec
-            | Operation::Neg
+            Operation::Increment
+            | Operation::Decrement
+            | Operation::Negate
             | Operation::Swap
-            | Operation::Shift1
+            | Operation::ShiftOne
             | Operation::Alternate => roles == [Role::Both],
-            Operation::Clear => roles == [Role::Destination, Role::Count],
+            Operation::Clear => roles == [Role::Destination, Role::Number],
             Operation::ClearRange => roles == [Role::Destination, Role::Destination],
             Operation::SlideUp | Operation::SlideDown => {
                 let amount = entry.operands[0].extent.amount();
-                roles == [Role::Both, Role::Count]
+                roles == [Role::Both, Role::Number]
                     && amount == Amount::Counted { unit: 1, operand: 1 }
             }
             Operation::Pairwise => {
-                roles == [Role::Source, Role::Source, Role::Destination, Role::Count]
+                roles == [Role::Source, Role::Source, Role::Destination, Role::Number]
                     && entry.operands[0].extent == entry.operands[1].extent
             }
             Operation::Text => {
@@ -122,9 +134,9 @@ fn exact_operations_have_the_operands_they_need() {
                     && entry.operands[0].extent == entry.operands[1].extent
                     && entry.operands[2].extent == Extent::Bits(Amount::Fixed(3))
             }
-            Operation::BitSet | Operation::BitReset => roles == [Role::Both, Role::Count],
+            Operation::SetBit | Operation::ResetBit => roles == [Role::Both, Role::Number],
         };
-        assert!(fits, "{} {:?}", entry.mnemonic, entry.operation);
+        assert!(fits, "{} {:?}", entry.mnemonic, entry.meaning);
     }
 }
 
@@ -210,7 +222,7 @@ fn an_unknown_mnemonic_suggests_a_near_one() {
 fn an_unlisted_dedicated_instruction_may_write_all_its_operands() {
     let found = find("GP.NOSUCH", 3).unwrap();
     assert!(found.pulsed);
-    assert_eq!((found.entry.mnemonic.as_str(), found.entry.class), ("G.NOSUCH", "dedicated"));
+    assert_eq!((&*found.entry.mnemonic, found.entry.class), ("G.NOSUCH", "dedicated"));
     let all = Operand { role: Role::Both, extent: Extent::Devices(Amount::Unknown) };
     assert_eq!(found.entry.operands, vec![all; 3]);
     assert!(matches!(find("G.", 0), Err(NotFound::Unknown)));
@@ -237,27 +249,30 @@ fn instructions_of_many_units_tell_how_many() {
 }
 
 #[test]
+fn every_area_that_the_catalog_names_exists() {
+    let mut named = 0;
+    for &name in entries().flat_map(|entry| &entry.also).filter(|name| **name != EVERYWHERE) {
+        let area = memory::area(name);
+        assert_eq!(memory::areas(memory::Family::Q)[usize::from(area.0)].name, name);
+        named += 1;
+    }
+    assert!(named > 10);
+}
+
+#[test]
 fn areas_that_are_written_besides_are_told_apart() {
     assert_eq!(find("ZPOP", 1).unwrap().entry.also, ["Z", "V index ", "LZ"]);
     assert_eq!(find("COM", 0).unwrap().entry.also, ["*"]);
 }
 
 #[test]
-fn faulty_rows_are_refused() {
-    assert!(entry("A,P,s:w d:w*3 n,block,3,forget,").is_ok());
-    for wrong in [
-        "A,Q,s:w,move,,forget,",
-        "A,P,r:w,move,,forget,",
-        "A,P,s:q,move,,forget,",
-        "A,P,d:w*2 s,block,,forget,",
-        "A,P,d:w*0 n,block,,forget,",
-        "A,P,s:w d:w,block,3,forget,",
-        "A,P,s:w d:w n,block,0,forget,",
-        "A,P,s:w d:w n,block,<3,forget,",
-        "A,P,d:w,move,,spoil,",
-        "A,P,d:w,move,,forget",
-    ] {
-        assert!(entry(wrong).is_err(), "{wrong}");
+fn its_own_words_are_checked() {
+    let read = |text| {
+        catalog::row::<Vocabulary>(&["mnemonic", "pulse", "operands", "class", "meaning"], text)
+    };
+    assert!(read("A,P,a:b,move,havoc-anytime").is_ok());
+    for wrong in ["A,Q,s,move,havoc", "A,P,t,move,havoc", "A,P,d,move,forget"] {
+        assert!(read(wrong).is_err(), "{wrong}");
     }
 }
 
@@ -296,7 +311,7 @@ fn instructions_of_real_programs_are_known() {
 
 #[test]
 fn no_pulse_form_hides_another_instruction() {
-    for entry in entries().filter(|entry| entry.pulse) {
+    for entry in entries().filter(|entry| entry.own.pulse) {
         let name = &entry.mnemonic;
         let pulsed = match name.split_once('.') {
             Some((prefix, rest)) => format!("{prefix}P.{rest}"),
@@ -305,7 +320,7 @@ fn no_pulse_form_hides_another_instruction() {
                 None => format!("{name}P"),
             },
         };
-        assert_eq!(found(&pulsed, entry.operands.len()), (name.clone(), true));
+        assert_eq!(found(&pulsed, entry.operands.len()), (name.to_string(), true));
         assert!(!is_of_the_decoder(name), "{name} is the decoder's");
     }
 }

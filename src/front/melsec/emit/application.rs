@@ -3,7 +3,9 @@
 use super::access::{BitPlace, WordPlace};
 use super::{Emitter, fired, timing};
 use crate::base::code::Code;
-use crate::front::melsec::catalog::{Amount, EVERYWHERE, Entry, Extent, Found, Operation, Role};
+use crate::front::melsec::catalog::{
+    Amount, Axis, EVERYWHERE, Entry, Extent, Found, Operation, Role,
+};
 use crate::front::melsec::memory::{Kind, area};
 use crate::front::melsec::operand::{Operand as Written, Place};
 use crate::front::melsec::source::RawInstruction;
@@ -48,7 +50,7 @@ impl Emitter<'_> {
     /// An instruction that the catalog has.
     pub(super) fn listed(&mut self, mnemonic: &str, raw: &RawInstruction, found: &Found) {
         let entry = &found.entry;
-        let free = entry.operation == Operation::Free;
+        let free = entry.meaning == Operation::Free;
         if !free {
             self.output_here(mnemonic);
         } else if self.rung.depth > 0 && !mnemonic.starts_with("NOP") {
@@ -73,11 +75,11 @@ impl Emitter<'_> {
         let key = timing(mnemonic, found.pulsed, None, entry.class, units, free);
         let Some(mut effects) = self.operation(raw, entry) else { return };
         self.note_indexed(raw, entry, &effects);
-        for name in &entry.also {
+        for &name in &entry.also {
             let everywhere = name == EVERYWHERE;
             let region = if everywhere { Region::Everything } else { Region::Area(area(name)) };
             effects.push(fired(Write::Havoc(region, self.choice())));
-            if entry.operation == Operation::Anytime {
+            if entry.meaning == Operation::HavocAnytime {
                 self.program.volatile.push(region);
             }
             self.approximate(format!(
@@ -96,8 +98,8 @@ impl Emitter<'_> {
         let mut fine = true;
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
             fine &= match operand.role {
-                Role::Other => true,
-                Role::Source | Role::Count | Role::Either | Role::Axis => {
+                Role::Address => true,
+                Role::Source | Role::Number | Role::Either | Role::Own(Axis) => {
                     self.operand(text).is_some()
                 }
                 Role::Destination | Role::Both if entry.class == "dedicated" => {
@@ -111,10 +113,10 @@ impl Emitter<'_> {
 
     /// The instruction's effects, exact where that is possible.
     fn operation(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Vec<Effect>> {
-        let exact = match entry.operation {
+        let exact = match entry.meaning {
             Operation::Nothing | Operation::Free => return Some(Vec::new()),
-            Operation::Always => return Some(self.havoc_all(raw, entry, When::Always)),
-            Operation::Anytime => {
+            Operation::HavocAlways => return Some(self.havoc_all(raw, entry, When::Always)),
+            Operation::HavocAnytime => {
                 let effects = self.havoc_all(raw, entry, When::Fired);
                 self.program.volatile.extend(effects.iter().filter_map(
                     |effect| match effect.write {
@@ -128,21 +130,21 @@ impl Emitter<'_> {
             Operation::Exchange => self.exchange(raw, entry)?,
             Operation::Clear => self.clear(raw, entry)?,
             Operation::ClearRange => self.clear_range(raw)?,
-            Operation::BitSet | Operation::BitReset => {
-                self.bit_of_word(raw, entry.operation == Operation::BitSet)?
+            Operation::SetBit | Operation::ResetBit => {
+                self.bit_of_word(raw, entry.meaning == Operation::SetBit)?
             }
-            Operation::Shift1 => self.shift(raw)?,
+            Operation::ShiftOne => self.shift(raw)?,
             Operation::Alternate => {
                 let now = self.read_bit(&raw.operands[0])?;
                 Some(self.bit_effects(&raw.operands[0], now.not(), false)?)
             }
             Operation::SlideUp | Operation::SlideDown => {
-                self.slide(raw, entry, entry.operation == Operation::SlideUp)?
+                self.slide(raw, entry, entry.meaning == Operation::SlideUp)?
             }
             Operation::Pairwise => self.pairwise(raw, entry)?,
             Operation::Text => self.constant_text(raw)?,
             Operation::Order => self.compare_to_bits(raw, entry)?,
-            Operation::Forget | Operation::Swap => None,
+            Operation::Havoc | Operation::Swap => None,
             _ => self.arithmetic(raw, entry)?,
         };
         Some(match exact {
@@ -185,12 +187,12 @@ impl Emitter<'_> {
                     .collect(),
             )
         };
-        let (a, b) = match (entry.operation, last) {
-            (Operation::Inc | Operation::Dec, _) => {
+        let (a, b) = match (entry.meaning, last) {
+            (Operation::Increment | Operation::Decrement, _) => {
                 (self.number(&raw.operands[0], words)?, constant(1))
             }
-            (Operation::Neg, _) => (constant(0), self.number(&raw.operands[0], words)?),
-            (Operation::Not, _) => (self.number(&raw.operands[0], words)?, constant(u16::MAX)),
+            (Operation::Negate, _) => (constant(0), self.number(&raw.operands[0], words)?),
+            (Operation::WordNot, _) => (self.number(&raw.operands[0], words)?, constant(u16::MAX)),
             // With two operands the second is the left side as well as the result.
             (_, 1) => {
                 (self.number(&raw.operands[1], words)?, self.number(&raw.operands[0], words)?)
@@ -204,13 +206,13 @@ impl Emitter<'_> {
             return Some(Some(self.overflowing(&raw.operands[last], entry, (a, b), words)?));
         }
         let (a, b) = (Box::new(a), Box::new(b));
-        let number = match entry.operation {
-            Operation::Add | Operation::Inc => Number::Add(a, b),
-            Operation::Sub | Operation::Dec | Operation::Neg => Number::Sub(a, b),
-            Operation::And => Number::And(a, b),
-            Operation::Or => Number::Or(a, b),
-            Operation::Xor | Operation::Not => Number::Xor(a, b),
-            Operation::Xnr => {
+        let number = match entry.meaning {
+            Operation::Add | Operation::Increment => Number::Add(a, b),
+            Operation::Subtract | Operation::Decrement | Operation::Negate => Number::Sub(a, b),
+            Operation::WordAnd => Number::And(a, b),
+            Operation::WordOr => Number::Or(a, b),
+            Operation::WordXor | Operation::WordNot => Number::Xor(a, b),
+            Operation::WordXnr => {
                 Number::Xor(Box::new(Number::Xor(a, b)), Box::new(constant(u16::MAX)))
             }
             _ => return Some(None),
@@ -249,7 +251,7 @@ impl Emitter<'_> {
         if words == 0 {
             return Some(Some(Vec::new()));
         }
-        let sources = if entry.operation == Operation::Fill {
+        let sources = if entry.meaning == Operation::Fill {
             let unit = match entry.operands[1].extent {
                 Extent::Words(Amount::Counted { unit, .. }) => unit as usize,
                 _ => words,
@@ -367,13 +369,13 @@ impl Emitter<'_> {
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
             match operand.role {
                 Role::Destination | Role::Both | Role::Either => {}
-                Role::Axis if self.is_bit(text) => {}
-                Role::Axis => {
+                Role::Own(Axis) if self.is_bit(text) => {}
+                Role::Own(Axis) => {
                     let region = Region::Area(const { area("Y") });
                     effects.push(Effect { when, write: Write::Havoc(region, self.choice()) });
                     continue;
                 }
-                Role::Source | Role::Count | Role::Other => continue,
+                Role::Source | Role::Number | Role::Address => continue,
             }
             for region in self.reach(raw, entry, text, operand.extent) {
                 effects.push(Effect { when, write: Write::Havoc(region, self.choice()) });
@@ -416,7 +418,7 @@ impl Emitter<'_> {
                 let power = self.constant(&raw.operands[operand]);
                 power.filter(|power| (0..=16).contains(power)).map(|power| 1 << power)
             }
-            Amount::Unknown => None,
+            Amount::UpTo { .. } | Amount::Unknown => None,
         };
         if let Ok(Written::Device(device)) = self.parsed(text) {
             // Words of a bit device that is named without digits are sixteen bits each.
@@ -460,20 +462,4 @@ fn cleared(place: Place, count: i64) -> Option<Vec<Effect>> {
             .collect(),
         _ => return None,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::front::melsec::{catalog, memory};
-
-    #[test]
-    fn every_area_that_the_catalog_names_exists() {
-        let mut named = 0;
-        for name in catalog::also().filter(|name| *name != catalog::EVERYWHERE) {
-            let area = memory::area(name);
-            assert_eq!(memory::areas(memory::Family::Q)[usize::from(area.0)].name, name);
-            named += 1;
-        }
-        assert!(named > 10);
-    }
 }

@@ -198,7 +198,7 @@ impl Emitter<'_> {
     /// Notes which cells of an area a write is to whose device has an index.
     pub(super) fn note_indexed(&mut self, raw: &RawInstruction, entry: &Entry, effects: &[Effect]) {
         let written = raw.operands.iter().zip(&entry.operands).filter(|(_, operand)| {
-            !matches!(operand.role, Role::Source | Role::Count | Role::Other)
+            !matches!(operand.role, Role::Source | Role::Number | Role::Address)
         });
         let mut found: Vec<(AreaId, Option<Indexed>)> = Vec::new();
         for (text, operand) in written {

@@ -71,7 +71,7 @@ impl Emitter<'_> {
         operands
             .filter_map(|(n, operand)| {
                 let listed = row.get(n);
-                if listed.is_some_and(|operand| operand.role == Role::Other) {
+                if listed.is_some_and(|operand| operand.role == Role::Address) {
                     return None;
                 }
                 let &Ok(Operand::Device(device)) = operand else { return None };
@@ -99,7 +99,7 @@ impl Emitter<'_> {
             Amount::Power { operand } => {
                 counted(operand).filter(|&power| power <= 16).map(|power| 1 << power)
             }
-            Amount::Unknown => None,
+            Amount::UpTo { .. } | Amount::Unknown => None,
         };
         (units.map_or(REST, |units| units.min(REST)), matches!(extent, Extent::Words(_)))
     }

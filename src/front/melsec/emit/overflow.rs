@@ -33,7 +33,7 @@ impl Emitter<'_> {
         (a, b): (Number, Number),
         words: usize,
     ) -> Option<Vec<Effect>> {
-        let is_sum = entry.operation == Operation::Add;
+        let is_sum = entry.meaning == Operation::Add;
         let (left, right) = (Box::new(a.clone()), Box::new(b.clone()));
         let result = if is_sum { Number::Add(left, right) } else { Number::Sub(left, right) };
         let targets = match self.word_place(text, words)? {

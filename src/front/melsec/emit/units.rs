@@ -41,7 +41,7 @@ impl Emitter<'_> {
                 None => Units::AtMost(most.saturating_mul(entry.unit_size)),
             };
         }
-        if entry.operation == Operation::ClearRange {
+        if entry.meaning == Operation::ClearRange {
             return self.units_of_range(raw, entry);
         }
         if let Some(most) = entry.most_units {
@@ -154,12 +154,16 @@ impl Emitter<'_> {
                         );
                     }
                 },
-                Amount::Power { .. } | Amount::Unknown if matches!(operand.role, Role::Other) => 1,
+                Amount::Power { .. } | Amount::Unknown if matches!(operand.role, Role::Address) => {
+                    1
+                }
                 Amount::Power { operand } => match self.constant(&raw.operands[operand]) {
                     Some(power) => 1 << power.clamp(0, 16),
                     None => 1 << 8,
                 },
-                Amount::Unknown => return Units::AtMost(self.most_counted(entry) as u64),
+                Amount::UpTo { .. } | Amount::Unknown => {
+                    return Units::AtMost(self.most_counted(entry) as u64);
+                }
             });
         }
         Units::Exactly(most)
@@ -167,7 +171,7 @@ impl Emitter<'_> {
 
     /// The most that a count in a word can say.
     fn most_counted(&self, entry: &Entry) -> i64 {
-        let is_short = self.family == Family::Fx && FX_SHORT.contains(&entry.mnemonic.as_str());
+        let is_short = self.family == Family::Fx && FX_SHORT.contains(&&*entry.mnemonic);
         if is_short { FX_MOST } else { 65_535 }
     }
 
