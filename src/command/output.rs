@@ -57,7 +57,7 @@ pub enum Target {
     Stdout,
     /// A file that is written whole or not at all: a new one takes its place when it is complete.
     Whole { new: NamedTempFile, file: PathBuf },
-    /// What must stay what it is, such as a pipe or a device.
+    /// A pipe or a device, which is written to and not replaced.
     Through(PathBuf),
 }
 

@@ -58,7 +58,7 @@ pub struct Scan {
     pub held: bool,
 }
 
-/// What came of events.
+/// What events did to the clock and to the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Went {
     /// The clock runs on.
@@ -77,7 +77,7 @@ pub trait Observer {
     fn change(&mut self, at: Picos, view: View);
 }
 
-/// Nobody.
+/// No observer.
 impl Observer for () {
     fn scan(&mut self, _at: Picos, _view: View) {}
     fn change(&mut self, _at: Picos, _view: View) {}

@@ -10,7 +10,7 @@ use vcd::{IdCode, SimulationCommand, TimescaleUnit, VarType, Writer};
 /// What the file's comment says, by which a comparison knows it.
 pub const EMULATED: &str = "emulated by scanbound, not measured";
 
-/// Writes the dump while the machine runs. The first fault of writing is kept and told by [`Dump::finish`].
+/// Writes the dump while the machine runs. The first fault of writing is kept and returned by [`Dump::finish`].
 pub struct Dump<W: Write> {
     out: Writer<W>,
     /// Rises when a scan begins, and falls a word later.

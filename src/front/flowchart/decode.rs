@@ -31,7 +31,7 @@ const BACK: AreaId = AreaId(4);
 const RUNS: AreaId = AreaId(5);
 /// The first of the areas of WAITs, one a routine.
 const WAITS: u16 = 6;
-/// No group is laid out with more instructions than this, unless once takes more.
+/// No group is laid out with more instructions than this, unless a single copy of it has more.
 const MOST_LAID: usize = 100_000;
 
 /// A tenth of a second.
@@ -132,7 +132,7 @@ struct Layout<'s> {
     program: Program,
     /// Calls of groups whose place is not yet known: the instruction and the group.
     calls: Vec<(usize, u32)>,
-    /// Instructions whose approximation was told.
+    /// Instructions whose approximation is listed.
     told: BTreeSet<usize>,
 }
 
@@ -190,7 +190,7 @@ impl Layout<'_> {
         for &(place, cell) in &places {
             let step = Step::Jump { fires: Logic::cell(cell), target: 0 };
             let head = place == routine.body.start;
-            // What a group left behind when it was stopped says nothing of where it stands once it is started.
+            // At its head a group also clears the places where it stood when it was stopped.
             let left = places.iter().filter(|other| !is_main && (head || other.0 == place));
             let left = left.map(|&(_, cell)| Effect { when: When::Fired, write: set(cell, false) });
             let effects = left.collect();
@@ -321,7 +321,7 @@ impl Layout<'_> {
     /// GS: a group that is stopped begins at its head; one that runs may begin again or not.
     fn start(&mut self, at: usize, group: u32) {
         self.tell(at, "GS on a group that runs may start it again or leave it as it is");
-        // Each PLC does the one or the other, and nobody says which: no lower bound may rest on it.
+        // Which of both a PLC does is not documented: no lower bound may rest on it.
         let again = self.unknown();
         let fires = Logic::Any(vec![Logic::cell(runs(group)).not(), again]);
         let head = Cell { area: HEADS, index: group };
@@ -345,7 +345,7 @@ impl Layout<'_> {
         }
     }
 
-    /// The first test of a condition begins it anew.
+    /// How a test joins the condition: the first begins a new one.
     fn join(&self, at: usize) -> Join {
         let follows =
             at.checked_sub(1).is_some_and(|before| self.source.instructions[before].op.is_test());
@@ -386,7 +386,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Adds an instruction of ours for one of the source. `class` names the timing class and whether both
+    /// Adds an instruction of the program for one of the source. `class` names the timing class and whether both
     /// times are the dearer; without it the instruction costs nothing.
     fn put(
         &mut self,

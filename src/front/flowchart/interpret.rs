@@ -1,4 +1,4 @@
-//! Runs a flowchart program pass by pass as it stands, apart from its translation: the translation's judge.
+//! Runs a flowchart program pass by pass from its source: tests hold its translation to a program against this.
 
 use super::{Op, Routine, Source};
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,7 +24,7 @@ pub trait Plant {
 pub enum Ended {
     /// At a jump back or a WAIT of the main routine.
     Pass,
-    /// Not at all: so many instructions ran that it goes round for ever.
+    /// It did not end: so many instructions ran that it goes round for ever.
     Never,
 }
 

@@ -1,4 +1,4 @@
-//! Finds routines, labels and groups in a list, and refuses what has no meaning that the documents tell.
+//! Finds routines, labels and groups in a list, and refuses what the documents give no meaning.
 
 use super::parse::{Listed, Word};
 use super::{Instruction, MOST_GROUPS, Op, Routine, Source};
@@ -32,7 +32,7 @@ pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>
     source
 }
 
-/// A timer that some instruction starts with no time may have run out at once wherever it is asked for behind that.
+/// A timer that some instruction starts with time 0 may have run out at once, so all of its instructions get time 0.
 fn without_delay(instructions: &mut [Instruction]) {
     let zero: BTreeSet<u32> = instructions
         .iter()
