@@ -2,6 +2,7 @@
 //!
 //! A front is a directory and its line in `fronts!`. What is behind a [`Program`] knows none of them.
 
+mod builder;
 mod catalog;
 mod encoding;
 mod faults;

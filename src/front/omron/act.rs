@@ -1,12 +1,13 @@
 //! An application instruction: its condition, what it writes, exactly or as any value, and the flags behind it.
 
-use super::assembly::{Assembly, fired};
+use super::assembly::Assembly;
 use super::catalog::{Amount, Extent, Role, Slot};
 use super::extent::length;
 use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
 use super::{data, exact};
+use crate::front::builder::fired;
 use crate::program::{AreaId, Region, Units, When, Write};
 
 /// An application instruction with one condition.

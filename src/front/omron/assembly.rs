@@ -3,7 +3,6 @@
 use crate::base::code::Code;
 use crate::base::location::Location;
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use super::memory::Memory;
 use super::named;
@@ -11,12 +10,12 @@ use super::operand::moved_register;
 use super::resolve::Item;
 use super::source::Edge;
 use crate::base::diagnostic::Diagnostic;
+use crate::front::builder::{Builder, always};
 use crate::front::shown;
-use crate::program::cell_budget::CellBudget;
 use crate::program::meaning::Meaning;
 use crate::program::{
-    Approximated, BitSource, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Join, Logic, Operand,
-    Program, Region, Step, TimingKey, Units, When, Write,
+    Approximated, BitSource, Cell, ChoiceId, Effect, Join, Logic, Program, Region, Step, TimingKey,
+    Units, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -24,7 +23,7 @@ const BRANCHES: u32 = 16;
 
 /// A program while it is put together.
 pub(super) struct Assembly {
-    pub(super) program: Program,
+    pub(super) out: Builder,
     pub(super) memory: Memory,
     /// Faults that came up on the way.
     pub(super) faults: Vec<Diagnostic>,
@@ -44,11 +43,6 @@ pub(super) struct Assembly {
     pub(super) counted: Vec<(usize, Option<Cell>)>,
     /// Index registers that the instruction's operands move, until it is put in.
     moved: Vec<Cell>,
-    /// What the program has spelled out.
-    pub(super) spelled: CellBudget,
-    place: Location,
-    text: Arc<str>,
-    operands: Arc<[Operand]>,
 }
 
 impl Assembly {
@@ -56,7 +50,7 @@ impl Assembly {
         let program =
             Program { dialect: dialect.to_owned(), areas: memory.areas(), ..Program::default() };
         Assembly {
-            program,
+            out: Builder::new(program),
             memory,
             faults: Vec::new(),
             file: 0,
@@ -67,18 +61,13 @@ impl Assembly {
             repeated: false,
             counted: Vec::new(),
             moved: Vec::new(),
-            spelled: CellBudget::default(),
-            place: Location { file: 0, line: 1, step: None },
-            text: Arc::default(),
-            operands: Arc::default(),
         }
     }
 
     /// The instruction that comes next is this.
     pub(super) fn at(&mut self, item: &Item<'_>) {
-        self.place = Location { file: self.file, line: item.raw.line, step: item.raw.step };
-        self.text = item.raw.text.clone();
-        self.operands = named::operands(item);
+        let place = Location { file: self.file, line: item.raw.line, step: item.raw.step };
+        self.out.at(place, item.raw.text.clone(), named::operands(item));
         let memory = self.memory;
         let operands = item.raw.operands.iter();
         self.moved = operands.filter_map(|text| moved_register(text, memory)).collect();
@@ -92,7 +81,7 @@ impl Assembly {
         message: impl Into<String>,
         help: &str,
     ) {
-        let file = self.program.files.get(self.file as usize).map_or("", |file| &file.name);
+        let file = self.out.program.files.get(self.file as usize).map_or("", |file| &file.name);
         let fault =
             Diagnostic::line(code, file, item.raw.line, shown(&item.raw.text), message, help);
         self.faults.push(fault.at_step(item.raw.step));
@@ -100,18 +89,13 @@ impl Assembly {
 
     /// A new choice.
     pub(super) fn choice(&mut self) -> ChoiceId {
-        self.program.choices += 1;
-        ChoiceId(self.program.choices - 1)
+        self.out.choice()
     }
 
     /// A choice that the outside makes: how far a timer has run, what an instruction saw in the last scan. Where it
     /// runs more than once a scan, what it saw is its own doing, which is not followed.
     pub(super) fn world(&mut self) -> ChoiceId {
-        let choice = self.choice();
-        if !self.repeated {
-            self.program.kinds.insert(choice, ChoiceKind::World);
-        }
-        choice
+        if self.repeated { self.out.choice() } else { self.out.world() }
     }
 
     /// A truth value that the outside gives.
@@ -121,16 +105,16 @@ impl Assembly {
 
     /// A truth value that is not known.
     pub(super) fn free(&mut self) -> Logic {
-        Logic::Bit(BitSource::Free(self.choice()))
+        self.out.free_bit()
     }
 
     /// Begins a new rung.
     pub(super) fn rung(&mut self) {
         // What has no price of its own opens no rung.
         let mut priced =
-            self.program.instructions.iter().rev().filter(|last| last.timing.is_some());
+            self.out.program.instructions.iter().rev().filter(|last| last.timing.is_some());
         let begun = priced.next().map_or(0, |last| last.block);
-        self.program.blocks = begun + 1;
+        self.out.program.blocks = begun + 1;
         self.depth = 0;
         self.closed = true;
         self.branches.clear();
@@ -138,7 +122,7 @@ impl Assembly {
 
     /// The index that the next instruction gets.
     pub(super) fn next(&self) -> usize {
-        self.program.instructions.len()
+        self.out.next()
     }
 
     /// Adds an instruction; its index.
@@ -154,37 +138,18 @@ impl Assembly {
                 effects.push(always(Write::Havoc(Region::Range { first, count: 2 }, choice)));
             }
         }
-        let choices = &mut self.program.choices;
-        let fits = self.spelled.effects(&mut effects, || {
-            *choices += 1;
-            ChoiceId(*choices - 1)
-        });
-        self.program.instructions.push(Instruction {
-            place: self.place,
-            block: self.program.blocks.max(1),
-            text: self.text.clone(),
-            operands: self.operands.clone(),
-            timing: timing.map(Box::new),
-            effects,
-            step,
-        });
-        if !fits {
-            self.note(Approximated::NoRoom);
-        }
-        self.next() - 1
+        self.out.add(timing, effects, step)
     }
 
     /// Notes that the last instruction is taken wider than the PLC does it.
     pub(super) fn note(&mut self, what: impl Into<Approximated>) {
         let instruction = self.next().saturating_sub(1);
-        self.program.approximate(instruction, what);
+        self.out.program.approximate(instruction, what);
     }
 
     /// Says what gives a choice its value.
     pub(super) fn exactly(&mut self, choice: ChoiceId, meaning: Meaning) {
-        if self.spelled.meaning(&meaning) {
-            self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
-        }
+        self.out.exactly(choice, meaning);
     }
 
     /// When an instruction runs whose condition stands on the stack, by its mark.
@@ -302,14 +267,4 @@ impl Assembly {
             touched: named::touched(item, self.memory),
         }
     }
-}
-
-/// A write that happens whenever the instruction is reached.
-pub(super) fn always(write: Write) -> Effect {
-    Effect { when: When::Always, write }
-}
-
-/// A write that happens if the instruction fires.
-pub(super) fn fired(write: Write) -> Effect {
-    Effect { when: When::Fired, write }
 }

@@ -211,7 +211,7 @@ fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
     let mut amounts = item.row?.operands.iter().filter_map(Slot::written_words);
     let amount = amounts.find(|amount| amount.counter().is_some())?;
     let count = length(asm.memory, item, amount).filter(|&count| count <= MOST_WORDS)?;
-    if !asm.spelled.has_room(2 * count as usize) {
+    if !asm.out.has_room(2 * count as usize) {
         return None;
     }
     if count == 0 {
@@ -282,7 +282,7 @@ fn bits(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
             let start = item.operands.get(1)?.count(family).filter(|&bit| bit < 16)?;
             let count =
                 item.operands.get(2)?.count(family).filter(|&count| count <= 16 * MOST_WORDS)?;
-            if !asm.spelled.has_room(2 * count as usize) {
+            if !asm.out.has_room(2 * count as usize) {
                 return None;
             }
             if !fits(asm.memory, first, (start + count).div_ceil(16)) {

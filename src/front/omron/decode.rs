@@ -17,8 +17,8 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
 use crate::front::{Faults, Options};
 use crate::program::{
-    BitSource, Cell, Effect, Interrupt, Logic, Program, Region, SourceFile, StartRange, Step, When,
-    Write, flow,
+    BitSource, Cell, Effect, Logic, Program, Region, SourceFile, StartRange, Step, When, Write,
+    flow,
 };
 
 /// Stated ranges with faults are told up to so many faults.
@@ -77,19 +77,19 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
     let Decoder { mut asm, mut faults, used: [read, written], .. } = decoder;
     // A word that is written serves outputs, another inputs.
     let inputs = read.difference(&written).count();
-    asm.program.networks = asm.memory.networks();
-    asm.program.power_up = asm.memory.power_up();
-    asm.program.points = Some([inputs, written.len()].map(|words| 16 * words as u32));
+    asm.out.program.networks = asm.memory.networks();
+    asm.out.program.power_up = asm.memory.power_up();
+    asm.out.program.points = Some([inputs, written.len()].map(|words| 16 * words as u32));
     faults.append(&mut asm.faults);
     if !faults.is_empty() {
         faults.sort_by_key(|fault| (position(project, &fault.file), fault.line));
         return Err(faults);
     }
-    asm.program.blocks = asm.program.instructions.last().map_or(0, |last| last.block);
-    asm.program.cpu = project.files.iter().find_map(|file| file.cpu.clone());
-    asm.program.approximations.sort();
-    asm.program.approximations.dedup();
-    Ok(asm.program)
+    asm.out.program.blocks = asm.out.program.instructions.last().map_or(0, |last| last.block);
+    asm.out.program.cpu = project.files.iter().find_map(|file| file.cpu.clone());
+    asm.out.program.approximations.sort();
+    asm.out.program.approximations.dedup();
+    Ok(asm.out.program)
 }
 
 /// Tasks that interrupts run and whose programs are not known.
@@ -192,8 +192,8 @@ impl Decoder {
     fn file(&mut self, file: &RawFile, options: &Options<'_>) {
         let start = self.asm.next();
         let mut count = 0;
-        self.asm.file = self.asm.program.files.len() as u32;
-        self.asm.program.files.push(SourceFile {
+        self.asm.file = self.asm.out.program.files.len() as u32;
+        self.asm.out.program.files.push(SourceFile {
             name: file.name.clone(),
             instructions: start..start,
             count: 0,
@@ -203,7 +203,7 @@ impl Decoder {
             self.program(file, program, options);
         }
         let end = self.asm.next();
-        if let Some(source) = self.asm.program.files.last_mut() {
+        if let Some(source) = self.asm.out.program.files.last_mut() {
             (source.instructions, source.count) = (start..end, count);
         }
         for symbols in file.programs.iter().map(|program| &program.symbols).chain([&file.symbols]) {
@@ -227,7 +227,7 @@ impl Decoder {
                 "" => name.clone(),
                 comment => format!("{name}: {comment}"),
             };
-            self.asm.program.comments.entry(device).or_insert(text);
+            self.asm.out.program.comments.entry(device).or_insert(text);
         }
     }
 
@@ -290,7 +290,7 @@ impl Decoder {
             self.asm.faults.truncate(fault_count);
         }
         if let Some(gate) = gate
-            && let Step::Jump { target, .. } = &mut self.asm.program.instructions[gate].step
+            && let Step::Jump { target, .. } = &mut self.asm.out.program.instructions[gate].step
         {
             *target = end;
         }
@@ -393,7 +393,8 @@ impl Decoder {
                 self.faults.push(fault.clone());
                 continue;
             };
-            if let Step::Call { target, .. } = &mut self.asm.program.instructions[call.at].step {
+            if let Step::Call { target, .. } = &mut self.asm.out.program.instructions[call.at].step
+            {
                 *target = first;
             }
             let caller = self.bodies.iter().position(|body| body.range.contains(&call.at));
@@ -436,29 +437,23 @@ impl Decoder {
         let cyclic = tasks.iter().filter(|(task, ..)| matches!(task, Task::Cyclic(_))).count();
         for (task, name, range, end) in tasks {
             // A list does not say when its program runs: that it is an interrupt's is stated by its name.
-            if let (Task::Each, Some(times)) = (task, options.facts.interrupt(&name)) {
-                let (entry, stated) = (range.start, true);
-                self.asm.program.interrupts.push(Interrupt { name, entry, times, stated });
+            if let (Task::Each, stated @ Some(_)) = (task, options.facts.interrupt(&name)) {
+                self.asm.out.interrupt(name, range.start, stated);
                 continue;
             }
             let Task::Interrupt(number) = task else {
                 let gated = matches!(task, Task::Cyclic(_));
                 self.gate(range.start, gated && (cyclic > 1 || self.switches), gated);
-                self.asm.program.mains.push(range.start..end + 1);
+                self.asm.out.program.mains.push(range.start..end + 1);
                 continue;
             };
             let label = format!("task {number}");
             let stated = [label.as_str(), name.as_str()]
                 .into_iter()
                 .find_map(|label| options.facts.interrupt(label));
-            self.asm.program.interrupts.push(Interrupt {
-                name: label,
-                entry: range.start,
-                times: stated.unwrap_or(1),
-                stated: stated.is_some(),
-            });
+            self.asm.out.interrupt(label, range.start, stated);
         }
-        if self.asm.program.mains.is_empty() && self.faults.is_empty() {
+        if self.asm.out.program.mains.is_empty() && self.faults.is_empty() {
             let name = project.files.first().map_or("", |file| &file.name);
             self.faults.push(Diagnostic::file(
                 Code::NoProgram,
@@ -473,7 +468,7 @@ impl Decoder {
 
     /// Interrupts that are let in run tasks, of which a list of mnemonics shows nothing.
     fn unlisted(&mut self, options: &Options<'_>) {
-        if !self.unmasked || !self.asm.program.interrupts.is_empty() {
+        if !self.unmasked || !self.asm.out.program.interrupts.is_empty() {
             return;
         }
         let stated = options.facts.interrupt(UNLISTED);
@@ -484,13 +479,7 @@ impl Decoder {
             self.faults.push(Diagnostic::file(Code::NoInterrupt, "", message, help));
         }
         let entry = self.asm.push(Step::Return, Vec::new(), None);
-        let (name, times) = (UNLISTED.to_owned(), stated.unwrap_or(1));
-        self.asm.program.interrupts.push(Interrupt {
-            name,
-            entry,
-            times,
-            stated: stated.is_some(),
-        });
+        self.asm.out.interrupt(UNLISTED.to_owned(), entry, stated);
         self.asm.note("interrupts are let in, and the programs that they run are not among these");
     }
 
@@ -499,7 +488,7 @@ impl Decoder {
         if self.interrupted == Interrupted::default() {
             return;
         }
-        let calls = flow::calls(&self.asm.program);
+        let calls = flow::calls(&self.asm.out.program);
         let called: BTreeSet<usize> = calls.into_iter().map(|(_, routine)| routine).collect();
         let runs = |body: &&Body| {
             !called.contains(&body.range.start) || self.interrupted.may_run(body.number)
@@ -507,14 +496,7 @@ impl Decoder {
         for body in self.bodies.iter().filter(runs) {
             let name = format!("SBN {:02}", body.number);
             let stated = options.facts.interrupt(&name);
-            let entry = body.range.start;
-            let times = stated.unwrap_or(1);
-            self.asm.program.interrupts.push(Interrupt {
-                name,
-                entry,
-                times,
-                stated: stated.is_some(),
-            });
+            self.asm.out.interrupt(name, body.range.start, stated);
         }
     }
 
@@ -524,8 +506,8 @@ impl Decoder {
             return;
         }
         if may_be_off {
-            self.asm.program.approximate(at, "the task may be off");
-        } else if let Step::Jump { fires, .. } = &mut self.asm.program.instructions[at].step {
+            self.asm.out.program.approximate(at, "the task may be off");
+        } else if let Step::Jump { fires, .. } = &mut self.asm.out.program.instructions[at].step {
             *fires = Logic::Const(false);
         }
     }
@@ -549,7 +531,7 @@ impl Decoder {
                 Ok(Operand::Word(cell)) => {
                     let wide = low < -0x8000 || high > 0x7FFF;
                     let cells: Vec<Cell> = (0..1 + u32::from(wide)).map(|n| cell.plus(n)).collect();
-                    self.asm.program.ranges.push(StartRange { cells, low, high });
+                    self.asm.out.program.ranges.push(StartRange { cells, low, high });
                 }
                 _ => self.faults.push(options.facts.fault(
                     ["ranges", device],

@@ -1,6 +1,6 @@
 //! Emits a program's items: contacts, coils, interlocks, jumps, loops and calls; the rest is in `timers` and `data`.
 
-use super::assembly::{Assembly, always, fired};
+use super::assembly::Assembly;
 use super::catalog::Lead;
 use super::frame::Frame;
 use super::memory::Memory;
@@ -10,6 +10,7 @@ use super::source::{Edge, Family};
 use super::timers;
 use super::{act, data};
 use crate::base::code::Code;
+use crate::front::builder::{always, fired};
 use crate::program::{
     BitSource, BitTarget, Effect, Join, Logic, Region, Step, Units, WordSource, Write,
 };
@@ -97,7 +98,7 @@ impl<'a> Emitter<'a> {
     }
 
     fn retarget(&mut self, at: usize, to: usize) {
-        match &mut self.asm.program.instructions[at].step {
+        match &mut self.asm.out.program.instructions[at].step {
             Step::Jump { target, .. } => *target = to,
             Step::ForBegin { end, .. } => *end = to,
             _ => {}

@@ -1,12 +1,13 @@
 //! What OMRON instructions really do where the effects say any value.
 
-use super::assembly::{Assembly, fired};
+use super::assembly::Assembly;
 use super::catalog::Amount;
 use super::data;
 use super::extent;
 use super::operand::Operand;
 use super::resolve::Item;
 use super::source::Family;
+use crate::front::builder::fired;
 use crate::program::meaning::{
     Address, Count, Meaning, Operand as Input, Operation, Shape, Target, Term, Unary,
 };

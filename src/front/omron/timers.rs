@@ -1,11 +1,12 @@
 //! Timers, counters, KEEP and SFT: coils that take time or several branches.
 
-use super::assembly::{Assembly, always, fired};
+use super::assembly::Assembly;
 use super::data;
 use super::extent;
 use super::operand::{Notation, Operand};
 use super::resolve::Item;
 use super::source::RawInstruction;
+use crate::front::builder::{always, fired};
 use crate::program::{
     AreaId, BitSource, BitTarget, Cell, ChoiceId, Effect, Logic, Region, WordSource, Write,
 };

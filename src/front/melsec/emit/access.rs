@@ -36,19 +36,17 @@ pub(super) const REST: u32 = u32::MAX / 2;
 impl Emitter<'_> {
     /// A new choice.
     pub fn choice(&mut self) -> ChoiceId {
-        let choice = ChoiceId(self.program.choices);
-        self.program.choices += 1;
-        choice
+        self.out.choice()
     }
 
     /// A bit of any value.
     pub fn free_bit(&mut self) -> Logic {
-        Logic::Bit(BitSource::Free(self.choice()))
+        self.out.free_bit()
     }
 
     /// A word of any value.
     pub fn free_word(&mut self) -> WordSource {
-        WordSource::Free(self.choice())
+        self.out.free_word()
     }
 
     /// Reads an operand's text; a fault is noted.
@@ -59,8 +57,8 @@ impl Emitter<'_> {
                 let is_link = text.starts_with(['J', 'j'])
                     && matches!(&operand, Operand::Device(device) if matches!(device.place, Place::Foreign(_)));
                 if is_link {
-                    let next = self.program.instructions.len();
-                    self.program.direct_links.get_or_insert(next);
+                    let next = self.out.program.instructions.len();
+                    self.out.program.direct_links.get_or_insert(next);
                 }
                 Some(operand)
             }
@@ -82,7 +80,7 @@ impl Emitter<'_> {
             for n in 0..FUNCTION_WORDS {
                 let word = if n == 0 { String::new() } else { format!(", word {}", n + 1) };
                 let name = format!("FD{}{word}", first / FUNCTION_WORDS);
-                self.program.names.insert(Cell { area, index: first + n }, name);
+                self.out.program.names.insert(Cell { area, index: first + n }, name);
             }
         }
     }

@@ -1,8 +1,9 @@
 //! Application instructions, by the catalog: what they read and write, exactly or as any value; user instructions.
 
 use super::access::{BitPlace, WordPlace};
-use super::{Emitter, fired, timing};
+use super::{Emitter, timing};
 use crate::base::code::Code;
+use crate::front::builder::fired;
 use crate::front::melsec::catalog::{
     Amount, Axis, EVERYWHERE, Entry, Extent, Found, Operation, Role,
 };
@@ -80,7 +81,7 @@ impl Emitter<'_> {
             let region = if everywhere { Region::Everything } else { Region::Area(area(name)) };
             effects.push(fired(Write::Havoc(region, self.choice())));
             if entry.meaning == Operation::HavocAnytime {
-                self.program.volatile.push(region);
+                self.out.program.volatile.push(region);
             }
             self.approximate(format!(
                 "{} may write any {}",
@@ -118,12 +119,12 @@ impl Emitter<'_> {
             Operation::HavocAlways => return Some(self.havoc_all(raw, entry, When::Always)),
             Operation::HavocAnytime => {
                 let effects = self.havoc_all(raw, entry, When::Fired);
-                self.program.volatile.extend(effects.iter().filter_map(
-                    |effect| match effect.write {
+                self.out.program.volatile.extend(effects.iter().filter_map(|effect| {
+                    match effect.write {
                         Write::Havoc(region, _) => Some(region),
                         _ => None,
-                    },
-                ));
+                    }
+                }));
                 return Some(effects);
             }
             Operation::Copy | Operation::Fill => self.copy(raw, entry)?,

@@ -1,8 +1,9 @@
 //! Blocks that move by one place or are worked out element by element, and comparisons that set three bits: followed
 //! exactly where their places are known.
 
+use super::Emitter;
 use super::access::{BitPlace, WordPlace};
-use super::{Emitter, fired};
+use crate::front::builder::fired;
 use crate::front::melsec::catalog::{Amount, Entry, Extent};
 use crate::front::melsec::memory::{Family, Kind};
 use crate::front::melsec::mnemonic::relation;

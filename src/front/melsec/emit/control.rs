@@ -2,14 +2,15 @@
 
 use super::access::WordPlace;
 use super::rungs::remember;
-use super::{Emitter, OPEN, always, fired, key, timing};
+use super::{Emitter, OPEN, key, timing};
 use crate::base::code::Code;
+use crate::front::builder::{always, fired};
 use crate::front::melsec::frame::Part;
 use crate::front::melsec::memory::area;
 use crate::front::melsec::resolve::{Control, Item};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{
-    AreaId, ChoiceKind, Interrupt, Logic, Number, Region, Step, TimingKey, Units, WordSource, Write,
+    AreaId, ChoiceKind, Logic, Number, Region, Step, TimingKey, Units, WordSource, Write,
 };
 
 /// The most iterations that a loop can have.
@@ -69,12 +70,7 @@ impl Emitter<'_> {
         self.routes.stands(self.now.item, at);
         if *part == Part::Interrupt {
             let stated = self.options.facts.interrupt(mnemonic);
-            self.program.interrupts.push(Interrupt {
-                name: mnemonic.to_owned(),
-                entry: at,
-                times: stated.unwrap_or(1),
-                stated: stated.is_some(),
-            });
+            self.out.interrupt(mnemonic.to_owned(), at, stated);
         }
     }
 
@@ -173,7 +169,7 @@ impl Emitter<'_> {
         } else {
             // Whether a count below 1 gives one turn or none differs between CPUs.
             let choice = self.choice();
-            self.program.kinds.insert(choice, ChoiceKind::Iterations(words[0]));
+            self.out.program.kinds.insert(choice, ChoiceKind::Iterations(words[0]));
             (WordSource::Free(choice), 0, iterations(high).max(1))
         };
         let at = self.add(
@@ -182,7 +178,7 @@ impl Emitter<'_> {
             Step::ForBegin { count, least, most, end: OPEN },
         );
         if !known {
-            self.program.uncounted.insert(at);
+            self.out.program.uncounted.insert(at);
         }
         self.routes.leads(at, next);
     }

@@ -31,7 +31,11 @@ impl Emitter<'_> {
     pub(super) fn edge_memory(&mut self, is_contact: bool) -> Cell {
         let memory = self.memory();
         if matches!(self.family, Family::Fx | Family::Fx5) {
-            self.edges.at.push(Edge { at: self.program.instructions.len(), memory, is_contact });
+            self.edges.at.push(Edge {
+                at: self.out.program.instructions.len(),
+                memory,
+                is_contact,
+            });
         }
         memory
     }
@@ -41,13 +45,13 @@ impl Emitter<'_> {
         if self.edges.at.is_empty() {
             return;
         }
-        let again = run_again(&self.program);
+        let again = run_again(&self.out.program);
         for edge in std::mem::take(&mut self.edges.at) {
             if !again[edge.at] && !edge.is_contact {
                 continue;
             }
             let free = self.free_bit();
-            for effect in &mut self.program.instructions[edge.at].effects {
+            for effect in &mut self.out.program.instructions[edge.at].effects {
                 match &mut effect.write {
                     Write::Bit(BitTarget::Cell(cell), value) if *cell == edge.memory => {
                         *value = free.clone();
@@ -57,7 +61,7 @@ impl Emitter<'_> {
             }
             if again[edge.at] {
                 let what = "an edge belongs to the scan, not to each execution: it is taken to occur again or not";
-                self.program.approximate(edge.at, what);
+                self.out.program.approximate(edge.at, what);
             }
         }
     }

@@ -16,19 +16,12 @@ use crate::program::{
 impl Emitter<'_> {
     /// A bit that the outside may give any value.
     pub(super) fn world_bit(&mut self) -> Logic {
-        Logic::Bit(BitSource::Free(self.world()))
+        Logic::Bit(BitSource::Free(self.out.world()))
     }
 
     /// A word that the outside may give any value.
     pub(super) fn world_word(&mut self) -> WordSource {
-        WordSource::Free(self.world())
-    }
-
-    /// A choice of the outside's.
-    pub(super) fn world(&mut self) -> ChoiceId {
-        let choice = self.choice();
-        self.program.kinds.insert(choice, ChoiceKind::World);
-        choice
+        WordSource::Free(self.out.world())
     }
 
     /// Whether the outside gives a device any value whenever it is read: direct inputs, modules' memory, links. What
@@ -46,9 +39,7 @@ impl Emitter<'_> {
     /// A choice that an operation gives.
     pub(super) fn exactly(&mut self, meaning: Meaning) -> ChoiceId {
         let choice = self.choice();
-        if self.spelled.meaning(&meaning) {
-            self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
-        }
+        self.out.exactly(choice, meaning);
         choice
     }
 
@@ -57,7 +48,7 @@ impl Emitter<'_> {
     pub(super) fn elapsed(&mut self, before: Cell, setting: WordSource) -> (ChoiceId, ChoiceId) {
         let word = |source| Operand::Words(vec![source]);
         let bit = |choice| Operand::Bits(vec![BitSource::Free(choice)]);
-        let (chance, number) = (self.world(), self.world_word());
+        let (chance, number) = (self.out.world(), self.world_word());
         let known = [word(WordSource::Cell(before)), word(setting)];
         let through = self.exactly(Meaning {
             operation: Operation::Expired,
@@ -217,7 +208,7 @@ impl Emitter<'_> {
             });
             let lost: Vec<ChoiceId> = lost.collect();
             if let (true, Some(indexed), [choice]) = (alone, indexed, &lost[..]) {
-                self.program.indexed.insert(*choice, indexed.clone());
+                self.out.program.indexed.insert(*choice, indexed.clone());
             }
         }
     }
@@ -274,7 +265,7 @@ impl Emitter<'_> {
         };
         let choice = is_clock.then(|| self.choice())?;
         let cell = Cell { area: area(device.name), index };
-        self.program.kinds.insert(choice, ChoiceKind::Steady(cell));
+        self.out.program.kinds.insert(choice, ChoiceKind::Steady(cell));
         Some(Logic::Bit(BitSource::Free(choice)))
     }
 
@@ -300,7 +291,7 @@ impl Emitter<'_> {
         if entry.class == "module" && self.reads_module(raw, entry) {
             for effect in effects.iter() {
                 if let Write::Havoc(_, choice) = effect.write {
-                    self.program.kinds.insert(choice, ChoiceKind::World);
+                    self.out.program.kinds.insert(choice, ChoiceKind::World);
                 }
             }
         }

@@ -46,14 +46,14 @@ impl Emitter<'_> {
         if found.iter().any(|fault| fault.severity == Severity::Error) {
             return Err(found);
         }
-        Ok((self.program, self.stated.counts))
+        Ok((self.out.program, self.stated.counts))
     }
 
     /// Fills in where each instruction leads, which the frame knows of items.
     fn connect(&mut self) {
         for (at, item) in std::mem::take(&mut self.routes.leads) {
             let to = self.routes.stands[&item];
-            match &mut self.program.instructions[at].step {
+            match &mut self.out.program.instructions[at].step {
                 Step::Jump { target, .. } | Step::Call { target, .. } => *target = to,
                 Step::ForBegin { end, .. } => *end = to,
                 _ => {}

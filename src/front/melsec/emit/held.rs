@@ -12,37 +12,37 @@ impl Emitter<'_> {
             .routes
             .calls_with_coils_off
             .iter()
-            .filter_map(|&at| match self.program.instructions[at].step {
+            .filter_map(|&at| match self.out.program.instructions[at].step {
                 Step::Call { target, .. } => Some(target),
                 _ => None,
             })
             .collect();
-        let calls = flow::calls(&self.program);
+        let calls = flow::calls(&self.out.program);
         let (mut entries, mut inside) = (BTreeSet::new(), BTreeSet::new());
         while let Some(entry) = open.pop() {
             if !entries.insert(entry) {
                 continue;
             }
-            let Some(end) = flow::extent(&self.program, entry) else { continue };
+            let Some(end) = flow::extent(&self.out.program, entry) else { continue };
             inside.extend(entry..=end);
             let within = calls.iter().filter(|(at, _)| (entry..=end).contains(at));
             open.extend(within.map(|&(_, target)| target));
         }
         for at in inside {
             let choice = self.choice();
-            let_hold_off(&mut self.program.instructions[at], choice);
+            let_hold_off(&mut self.out.program.instructions[at], choice);
             // What an operation takes from the rung's condition is held off, too.
-            for effect in &self.program.instructions[at].effects {
+            for effect in &self.out.program.instructions[at].effects {
                 if let (When::Always, Write::Havoc(_, own)) = (effect.when, &effect.write)
-                    && let Some(ChoiceKind::Exact(_)) = self.program.kinds.get(own)
+                    && let Some(ChoiceKind::Exact(_)) = self.out.program.kinds.get(own)
                 {
-                    self.program.kinds.remove(own);
+                    self.out.program.kinds.remove(own);
                 }
             }
         }
         for instruction in entries {
             let what = "this routine may run with its coils off: each of its instructions is taken to act or not";
-            self.program.approximate(instruction, what);
+            self.out.program.approximate(instruction, what);
         }
     }
 }

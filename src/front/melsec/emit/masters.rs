@@ -52,7 +52,7 @@ impl Emitter<'_> {
         let Some(state) = self.state.take_if(|open| next != Some(open.item)) else { return };
         self.add(None, Vec::new(), Step::MasterControlEnd { level: STATE_LEVEL });
         let behind = self.add(None, Vec::new(), Step::Nothing);
-        if let Step::Jump { target, .. } = &mut self.program.instructions[state.jump].step {
+        if let Step::Jump { target, .. } = &mut self.out.program.instructions[state.jump].step {
             *target = behind;
         }
     }

@@ -29,10 +29,10 @@ use super::source::RawInstruction;
 use crate::base::code::Code;
 use crate::base::location::Location;
 use crate::front::Faults;
-use crate::program::cell_budget::CellBudget;
+use crate::front::builder::{Builder, always};
 use crate::program::{
-    Approximated, Cell, ChoiceId, Effect, Instruction, Logic, Program, Region, SourceFile, Step,
-    TimingKey, Touched, Units, When, Write,
+    Approximated, Cell, Effect, Logic, Program, Region, SourceFile, Step, TimingKey, Touched,
+    Units, Write,
 };
 use edges::Edges;
 use finish::Routes;
@@ -54,9 +54,8 @@ pub struct Emitter<'a> {
     frame: &'a Frame,
     options: &'a DecodeOptions<'a>,
     family: Family,
-    program: Program,
+    out: Builder,
     faults: Vec<Faults<'a>>,
-    spelled: CellBudget,
     /// What switches in the project change of instructions' meaning.
     quirks: Quirks,
     /// The instruction under way.
@@ -98,9 +97,8 @@ impl<'a> Emitter<'a> {
             frame,
             options,
             family: options.family,
-            program,
+            out: Builder::new(program),
             faults,
-            spelled: CellBudget::default(),
             quirks: Quirks::of(&resolved.items, options.family),
             now: Now::default(),
             rung: Rung::default(),
@@ -115,10 +113,12 @@ impl<'a> Emitter<'a> {
     pub(super) fn file(&mut self, file: usize) {
         let resolved = self.resolved;
         let items = resolved.files[file].clone();
-        let first = self.program.instructions.len();
+        let first = self.out.next();
         self.now = Now::of(file);
         self.rung = Rung::default();
-        self.program.instructions.reserve(items.len());
+        self.out.program.instructions.reserve(items.len());
+        let place = Location { file: file as u32, line: 1, step: None };
+        self.out.at(place, Arc::default(), Arc::default());
         if let Some(end) = self.frame.rest(file) {
             self.rest(end);
         }
@@ -126,6 +126,9 @@ impl<'a> Emitter<'a> {
             let item = &resolved.items[at];
             // What ends a state belongs to its end.
             self.now.begin(at, item);
+            let raw = item.raw;
+            let place = Location { file: file as u32, line: raw.line, step: raw.step };
+            self.out.at(place, raw.text.clone(), shown::operands(raw, &item.operands));
             self.leave_state(self.frame.site(at).state);
             self.instruction(item);
             self.direct_inputs(item);
@@ -137,10 +140,10 @@ impl<'a> Emitter<'a> {
         self.check_rung();
         self.leave_state(None);
         self.now = Now::of(file);
-        let last = self.program.instructions.len();
-        self.program.mains.push(first..last);
+        let last = self.out.next();
+        self.out.program.mains.push(first..last);
         let raw = &resolved.project.files[file];
-        self.program.files.push(SourceFile {
+        self.out.program.files.push(SourceFile {
             name: raw.name.clone(),
             instructions: first..last,
             count: raw.instructions.len(),
@@ -203,53 +206,28 @@ impl<'a> Emitter<'a> {
     /// Lists what is taken wider than it is at the instruction about to be added.
     pub fn approximate(&mut self, what: impl Into<Approximated>) {
         let what = what.into();
-        let instruction = self.program.instructions.len();
-        let known =
-            self.program.approximations.iter().rev().take_while(|a| a.instruction == instruction);
+        let instruction = self.out.next();
+        let known = self
+            .out
+            .program
+            .approximations
+            .iter()
+            .rev()
+            .take_while(|a| a.instruction == instruction);
         if known.into_iter().all(|a| a.what != what) {
-            self.program.approximate(instruction, what);
+            self.out.program.approximate(instruction, what);
         }
     }
 
     /// Adds an instruction; its index.
     pub fn add(&mut self, timing: Option<TimingKey>, effects: Vec<Effect>, step: Step) -> usize {
-        let mut effects = effects;
-        let choices = &mut self.program.choices;
-        let fits = self.spelled.effects(&mut effects, || {
-            *choices += 1;
-            ChoiceId(*choices - 1)
-        });
-        if !fits {
-            self.approximate(Approximated::NoRoom);
-        }
-        let index = self.program.instructions.len();
-        let raw = self.now.raw;
         let timing = timing.map(|key| self.with_operands(key));
-        let text = raw.map_or_else(Arc::default, |raw| raw.text.clone());
-        let operands = match (self.program.instructions.last(), raw) {
-            (Some(last), _) if Arc::ptr_eq(&last.text, &text) => last.operands.clone(),
-            (_, Some(raw)) => shown::operands(raw, self.now.operands),
-            (_, None) => Arc::default(),
-        };
-        self.program.instructions.push(Instruction {
-            place: Location {
-                file: self.now.file as u32,
-                line: raw.map_or(1, |raw| raw.line),
-                step: raw.and_then(|raw| raw.step),
-            },
-            block: self.program.blocks.max(1),
-            text,
-            operands,
-            timing: timing.map(Box::new),
-            effects,
-            step,
-        });
-        index
+        self.out.add(timing, effects, step)
     }
 
     /// Whether a block of so many words or bits, each read and written, can still be followed.
     pub fn has_room(&self, count: i64) -> bool {
-        usize::try_from(count).is_ok_and(|count| self.spelled.has_room(2 * count))
+        usize::try_from(count).is_ok_and(|count| self.out.has_room(2 * count))
     }
 
     /// Checks the number of operands.
@@ -271,7 +249,8 @@ impl<'a> Emitter<'a> {
             } else {
                 String::new()
             };
-            self.program
+            self.out
+                .program
                 .names
                 .insert(cell, format!("last scan of `{}` ({files}{})", raw.text, raw.line));
         }
@@ -305,16 +284,6 @@ pub fn key(mnemonic: &str, class: &'static str) -> TimingKey {
     let dearer = matches!(class, "nothing" | "loop")
         || matches!(mnemonic, "RET" | "RETSTL" | "SRET" | "IRET" | "MCR" | "JMP");
     timing(mnemonic, false, None, class, Units::None, dearer)
-}
-
-/// An effect whenever the instruction is reached.
-pub fn always(write: Write) -> Effect {
-    Effect { when: When::Always, write }
-}
-
-/// An effect where the instruction fires.
-pub fn fired(write: Write) -> Effect {
-    Effect { when: When::Fired, write }
 }
 
 /// Rising (or falling) edge of a value against a remembered one.

@@ -2,7 +2,8 @@
 
 use super::access::BitPlace;
 use super::rungs::{letters, remember};
-use super::{Emitter, always, edge, fired, timing};
+use super::{Emitter, edge, timing};
+use crate::front::builder::{always, fired};
 use crate::front::melsec::memory::{Family, Kind, Timed, area};
 use crate::front::melsec::operand::{Device, Operand, Place};
 use crate::front::melsec::source::RawInstruction;
@@ -274,7 +275,7 @@ impl Emitter<'_> {
         let is_state = text.trim().to_ascii_uppercase().starts_with('S');
         let Some(state) = self.state.as_ref().filter(|_| is_state) else { return };
         let one = |&first: &Cell| Region::Range { first, count: 1 };
-        self.program.volatile.extend(state.relays.iter().map(one));
+        self.out.program.volatile.extend(state.relays.iter().map(one));
         self.approximate(format!(
             "{text}: the state that is left may be reset at once or later in the scan"
         ));

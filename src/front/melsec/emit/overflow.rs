@@ -1,7 +1,8 @@
 //! Sums and differences of the FX and FX5, which do not wrap around at their limits.
 
+use super::Emitter;
 use super::access::WordPlace;
-use super::{Emitter, always, fired};
+use crate::front::builder::{always, fired};
 use crate::front::melsec::catalog::{Entry, Operation};
 use crate::front::melsec::memory::Family;
 use crate::program::{

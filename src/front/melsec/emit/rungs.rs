@@ -1,9 +1,10 @@
 //! Contacts and the stack: LD to ORI, edges, ANB, ORB, MPS, MRD, MPP, INV, MEP, MEF, EGP, EGF; where rungs begin.
 
 use crate::base::code::Code;
+use crate::front::builder::always;
 use std::borrow::Cow;
 
-use super::{Emitter, always, edge, timing};
+use super::{Emitter, edge, timing};
 use crate::front::melsec::operand::upper;
 use crate::front::melsec::resolve::Category;
 use crate::front::melsec::source::RawInstruction;
@@ -128,7 +129,7 @@ impl Emitter<'_> {
     pub(super) fn begin_block(&mut self) {
         if !self.rung.open {
             self.check_rung();
-            self.program.blocks += 1;
+            self.out.program.blocks += 1;
         }
         (self.rung.depth, self.rung.has_output, self.rung.open) = (0, false, false);
     }
@@ -137,7 +138,7 @@ impl Emitter<'_> {
     pub(super) fn stand_alone(&mut self, joined_by_next: bool) {
         if !self.rung.open {
             self.check_rung();
-            self.program.blocks += 1;
+            self.out.program.blocks += 1;
         }
         (self.rung.depth, self.rung.has_output, self.rung.open) = (0, true, joined_by_next);
     }

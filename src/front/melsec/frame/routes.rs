@@ -1,0 +1,169 @@
+//! Where control goes between the items of a project: labels, programs at rest, jumps that lead where none may, routines
+//! that do not end.
+
+use std::collections::BTreeMap;
+use std::mem::take;
+
+use super::{Frame, Leap, Part, Walk, Wanted};
+use crate::base::code::Code;
+
+impl Walk<'_, '_> {
+    /// Finds the label of every jump and call: in the own file, else, for calls, in the one other file that has it.
+    pub(super) fn connect(&mut self) {
+        for Wanted { item, label, file, only, is_call } in take(&mut self.wanted) {
+            let elsewhere: Vec<usize> = match self.labels[file].get(&label) {
+                Some(&own) => vec![own],
+                None if only => Vec::new(),
+                None => self.labels.iter().filter_map(|own| own.get(&label).copied()).collect(),
+            };
+            match elsewhere[..] {
+                [to] if is_call => _ = self.frame.parts.insert(item, Part::Call(to)),
+                [to] => {
+                    self.frame.parts.insert(item, Part::Jump(to));
+                    let masters = [item, to].map(|at| self.frame.sites[at].master);
+                    self.leaps.push(Leap { from: item, to, masters });
+                }
+                [] => {
+                    let message = format!("the label P{label} does not stand in this program");
+                    let help = "check the label, or give all files of the project";
+                    self.fault_at(item, Code::NoLabel, message, help);
+                }
+                _ => {
+                    let message = format!("the label P{label} stands in several other files");
+                    let help = "a label that files share must stand in one of them only";
+                    self.fault_at(item, Code::DoubleLabel, message, help);
+                }
+            }
+        }
+    }
+
+    /// Where programs go that need not run in every scan.
+    pub(super) fn rests(&mut self) {
+        let may_rest = self.resolved.may_rest();
+        let files = self.resolved.files.iter().zip(may_rest).enumerate();
+        self.frame.rests = files
+            .map(|(file, (items, may))| self.end_behind(file, items.start).filter(|_| may))
+            .collect();
+        let leaps = self.resolved.files.iter().zip(&self.frame.rests);
+        let leaps = leaps.filter_map(|(items, to)| {
+            Some(Leap { from: items.start, to: (*to)?, masters: [None, None] })
+        });
+        self.leaps.extend(leaps);
+    }
+
+    pub(super) fn check_leaps(&mut self) {
+        let begins = self.frame.parts.iter();
+        let loops: Vec<(usize, usize)> = begins
+            .filter_map(|(&begin, part)| match part {
+                Part::For(end) => Some((begin, *end)),
+                _ => None,
+            })
+            .collect();
+        for n in 0..self.leaps.len() {
+            let Leap { from, to, masters } = self.leaps[n];
+            let is_into = |&(begin, end): &(usize, usize)| {
+                let within = |at: usize| (begin + 1..=end).contains(&at);
+                within(to) && !within(from)
+            };
+            if to < from {
+                let line = self.item(to).raw.line;
+                let message = format!(
+                    "this jumps back to line {line}: the scan has no bound that can be found here"
+                );
+                let help = "use FOR and NEXT with a known count";
+                self.fault_at(from, Code::JumpBack, message, help);
+            } else if loops.iter().any(is_into) {
+                let message = "this jumps into a loop of FOR and NEXT".to_owned();
+                let help = "jump to the FOR, or behind the NEXT";
+                self.fault_at(from, Code::JumpIntoLoop, message, help);
+            } else if masters[0] != masters[1] {
+                let message = "this jumps into or out of a master control (MC to MCR)".to_owned();
+                let help = "put the label into the same master control as the jump";
+                self.fault_at(from, Code::JumpAcrossMasterControl, message, help);
+            }
+        }
+    }
+    /// Each routine that is called, and each interrupt program, must end.
+    pub(super) fn check_routines(&mut self) {
+        let extents = Extents::new(&self.frame, &self.leaps);
+        let mut calls: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut interrupts = Vec::new();
+        for (&at, part) in &self.frame.parts {
+            match part {
+                // Of all the calls of a routine that does not end, one is told.
+                Part::Call(to) => _ = calls.entry(*to).or_insert(at),
+                Part::Interrupt => interrupts.push(at),
+                _ => {}
+            }
+        }
+        for (routine, at) in calls.into_iter().filter(|(routine, _)| !extents.ends(*routine)) {
+            let label = &self.item(routine).raw.text;
+            let message = format!("the subroutine at {label} has no RET");
+            self.fault_at(at, Code::NoReturn, message, "end it with RET");
+        }
+        for entry in interrupts.into_iter().filter(|entry| !extents.ends(*entry)) {
+            let message = "the interrupt program has no IRET".to_owned();
+            self.fault_at(entry, Code::NoReturn, message, "end it with IRET");
+        }
+    }
+}
+
+/// What tells how far routines reach.
+struct Extents {
+    /// The returns.
+    returns: Vec<usize>,
+    /// What leads on, and whereto.
+    leaps: Vec<(usize, usize)>,
+}
+
+impl Extents {
+    fn new(frame: &Frame, leaps: &[Leap]) -> Extents {
+        let parts = frame.parts.iter();
+        let returns = parts.filter(|(_, part)| **part == Part::Return).map(|(&at, _)| at).collect();
+        let mut leaps: Vec<(usize, usize)> =
+            leaps.iter().map(|leap| (leap.from, leap.to)).collect();
+        leaps.sort_unstable();
+        Extents { returns, leaps }
+    }
+
+    /// The first return from an item on.
+    fn return_from(&self, at: usize) -> Option<usize> {
+        self.returns.get(self.returns.partition_point(|&end| end < at)).copied()
+    }
+
+    /// Whether a routine has a return that no jump within it leads past.
+    fn ends(&self, entry: usize) -> bool {
+        let Some(mut end) = self.return_from(entry) else { return false };
+        let first = self.leaps.partition_point(|&(from, _)| from <= entry);
+        for &(from, to) in &self.leaps[first..] {
+            if from > end {
+                break;
+            }
+            if to > end {
+                match self.return_from(to) {
+                    Some(next) => end = next,
+                    None => return false,
+                }
+            }
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_routine_ends_at_the_first_return_that_no_jump_leads_past() {
+        let ends = |returns: &[usize], leaps: &[(usize, usize)], entry| {
+            Extents { returns: returns.to_vec(), leaps: leaps.to_vec() }.ends(entry)
+        };
+        assert!(ends(&[5], &[], 2) && !ends(&[5], &[], 6));
+        assert!(ends(&[5, 9], &[(3, 7)], 2) && !ends(&[5], &[(3, 7)], 2));
+        // A jump behind the return belongs to another routine.
+        assert!(ends(&[5], &[(6, 7)], 2));
+        // A jump past one return leads to a jump past the next.
+        assert!(!ends(&[5, 9], &[(3, 7), (8, 11)], 2));
+    }
+}
