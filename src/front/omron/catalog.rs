@@ -6,7 +6,18 @@ use super::source::Family;
 use crate::front::catalog::{self, Catalog, Line};
 pub(super) use crate::front::catalog::{Amount, Extent};
 
-/// What the OMRON catalog adds to the language of catalogs: the roles `t`, `k` and `tk`, any word as a meaning, and the
+/// The words for meanings, which the stages from `resolve` on compare with.
+const MEANINGS: &str = "\
+    add and and-block and-not break call clear-carry compare compare-real compare-signed compare-unknown \
+    complement copy counter counter-reversible decrement end exchange fall fill flags-compare flags-compare-signed \
+    flags-zone flags-zone-signed for havoc havoc-always increment interlock interlock-end interlock-number \
+    interlock-number-end invert jump jump-end jump-if jump-zero jump-zero-end keep load load-not macro move \
+    move-bit move-not next nothing or or-block or-not out out-bit out-not pulse-fall pulse-rise refresh-units \
+    reset reset-bit reset-bits reset-timers return rise routine set set-bit set-bits set-carry shift-register \
+    shift-words step subtract task test test-not timer timer-holding timer-unknown word-and word-or word-xnr \
+    word-xor";
+
+/// What the OMRON catalog adds to the language of catalogs: the roles `t`, `k` and `tk`, its words for meanings, and the
 /// columns `family` (`c`, `cs`, `*` both), `number` (`~`: may be assigned by the user) and `flags`: the condition flags
 /// that an instruction may change besides what its meaning says, `*` all, `~` those that some CPUs of CS, CJ and CP turn
 /// off and others leave.
@@ -28,7 +39,7 @@ impl catalog::Vocabulary for Vocabulary {
     }
 
     fn meaning(word: &'static str) -> Option<&'static str> {
-        Some(word).filter(|word| !word.is_empty())
+        MEANINGS.split(' ').any(|known| known == word).then_some(word)
     }
 
     fn own(line: &Line<'_>) -> Option<Own> {
@@ -153,8 +164,24 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn every_line_of_the_catalog_is_read() {
-        assert!(CATALOG.all().count() > 400);
+    fn every_line_of_the_catalog_is_read_and_every_meaning_is_had() {
+        let used: BTreeSet<&str> = CATALOG.all().map(|row| row.meaning).collect();
+        assert!(used.iter().copied().eq(MEANINGS.split(' ')), "{used:?}");
+    }
+
+    #[test]
+    fn its_own_words_are_checked() {
+        let heads = ["mnemonic", "family", "number", "operands", "class", "meaning", "flags"];
+        let read = |text| catalog::row::<Vocabulary>(&heads, text);
+        assert!(read("A,cs,20~,tk d:w..1,timer,havoc-always,*").is_ok());
+        for wrong in [
+            "A,,,d,move,havoc,*",
+            "A,c,,a,move,havoc,*",
+            "A,*,,d,move,forget,*",
+            "A,*,,d,move,havoc,",
+        ] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]
