@@ -4,7 +4,7 @@
 mod common;
 
 use common::audited::table;
-use scanbound::audit::{Failure, Request, audit};
+use scanbound::audit::{Failure, Request, audit, follow};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
 use scanbound::passes::values::Trust;
@@ -214,7 +214,7 @@ fn counts_are_stated_of_places_that_count() {
         // A constant.
         ("\"a.txt:6\" = 5", "no word counts iterations or units at a.txt:6"),
         ("\"b.txt:2\" = 5", "there is no file 'b.txt' in this program"),
-        ("\"a.txt\" = 5", "'a.txt' is no place"),
+        ("\"a.txt\" = 5", "nothing is counted by a word 'a.txt'"),
         ("\"a.txt:x\" = 5", "'a.txt:x' names no line"),
         ("\"a.txt:2\" = 40000", "the count of `FOR D50` at a.txt:2 is never 40000 to 40000"),
         (
@@ -247,7 +247,7 @@ fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
     let us = |time: scanbound::base::time::Picos| time.0 / 1_000_000;
     let shown: Vec<_> = unknowns
         .iter()
-        .map(|one| (&*one.word, one.at.line, one.most, us(one.each), us(one.cost)))
+        .map(|one| (&*one.word, one.places[0].0.line, one.most, us(one.each), us(one.cost)))
         .collect();
     // The block's 65,535 words at 1 us each, the loop's 32,767 iterations at 2 us.
     assert_eq!(shown, [("D50", 2, 65_535, 1, 65_535), ("D51", 3, 32_767, 2, 65_534)]);
@@ -274,10 +274,109 @@ fn a_count_may_be_stated_by_its_step() {
         let table = table("FMOV,0,0,1\n");
         let found = audit(&Request { table: Some(&table), ..Request::new(&inputs, &facts) });
         let unknowns = found.expect("an audit").unknowns;
-        unknowns.iter().map(|one| one.at.step).collect::<Vec<_>>()
+        unknowns.iter().map(|one| one.places[0].0.step).collect::<Vec<_>>()
     };
     assert_eq!(told(""), [Some(1), Some(5)]);
     assert_eq!(told("[counts]\n\"main.csv:step 5\" = [0, 9]\n"), [Some(1)]);
     // Line 8 is the one in which it begins.
     assert_eq!(told("[counts]\n\"MAIN.csv:8\" = 9\n\"MAIN.csv:step 1\" = 9\n"), []);
+}
+
+#[test]
+fn what_is_written_and_read_under_the_same_contacts_is_what_was_written() {
+    let most = |text: &str| {
+        let lines = text.replace("; ", "\n") + "\n";
+        let inputs = [Input { name: "a.txt".to_owned(), bytes: lines.into_bytes() }];
+        let (facts, table) = (Facts::default(), table(""));
+        let request = Request {
+            dialect: Some("melsec-list"),
+            cpu: Some("Q26UDV"),
+            table: Some(&table),
+            ..Request::new(&inputs, &facts)
+        };
+        let followed = follow(&request).unwrap_or_else(|why| panic!("{text}\n{why:?}"));
+        let counted = followed.program.instructions.iter().filter_map(|one| one.counted());
+        counted.map(|counted| counted.most).max().expect("something is counted")
+    };
+    let moved = |rungs: &str| most(&format!("{rungs}; FMOV K0 D100 D50; END"));
+    let all = 65_535;
+    assert_eq!(moved("LD M0; MOV K7 D50; LD M0"), 7);
+    assert_eq!(moved("LD M0; MOV K7 D50; LD M0; AND X1"), 7);
+    assert_eq!(moved("LD M0; MOV K7 D50; LD M1"), all);
+    assert_eq!(moved("LD M0; AND X1; MOV K7 D50; LD M0"), all);
+    assert_eq!(moved("LD M0; MOV K7 D50; LDI M0"), all);
+    assert_eq!(moved("LDI M0; MOV K7 D50; LDI M0"), 7);
+    // What is worked out from it, and what a comparison has seen once.
+    let worked = "LD M0; SER K0 D200 D20 K30; - K30 D21 D50; LD M0; AND< K0 D50";
+    assert_eq!(moved(worked), 30);
+    assert_eq!(moved("LD= D9 K1; MPS; MOV K7 D50; MPP; AND X1"), 7);
+    assert_eq!(moved("LD= D9 K1; MOV K7 D50; LD= D9 K1"), all);
+    // The contact is written in between, by itself, as a digit or through an index.
+    for between in ["OUT M0", "SET M0", "MOV K1 K1M0", "MOV K1 K1M1Z0", "PLS M0"] {
+        let text = format!("LD M0; MOV K7 D50; LD X2; {between}; LD M0");
+        assert_eq!(moved(&text), all, "{between}");
+    }
+    assert_eq!(moved("LD M0; MOV K7 D50; LD X2; OUT M1; LD M0"), 7);
+    // Another write of the word in between, or one that did not happen.
+    assert_eq!(moved("LD M0; MOV K7 D50; LD X2; MOV K9 D50; LD M0"), 9);
+    assert_eq!(moved("LD M0; MOV K7 D50; LD X2; MOV D9 D50; LD M0"), all);
+    assert_eq!(moved("LD M0; MOV K7 D50; LDI M0; MOV D9 D50; LD M0"), 7);
+    assert_eq!(moved("LD M0; MOV K7 D50; LD X2; CJ P1; LD X1; OUT M0; P1; LD M0"), all);
+    // A coil is on when what it was written from is.
+    assert_eq!(moved("LD> D50 K0; AND<= D50 K10; OUT M5; LD X1; AND M5"), 10);
+    assert_eq!(moved("LD> D50 K0; AND<= D50 K10; OUT M5; LD SM400; MOV D9 D50; LD M5"), all);
+    assert_eq!(moved("LD> D50 K0; AND<= D50 K10; SET M5; LD M5"), all);
+    // In a loop the contact of the iteration before is another.
+    let round = "LD M0; MOV K7 D50; FOR K3; LD M0; FMOV K0 D100 D50; LD X1; OUT M0; NEXT; END";
+    assert_eq!(most(round), all);
+    assert_eq!(most(&round.replace("OUT M0", "OUT M1")), 7);
+}
+
+#[test]
+fn a_block_reaches_as_far_as_its_count() {
+    let text = |to: &str, mask: &str| {
+        format!(
+            "LD SM400; MOV K19 D50; WAND {mask} D70; BMOV W0 {to} D70; MOV K0 D300; FOR D50; LD X0; Op1; NEXT; END"
+        )
+    };
+    let turns = |to: &str, mask: &str, most: u64| none(&text(to, mask)) - most;
+    assert_eq!(turns("D51", "K15", 15), 19);
+    assert_eq!(turns("D30", "K15", 15), 19);
+    assert_eq!(turns("D40", "K15", 15), 32_767);
+}
+
+#[test]
+fn what_is_written_through_an_address_may_be_stated() {
+    let text =
+        "LD SM400; MOV K19 D50; MOV D9 @D20; BMOV W0 @D22 K3; FOR D50; LD X0; Op1; NEXT; END";
+    let stated = |devices: &str| {
+        let facts = format!("[index]\nindirect = [{devices}]\n");
+        with_facts(Trust::None, &facts, text).map(|found| found.0)
+    };
+    assert_eq!(none(text), 32_767 + 3);
+    assert_eq!(stated("\"ZR1000-ZR1999\", \"D51-D60\""), Ok(19 + 3));
+    assert_eq!(stated("\"ZR1000-ZR1999\", \"D50\""), Ok(32_767 + 3));
+    assert_eq!(stated(""), Ok(19 + 3));
+    let wrong = |devices: &str| {
+        assert_eq!(
+            stated(&format!("\"{devices}\"")),
+            Err(format!("'{devices}' is no device, nor from one to another of its kind"))
+        );
+    };
+    ["D9-D5", "D5-W9", "K5", "T0", ""].iter().for_each(|devices| wrong(devices));
+}
+
+#[test]
+fn a_count_may_be_stated_by_its_word() {
+    let text = "LD X0; FMOV K0 D100 D50; LD X1; FMOV K0 D200 D50; LD X2; FMOV K0 D300 D51; END";
+    let stated = |facts: &str| {
+        with_facts(Trust::None, &format!("[counts]\n{facts}\n"), text).map(|found| found.0)
+    };
+    assert_eq!(stated("D50 = [0, 4]\nd51 = 5"), Ok(4 + 4 + 5));
+    assert_eq!(
+        stated("D50 = [0, 4]\n\"a.txt:4\" = 1\nD51 = 5"),
+        Ok(4 + 5),
+        "where the second runs it is 1 in both"
+    );
+    assert_eq!(stated("D100 = 4"), Err("nothing is counted by a word 'D100'".to_owned()));
 }

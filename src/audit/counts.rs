@@ -1,5 +1,6 @@
-//! What the user states of counts at single places: found in the program, and put into it.
+//! What the user states of counts, at single places or wherever a word counts: found in the program, and put into it.
 
+use super::unknown;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part};
@@ -58,9 +59,30 @@ fn counts(program: &Program, at: usize) -> bool {
 
 /// The instructions that count at a place, or why there are none and what would be right.
 fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)> {
-    let form = || "write \"FILE:LINE\" as reports show it, or \"FILE:step NUMBER\"".to_owned();
+    let form = || {
+        "write \"FILE:LINE\" as reports show it, \"FILE:step NUMBER\", or a word that counts"
+            .to_owned()
+    };
     let Some((file, number)) = place.rsplit_once(':') else {
-        return Err((format!("'{place}' is no place"), form()));
+        let is_it = |word: &str| word.eq_ignore_ascii_case(place.trim());
+        // Of a file register the source may have another name than the program.
+        let written = |at: usize| {
+            program.approximations.iter().any(|one| match &one.what {
+                Approximated::UnknownCount { word, .. } => one.instruction == at && is_it(word),
+                _ => false,
+            })
+        };
+        let is_meant = |&at: &usize| {
+            unknown::word(program, at).is_some_and(|word| is_it(&word)) || written(at)
+        };
+        let found: Vec<usize> = (0..program.instructions.len())
+            .filter(|&at| counts(program, at))
+            .filter(is_meant)
+            .collect();
+        if found.is_empty() {
+            return Err((format!("nothing is counted by a word '{place}'"), form()));
+        }
+        return Ok(found);
     };
     let number = number.trim();
     let (is_step, digits) = match number.strip_prefix("step") {

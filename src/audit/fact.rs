@@ -30,6 +30,8 @@ pub enum Fact {
     },
     /// How many bits an index to file registers has.
     IndexBits(u32),
+    /// The only devices that are written through indirect addresses.
+    Indirect(Vec<String>),
     /// How often a routine interrupts a scan.
     Interrupts {
         /// The routine.
@@ -70,6 +72,7 @@ impl Fact {
         ranges
             .chain(counts)
             .chain(facts.index_bits.map(Fact::IndexBits))
+            .chain(facts.indirect.clone().map(Fact::Indirect))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
             .chain(facts.latched.map(Fact::Latched))
@@ -92,6 +95,12 @@ impl fmt::Display for Fact {
             }
             Fact::Count { at, low, high } => write!(f, "the count at {at} is {low} to {high}"),
             Fact::IndexBits(bits) => write!(f, "an index to file registers has {bits} bits"),
+            Fact::Indirect(devices) if devices.is_empty() => {
+                f.write_str("nothing is written through @")
+            }
+            Fact::Indirect(devices) => {
+                write!(f, "what is written through @ is {} only", devices.join(", "))
+            }
             Fact::Interrupts { name, times } => {
                 write!(f, "{name} interrupts a scan at most {times} times")
             }

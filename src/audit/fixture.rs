@@ -158,8 +158,7 @@ pub fn fixture() -> Audit {
         doubts: vec![Doubt::Interrupts { name: "I0".to_owned(), taken: 1 }],
         unknowns: vec![UnknownCount {
             word: "D50".into(),
-            at: Location { file: 0, line: 6, step: None },
-            instruction: "BMOV D0 D100 D50".into(),
+            places: vec![(Location { file: 0, line: 6, step: None }, "BMOV D0 D100 D50".into())],
             most: 65_535,
             each: Picos(40_000),
             cost: Picos(2_621_400_000),

@@ -50,10 +50,14 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
             request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "leave it out");
         return Err(Failure::from(fault));
     }
-    if request.facts.index_bits.is_some() && !open.index_bits {
-        let message = "[index] bits is stated, but of this PLC it is known";
+    let stated = [
+        ("bits", request.facts.index_bits.is_some()),
+        ("indirect", request.facts.indirect.is_some()),
+    ];
+    if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !open.index) {
+        let message = format!("[index] {key} is stated, but of this PLC it is known");
         let fault =
-            request.facts.fault(["index", "bits"], Part::Key, Code::Facts, message, "leave it out");
+            request.facts.fault(["index", key], Part::Key, Code::Facts, message, "leave it out");
         return Err(Failure::from(fault));
     }
     if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {

@@ -18,15 +18,13 @@ const WIDE: i64 = 1000;
 pub struct UnknownCount {
     /// The word, as the source has it.
     pub word: Arc<str>,
-    /// Where it counts.
-    pub at: Location,
-    /// The instruction's text.
-    pub instruction: Arc<str>,
+    /// Where it counts, and the instruction's text, the dearest first: at least one.
+    pub places: Vec<(Location, Arc<str>)>,
     /// It is taken as up to so many.
     pub most: i64,
-    /// What each of them takes at most: an iteration, a unit.
+    /// What each of them takes at most, an iteration or a unit, at all places together.
     pub each: Picos,
-    /// What all of them take at most, each time that the instruction runs.
+    /// What all of them take at most, each time that the instructions run.
     pub cost: Picos,
     /// The line for `[counts]` in a facts file, with a number to be replaced.
     pub fact: String,
@@ -45,6 +43,9 @@ impl UnknownCount {
         let unknown: BTreeMap<usize, (Arc<str>, i64)> = unknown.collect();
         let found = (0..program.instructions.len()).filter_map(|at| {
             let instruction = &program.instructions[at];
+            if program.counts.contains_key(&at) {
+                return None;
+            }
             let (word, taken) = match unknown.get(&at) {
                 Some(told) => told.clone(),
                 None => (word(program, at)?, 0),
@@ -55,26 +56,40 @@ impl UnknownCount {
                 return None;
             }
             let each = Picos(cost.0 / most.max(1).unsigned_abs());
-            Some(UnknownCount {
-                word,
-                at: instruction.place,
-                instruction: instruction.text.clone(),
-                most,
-                each,
-                cost,
-                fact: fact(program, instruction.place),
-            })
+            let places = vec![(instruction.place, instruction.text.clone())];
+            Some(UnknownCount { word, places, most, each, cost, fact: String::new() })
         });
-        let mut found: Vec<UnknownCount> =
-            found.filter(|one| one.cost.0 >= upper.0.div_ceil(SMALLEST).max(1)).collect();
-        found.sort_by_key(|one| (std::cmp::Reverse(one.cost), one.at));
-        found.dedup_by_key(|one| one.at);
-        found
+        let mut found: Vec<UnknownCount> = found.collect();
+        found.sort_by_key(|one| (std::cmp::Reverse(one.cost), one.places[0].0));
+        found.dedup_by_key(|one| one.places[0].0);
+        let mut words: Vec<UnknownCount> = Vec::new();
+        let mut known: BTreeMap<Arc<str>, usize> = BTreeMap::new();
+        for one in found {
+            let at = *known.entry(one.word.clone()).or_insert(words.len());
+            match words.get_mut(at) {
+                None => words.push(one),
+                Some(word) => {
+                    word.places.extend(one.places);
+                    word.most = word.most.max(one.most);
+                    word.each = plus(word.each, one.each);
+                    word.cost = plus(word.cost, one.cost);
+                }
+            }
+        }
+        words.retain(|one| one.cost.0 >= upper.0.div_ceil(SMALLEST).max(1));
+        words.sort_by_key(|one| (std::cmp::Reverse(one.cost), one.places[0].0));
+        for one in &mut words {
+            one.fact = match one.places[..] {
+                [(at, _)] => fact(program, at),
+                _ => format!("{:?} = [0, 20]", one.word),
+            };
+        }
+        words
     }
 }
 
 /// The word in which an instruction finds a count.
-fn word(program: &Program, at: usize) -> Option<Arc<str>> {
+pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     let instruction = &program.instructions[at];
     let count = match &instruction.step {
         Step::ForBegin { count, .. } => Some(*count),

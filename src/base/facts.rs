@@ -20,7 +20,7 @@ pub struct Facts {
     /// Device as written (`D100`) to the least and the largest value that it holds when the scan starts, signed.
     pub ranges: BTreeMap<String, (i64, i64)>,
     /// Place as written (`MAIN.csv:543`) to the least and the largest count that an instruction there has, wherever it is
-    /// executed: a loop's iterations, a block's length.
+    /// executed: a loop's iterations, a block's length. Or a word (`D100`): wherever it counts.
     pub counts: BTreeMap<String, (i64, i64)>,
     /// Interrupt label in upper case (`I0`) to how often its routine runs in one scan at most.
     pub interrupts: BTreeMap<String, u32>,
@@ -40,6 +40,9 @@ pub struct Facts {
     pub latched: Option<bool>,
     /// How many bits an index to file registers and extended data registers has, 16 or 32: a parameter of some CPUs.
     pub index_bits: Option<u32>,
+    /// The only devices that are written through an indirect address (`@D0`), each as written: from the first to the last
+    /// (`ZR1000-ZR1999`), or one.
+    pub indirect: Option<Vec<String>>,
     /// Where they stand.
     pub places: Places,
 }
@@ -54,7 +57,7 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16) and [scan] (factor = 1.1)";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, indirect = [\"ZR1000-ZR1999\"]) and [scan] (factor = 1.1)";
 /// The tables of a facts file.
 const TABLES: [&str; 7] = ["ranges", "counts", "interrupts", "io", "network", "index", "scan"];
 /// More faults than this are counted, not listed.
@@ -213,14 +216,32 @@ impl Reader<'_> {
     }
 
     fn index(&mut self, key: &Key<'_>, value: &Value<'_>) {
-        let help = "write bits = 16 or bits = 32, as the CPU's parameters say of the index of file registers (ZR)";
-        if key.get_ref().as_ref() != "bits" {
-            return self.unknown(key, "index", &meant(key.get_ref(), &["bits"], help));
-        }
-        match integer(value.get_ref()) {
-            Some(16) => self.facts.index_bits = Some(16),
-            Some(32) => self.facts.index_bits = Some(32),
-            _ => self.fault(Some(value.span()), "bits is neither 16 nor 32".to_owned(), help),
+        match key.get_ref().as_ref() {
+            "bits" => match integer(value.get_ref()) {
+                Some(16) => self.facts.index_bits = Some(16),
+                Some(32) => self.facts.index_bits = Some(32),
+                _ => self.fault(
+                    Some(value.span()),
+                    "bits is neither 16 nor 32".to_owned(),
+                    "write bits = 16 or bits = 32, as the CPU's parameters say of the index of file registers (ZR)",
+                ),
+            },
+            "indirect" => {
+                let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+                let all = value.get_ref().as_array().map(|all| all.iter().map(text).collect());
+                match all {
+                    Some(Some(devices)) => self.facts.indirect = Some(devices),
+                    _ => self.fault(
+                        Some(value.span()),
+                        "indirect is no list of devices".to_owned(),
+                        "write indirect = [\"ZR1000-ZR1999\", \"D500\"], all that the program writes through @",
+                    ),
+                }
+            }
+            other => {
+                let help = "write bits = 16, or indirect = [\"ZR1000-ZR1999\"]";
+                self.unknown(key, "index", &meant(other, &["bits", "indirect"], help));
+            }
         }
     }
 

@@ -140,8 +140,9 @@ pub struct Open {
     pub clock: bool,
     /// Whether inputs are read once a scan.
     pub latched: bool,
-    /// How many bits an index to extended registers has.
-    pub index_bits: bool,
+    /// How indices and indirect addresses work: how many bits an index to extended registers has, which devices are
+    /// written through `@`.
+    pub index: bool,
 }
 
 /// What a front needs to know besides the source to say what it means.

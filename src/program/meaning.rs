@@ -274,7 +274,10 @@ pub enum Operation {
     },
     /// Where the first input's number stands in the second's list of as long ones: the first place from 1 on, 0 if
     /// nowhere, and how often.
-    Find,
+    Find {
+        /// The list may be taken for a sorted one: then it is not known which place is found, and how many.
+        halving: bool,
+    },
     /// Groups of so many bits (4 or 8) of the first input's words, the lowest first, each as a word: as many as the
     /// second input's first word says.
     Split(u8),

@@ -553,7 +553,7 @@ pub struct PowerUp {
     pub first_scan: Vec<Cell>,
 }
 
-/// The cells that an instruction writes when an index is added to a device.
+/// The cells that an instruction writes whose device has an index, or of which a word counts how many there are.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Indexed {
     /// The first cell if the index is 0.
@@ -562,6 +562,18 @@ pub struct Indexed {
     pub readings: Vec<Vec<WordSource>>,
     /// How many cells are written from there on.
     pub length: Length,
+}
+
+impl Indexed {
+    /// Whether a region is what these cells are some of: their area, or all from the first on.
+    #[must_use]
+    pub fn may_reach(&self, region: Region) -> bool {
+        match region {
+            Region::Area(area) => area == self.first.area,
+            Region::Range { first, count } => first == self.first && count > 1,
+            Region::Everything => false,
+        }
+    }
 }
 
 /// How many cells an instruction writes.

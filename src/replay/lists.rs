@@ -55,7 +55,8 @@ pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<
             result.extend(places(&numbers, best)?);
             result
         }
-        Operation::Find => {
+        Operation::Find { halving: true } => return None,
+        Operation::Find { halving: false } => {
             let words = u8::try_from(first.len()).ok()?;
             places(&numbers(inputs.get(1)?, words)?, signed(0)?)?
         }
@@ -231,8 +232,11 @@ mod tests {
         assert_eq!(one(Operation::Mean(1), &[&[3, 4]]), None);
         let most = Operation::Extreme { words: 1, greatest: true };
         assert_eq!(one(most, &[&[3, 0xFFFF, 7, 7]]), Some(vec![7, 3, 2]));
-        assert_eq!(one(Operation::Find, &[&[7], &[3, 7, 7]]), Some(vec![2, 2]));
-        assert_eq!(one(Operation::Find, &[&[7, 0], &[3, 7, 7, 0]]), Some(vec![2, 1]));
+        assert_eq!(one(Operation::Find { halving: false }, &[&[7], &[3, 7, 7]]), Some(vec![2, 2]));
+        assert_eq!(
+            one(Operation::Find { halving: false }, &[&[7, 0], &[3, 7, 7, 0]]),
+            Some(vec![2, 1])
+        );
         assert_eq!(one(Operation::Split(4), &[&[0x4321], &[3]]), Some(vec![1, 2, 3]));
         assert_eq!(one(Operation::Split(8), &[&[0x4321], &[3]]), None);
         assert_eq!(one(Operation::Join(8), &[&[0x21, 0x143, 5]]), Some(vec![0x4321, 5]));

@@ -60,7 +60,7 @@ struct Report<'a> {
 struct Unknown<'a> {
     name: &'a str,
     kind: &'static str,
-    places: [UnknownPlace<'a>; 1],
+    places: Vec<UnknownPlace<'a>>,
     taken: [i64; 2],
     per_unit_ps: u64,
     ps: u64,
@@ -406,11 +406,11 @@ fn unknown(one: &audit::UnknownCount) -> Unknown<'_> {
     Unknown {
         name: &one.word,
         kind: "count",
-        places: [UnknownPlace {
-            file: one.at.file,
-            line: one.at.line,
-            instruction: &one.instruction,
-        }],
+        places: one
+            .places
+            .iter()
+            .map(|(at, instruction)| UnknownPlace { file: at.file, line: at.line, instruction })
+            .collect(),
         taken: [0, one.most],
         per_unit_ps: one.each.0,
         ps: one.cost.0,

@@ -447,8 +447,11 @@ fn unknowns(audit: &Audit, extent: Extent) -> String {
         .map(|one| {
             vec![
                 right(one.cost.to_string()),
-                left(place(audit, one.at)),
-                left(one.instruction.to_string()),
+                left(place(audit, one.places[0].0)),
+                left(match one.places.len() {
+                    1 => one.places[0].1.to_string(),
+                    n => format!("{} (+{})", one.places[0].1, n - 1),
+                }),
                 left(format!("{} taken as up to {}, {} each", one.word, one.most, one.each))
                     .styled(FAINT),
             ]

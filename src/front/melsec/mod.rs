@@ -91,7 +91,7 @@ impl Project for RawProject {
     }
 
     fn open(&self) -> Open {
-        Open { index_bits: true, ..Open::default() }
+        Open { index: true, ..Open::default() }
     }
 
     fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {

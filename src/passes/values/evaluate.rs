@@ -1,103 +1,26 @@
 //! What numbers, conditions and operations come to, by what words may hold.
 
+use super::condition::{Condition, Known, Literal};
 use super::ring::Ring;
-use super::state::{Slots, State};
+use super::state::{Followed, State};
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Unary,
 };
 use crate::program::{
-    ChoiceId, Compare, Indexed, Length, Logic, Number, Program, Reading, Relation, WordSource,
+    BitSource, ChoiceId, Compare, Indexed, Length, Logic, Number, Program, Reading, Relation,
+    WordSource,
 };
-use std::rc::Rc;
-
-/// What is known of a word while a condition holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Known {
-    /// The word's slot, and the write that its value is from.
-    slot: usize,
-    stamp: u32,
-    signed: bool,
-    low: i64,
-    high: i64,
-}
-
-/// What is known of a condition.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Condition {
-    /// It holds in every scan.
-    pub surely: bool,
-    /// It holds in none.
-    pub never: bool,
-    /// What holds with it.
-    known: Option<Rc<[Known]>>,
-}
-
-impl Condition {
-    /// What always holds.
-    pub fn always() -> Condition {
-        Condition { surely: true, ..Condition::default() }
-    }
-
-    fn constant(value: bool) -> Condition {
-        Condition { surely: value, never: !value, known: None }
-    }
-
-    /// Both.
-    pub fn and(&self, other: &Condition) -> Condition {
-        let known = match (&self.known, &other.known) {
-            (None, one) | (one, None) => one.clone(),
-            (Some(a), Some(b)) => Some(a.iter().chain(b.iter()).copied().collect()),
-        };
-        Condition { surely: self.surely && other.surely, never: self.never || other.never, known }
-    }
-
-    /// One at least.
-    pub fn or(&self, other: &Condition) -> Condition {
-        let known = match (self.never, other.never) {
-            (true, _) => other.known.clone(),
-            (_, true) => self.known.clone(),
-            _ => None,
-        };
-        Condition { surely: self.surely || other.surely, never: self.never && other.never, known }
-    }
-
-    /// One of the two, as two ways meet.
-    pub fn either(&self, other: &Condition) -> Condition {
-        if self == other {
-            return self.clone();
-        }
-        Condition {
-            surely: self.surely && other.surely,
-            never: self.never && other.never,
-            known: None,
-        }
-    }
-
-    /// Takes into a state what holds with the condition. What was known before is put into `before`. False if it cannot
-    /// hold here.
-    pub fn assume(&self, state: &mut State, before: &mut Vec<(usize, Ring)>) -> bool {
-        for known in self.known.iter().flat_map(|known| known.iter()) {
-            if state.stamp(known.slot) != known.stamp {
-                continue;
-            }
-            let value = state.value(known.slot);
-            match value.within(known.signed, known.low, known.high) {
-                Some(closer) => {
-                    before.push((known.slot, value));
-                    state.know(known.slot, closer);
-                }
-                None => return false,
-            }
-        }
-        true
-    }
-}
+use std::cell::Cell as Shared;
 
 /// What is asked of a program's expressions in a state.
 pub struct Evaluation<'a> {
     pub program: &'a Program,
-    pub slots: &'a Slots,
+    pub followed: &'a Followed,
     pub state: &'a State,
+    /// What is true where it is asked.
+    pub holds: &'a [Literal],
+    /// The last stamp that was given.
+    pub stamp: &'a Shared<u32>,
 }
 
 impl Evaluation<'_> {
@@ -106,7 +29,8 @@ impl Evaluation<'_> {
         match word {
             WordSource::Const(value) => Ring::constant(value),
             WordSource::Cell(cell) => {
-                self.slots.slot(cell).map_or(Ring::TOP, |slot| self.state.value(slot))
+                let slot = self.followed.words.slot(cell);
+                slot.map_or(Ring::TOP, |slot| self.state.value_where(slot, self.holds))
             }
             WordSource::Bits { count, .. } => Ring::of(0, (1i64 << count) - 1),
             WordSource::Free(choice) => self.choice(choice),
@@ -143,18 +67,23 @@ impl Evaluation<'_> {
         a.into_iter().zip(b).map(|(a, b)| how(a, b)).collect()
     }
 
-    /// A truth value; `condition` is the instruction's.
+    fn seen(&self, condition: Condition) -> Condition {
+        condition.seen(|| {
+            self.stamp.set(self.stamp.get() + 1);
+            self.stamp.get()
+        })
+    }
+
+    /// A truth value; `condition` is the instruction's. What is not decided has a literal.
     pub fn logic(&self, logic: &Logic, condition: &Condition) -> Condition {
-        match logic {
+        let found = match logic {
             Logic::Condition => condition.clone(),
             Logic::Const(value) => Condition::constant(*value),
-            Logic::Bit(_) => Condition::default(),
+            Logic::Bit(bit) => self.bit(*bit, true),
             Logic::Not(inner) => match &**inner {
                 Logic::Compare(compare) => self.compare(compare, opposite(compare.relation)),
-                inner => {
-                    let Condition { surely, never, .. } = self.logic(inner, condition);
-                    Condition { surely: never, never: surely, known: None }
-                }
+                Logic::Bit(bit) => self.bit(*bit, false),
+                inner => self.logic(inner, condition).negation(),
             },
             Logic::All(parts) => {
                 let parts = parts.iter().map(|part| self.logic(part, condition));
@@ -165,6 +94,18 @@ impl Evaluation<'_> {
                 parts.fold(Condition::constant(false), |any, part| any.or(&part))
             }
             Logic::Compare(compare) => self.compare(compare, compare.relation),
+        };
+        self.seen(found)
+    }
+
+    fn bit(&self, bit: BitSource, on: bool) -> Condition {
+        match bit {
+            BitSource::Const(value) => Condition::constant(value == on),
+            BitSource::Cell(cell) => match self.followed.bits.slot(cell) {
+                Some(slot) => self.state.bit(slot, on),
+                None => Condition::default(),
+            },
+            BitSource::WordBit(..) | BitSource::Free(_) => Condition::default(),
         }
     }
 
@@ -200,11 +141,13 @@ impl Evaluation<'_> {
         let known = known.into_iter().filter_map(|(number, (low, high))| {
             let Number::Words(words) = number else { return None };
             let [WordSource::Cell(cell)] = words[..] else { return None };
-            let slot = self.slots.slot(cell)?;
+            let slot = self.followed.words.slot(cell)?;
             Some(Known { slot, stamp: self.state.stamp(slot), signed, low, high })
         });
-        let known: Rc<[Known]> = known.collect();
-        Condition { surely, never, known: Some(known).filter(|known| !known.is_empty()) }
+        if surely || never {
+            return Condition::constant(surely).knowing(known);
+        }
+        Condition::default().knowing(known)
     }
 
     /// The cells that an indexed write may reach: the least number and the largest.
@@ -240,29 +183,50 @@ impl Evaluation<'_> {
             }
             Operation::Multiply { signed: true } => {
                 let ((a, ah), (b, bh)) = (range(&input(0)?)?, range(&input(1)?)?);
-                let all = [a * b, a * bh, ah * b, ah * bh];
-                let low = all.into_iter().min()?;
-                let high = all.into_iter().max()?;
-                // Numbers of two words have a product of four.
-                (input(0)?.len() == 1).then(|| vec![split(low, high)])
+                let all = [
+                    a.checked_mul(b)?,
+                    a.checked_mul(bh)?,
+                    ah.checked_mul(b)?,
+                    ah.checked_mul(bh)?,
+                ];
+                let (low, high) = (all.into_iter().min()?, all.into_iter().max()?);
+                let mut product = split(low, high);
+                if input(0)?.len() == 2 {
+                    // A product of four words, of which the upper two hold the sign if the lower two can hold the number.
+                    let upper = match (product[..] != [Ring::TOP; 2], low >= 0, high < 0) {
+                        (true, true, _) => Ring::constant(0),
+                        (true, _, true) => Ring::constant(u16::MAX),
+                        _ => Ring::TOP,
+                    };
+                    product.extend([upper; 2]);
+                }
+                Some(vec![product])
             }
             Operation::Divide { signed: true } => {
                 let (a, b) = (input(0)?, input(1)?);
+                let words = a.len();
                 let ((a, ah), (b, bh)) = (range(&a)?, range(&b)?);
-                // Only by one positive number, and of one word.
-                if b != bh || b <= 0 || input(0)?.len() != 1 {
+                // Only by one positive number.
+                if b != bh || b <= 0 {
                     return None;
                 }
                 let rest = (b - 1).min(a.abs().max(ah.abs()));
-                let remainder =
-                    Ring::of(if a < 0 { -rest } else { 0 }, if ah > 0 { rest } else { 0 });
-                Some(vec![vec![Ring::of(a / b, ah / b)], vec![remainder]])
+                let remainder = (if a < 0 { -rest } else { 0 }, if ah > 0 { rest } else { 0 });
+                let of = |(low, high)| {
+                    if words == 1 { vec![Ring::of(low, high)] } else { split(low, high) }
+                };
+                Some(vec![of((a / b, ah / b)), of(remainder)])
             }
+            Operation::Resize(2) => {
+                let (low, high) = range(&input(0)?)?;
+                Some(vec![split(low, high)])
+            }
+            Operation::PickBit => Some(vec![vec![Ring::of(0, 1)]]),
             Operation::CountBits(1) => {
                 let most = 16 * input(0)?.len() as i64;
                 Some(vec![vec![Ring::of(0, most)]])
             }
-            Operation::Find => {
+            Operation::Find { .. } => {
                 let (of, list) = (input(0)?.len(), input(1)?.len());
                 let most = (list / of.max(1)) as i64;
                 Some(vec![vec![Ring::of(0, most), Ring::of(0, most)]])
@@ -330,7 +294,7 @@ impl Evaluation<'_> {
         };
         let mut found: Option<Ring> = None;
         for at in low..=high {
-            let value = self.state.value(self.slots.slot(cell(at)?)?);
+            let value = self.state.value_where(self.followed.words.slot(cell(at)?)?, self.holds);
             found = Some(found.map_or(value, |found| found.join(value)));
         }
         found

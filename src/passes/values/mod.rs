@@ -9,11 +9,13 @@
 //! out from, those keep what this program wrote that it writes in every scan, whatever happens ([`Trust::Counts`]): a
 //! least fixpoint over scans, from power-up.
 
+mod condition;
 mod evaluate;
 mod ring;
 mod run;
 mod slice;
 mod state;
+mod write;
 
 use super::{Pass, loops};
 use crate::program::{
@@ -21,7 +23,7 @@ use crate::program::{
 };
 use ring::Ring;
 use run::{Found, Run};
-use state::{Slots, State};
+use state::{Followed, Slots};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// So many scans follow each other until nothing new comes; what grows beyond some of them grows to an end.
@@ -74,13 +76,16 @@ pub struct Invariant {
 /// invariants of the words that are trusted, which are constraints on the scan's start now.
 pub fn narrow(program: &mut Program, trust: Trust) -> Vec<Invariant> {
     let changing = program.volatile.clone();
-    let slots = Slots::of(slice::slice(program, &changing));
-    if slots.cells().is_empty() {
+    let words = Slots::of(slice::slice(program, &changing));
+    if words.cells().is_empty() {
         return Vec::new();
     }
-    let free = stated(program, &slots);
-    let mut run = Run::new(program, &slots);
-    let Ok(end) = run.scan(State::new(free.clone())) else { return Vec::new() };
+    let bits = Slots::of(slice::contacts(program, &changing, &words));
+    let followed = Followed { words, bits };
+    let slots = &followed.words;
+    let free = stated(program, slots);
+    let mut run = Run::new(program, &followed);
+    let Ok(end) = run.scan(followed.holding(free.clone())) else { return Vec::new() };
     let mut found = run.found;
     let mut invariants = Vec::new();
     if let (Trust::Counts, Some(end)) = (trust, &end) {
@@ -88,7 +93,7 @@ pub fn narrow(program: &mut Program, trust: Trust) -> Vec<Invariant> {
             .filter(|&slot| end.is_written(slot) && is_ours(program, slots.cells()[slot]))
             .collect();
         if !trusted.is_empty()
-            && let Some((over, start)) = across(program, &slots, &free, &trusted)
+            && let Some((over, start)) = across(program, &followed, &free, &trusted)
         {
             found = over;
             invariants = trusted
@@ -135,7 +140,7 @@ fn is_ours(program: &Program, cell: Cell) -> bool {
 /// The least fixpoint over scans from power-up: what was found in any of them, and what the words hold when one starts.
 fn across(
     program: &Program,
-    slots: &Slots,
+    followed: &Followed,
     free: &[Ring],
     trusted: &[usize],
 ) -> Option<(Found, Vec<Ring>)> {
@@ -145,8 +150,8 @@ fn across(
         start[slot] = Ring::constant(0);
     }
     for scan in 0..MOST_SCANS {
-        let mut run = Run::new(program, slots);
-        run.scan(State::new(start.clone())).ok()??;
+        let mut run = Run::new(program, followed);
+        run.scan(followed.holding(start.clone())).ok()??;
         let mut next = start.clone();
         for &slot in trusted {
             // A latched word may hold what stood there in the midst of a scan, when the power failed.
@@ -185,13 +190,16 @@ fn apply(program: &mut Program, found: &Found) {
     let points = points(program);
     let reach = |choice: ChoiceId, region: Region| match found.reaches.get(&choice) {
         // Beyond the last device that the program names there may be none, and the CPU may do otherwise.
-        Some(&Some((low, high))) => match region {
-            Region::Area(area) if points.get(&area.0).is_some_and(|&points| high < points) => {
-                let first = Cell { area, index: low };
-                Some(Region::Range { first, count: high - low + 1 })
-            }
-            _ => None,
-        },
+        Some(&Some((low, high))) => {
+            let area = match region {
+                Region::Area(area) => area,
+                Region::Range { first, .. } => first.area,
+                Region::Everything => return None,
+            };
+            points.get(&area.0).filter(|&&points| high < points)?;
+            let first = Cell { area, index: low };
+            Some(Region::Range { first, count: high - low + 1 })
+        }
         _ => None,
     };
     let mut counted: BTreeSet<usize> = BTreeSet::new();

@@ -48,6 +48,32 @@ impl Ring {
         self.span == u16::MAX || from + u32::from(other.span) <= u32::from(self.span)
     }
 
+    /// The closer of two, or what lies in both: any value that lies in both lies in it.
+    pub fn closer(self, other: Ring) -> Ring {
+        if other.holds(self) {
+            return self;
+        }
+        if self.holds(other) {
+            return other;
+        }
+        let from = u32::from(other.low.wrapping_sub(self.low));
+        let back = u32::from(self.low.wrapping_sub(other.low));
+        match (from <= self.span.into(), back <= other.span.into()) {
+            // They meet at both ends.
+            (true, true) => {
+                if self.span <= other.span {
+                    self
+                } else {
+                    other
+                }
+            }
+            (true, false) => Ring { low: other.low, span: self.span - from as u16 },
+            (false, true) => Ring { low: self.low, span: other.span - back as u16 },
+            // None lies in both.
+            (false, false) => self,
+        }
+    }
+
     /// All values of both, and as few others as can be.
     pub fn join(self, other: Ring) -> Ring {
         if self.holds(other) {

@@ -1,14 +1,14 @@
 //! One scan with what words may hold in place of values: every way at once, loops until nothing new comes.
 
-use super::evaluate::{Condition, Evaluation};
+use super::condition::{Condition, Literal, Perhaps};
+use super::evaluate::Evaluation;
 use super::ring::Ring;
-use super::state::{Slots, State};
-use crate::program::meaning::{ChoiceKind, Target};
-use crate::program::{
-    BitTarget, ChoiceId, Effect, Instruction, Join, Program, Region, Step, When, WordSource,
-    WordTarget, Write,
-};
+use super::state::{Followed, State};
+use super::write::{To, Writer};
+use crate::program::meaning::ChoiceKind;
+use crate::program::{ChoiceId, Effect, Instruction, Join, Program, Step, When, WordSource};
 use rustc_hash::FxHashSet;
+use std::cell::Cell as Shared;
 use std::collections::BTreeMap;
 
 /// So many instructions are carried out in a scan before it is given up.
@@ -66,11 +66,12 @@ struct Landing {
 /// A scan under way.
 pub struct Run<'p> {
     program: &'p Program,
-    slots: &'p Slots,
+    followed: &'p Followed,
     pub found: Found,
     /// All that was written into each word at any moment.
     pub written: Vec<Option<Ring>>,
-    stamp: u32,
+    /// The last stamp that was given.
+    stamp: Shared<u32>,
     work: u64,
     /// Where a main routine ended by itself, and where the scan was stopped.
     ended: Option<State>,
@@ -87,10 +88,22 @@ fn join(stamp: u32, into: &mut Option<State>, state: State) {
 
 impl<'p> Run<'p> {
     /// No scan yet.
-    pub fn new(program: &'p Program, slots: &'p Slots) -> Run<'p> {
-        let found = Found::default();
-        let written = vec![None; slots.cells().len()];
-        Run { program, slots, found, written, stamp: 0, work: 0, ended: None, stopped: None }
+    pub fn new(program: &'p Program, followed: &'p Followed) -> Run<'p> {
+        Run {
+            program,
+            followed,
+            found: Found::default(),
+            written: vec![None; followed.words.cells().len()],
+            stamp: Shared::new(0),
+            work: 0,
+            ended: None,
+            stopped: None,
+        }
+    }
+
+    fn evaluation<'a>(&'a self, state: &'a State, holds: &'a [Literal]) -> Evaluation<'a> {
+        let Run { program, followed, stamp, .. } = self;
+        Evaluation { program, followed, state, holds, stamp }
     }
 
     /// Runs the scan; what the words hold at its end, `None` if it has none.
@@ -113,7 +126,7 @@ impl<'p> Run<'p> {
             join(self.fresh(), &mut state, stopped);
         }
         for interrupt in &program.interrupts {
-            let unknown = State::new(vec![Ring::TOP; self.slots.cells().len()]);
+            let unknown = self.followed.anything();
             self.routine(interrupt.entry, program.instructions.len(), unknown)?;
         }
         self.ended = None;
@@ -121,9 +134,9 @@ impl<'p> Run<'p> {
         Ok(state)
     }
 
-    fn fresh(&mut self) -> u32 {
-        self.stamp += 1;
-        self.stamp
+    fn fresh(&self) -> u32 {
+        self.stamp.set(self.stamp.get() + 1);
+        self.stamp.get()
     }
 
     fn routine(
@@ -169,8 +182,7 @@ impl<'p> Run<'p> {
             (act.state, act.stack, act.lost, act.slots) = (Some(state), stack, lost, slots);
             return;
         };
-        self.stamp += 1;
-        here.meet(&state, self.stamp);
+        here.meet(&state, self.fresh());
         act.lost |= lost || act.stack.len() != stack.len();
         for (here, there) in act.stack.iter_mut().zip(&stack) {
             *here = here.either(there);
@@ -229,9 +241,13 @@ impl<'p> Run<'p> {
             Some((_, all)) if instruction.step.acts() => top.and(all),
             _ => top,
         };
-        let evaluation = Evaluation { program, slots: self.slots, state };
+        // What a contact in series is worth where what stands before it is on is all that counts.
+        let holds = match &instruction.step {
+            Step::Logic { join: Join::And, .. } => condition.literals(),
+            _ => &[],
+        };
         let fires = match instruction.step.fires() {
-            Some(logic) => evaluation.logic(logic, &condition),
+            Some(logic) => self.evaluation(state, holds).logic(logic, &condition),
             None => Condition::always(),
         };
         if !fires.never
@@ -256,7 +272,7 @@ impl<'p> Run<'p> {
         let mut before = Vec::new();
         let mut most = None;
         if fires.assume(state, &mut before) {
-            let evaluation = Evaluation { program: self.program, slots: self.slots, state };
+            let evaluation = self.evaluation(state, fires.literals());
             let count = words.iter().rev().fold(0, |count, &word| {
                 count * 65_536 + evaluation.word(word).unsigned().1.unsigned_abs()
             });
@@ -291,23 +307,40 @@ impl<'p> Run<'p> {
             let mut before = Vec::new();
             if guard.assume(state, &mut before) {
                 let mut writer = Writer {
-                    program: self.program,
-                    slots: self.slots,
+                    evaluation: Evaluation {
+                        program: self.program,
+                        followed: self.followed,
+                        state,
+                        holds: guard.literals(),
+                        stamp: &self.stamp,
+                    },
                     reaches: &mut self.found.reaches,
                     condition,
-                    surely: guard.surely,
                     writes: Vec::new(),
                 };
-                writer.write(state, write, &mut done);
+                writer.write(write, &mut done);
                 let writes = writer.writes;
                 for (slot, value) in before.into_iter().rev() {
                     state.know(slot, value);
                 }
-                for (slot, value, surely) in writes {
-                    self.stamp += 1;
-                    state.write(slot, value, surely, self.stamp);
-                    let all = &mut self.written[slot];
-                    *all = Some(all.map_or(value, |all| all.join(value)));
+                for to in writes {
+                    self.stamp.set(self.stamp.get() + 1);
+                    let stamp = self.stamp.get();
+                    match to {
+                        To::Bit(bit, truth) => {
+                            state.write_bit(bit, truth.filter(|_| guard.surely), stamp);
+                        }
+                        To::Word { slot, value, known } => {
+                            if known && guard.surely {
+                                state.write(slot, value, stamp);
+                            } else {
+                                let when = guard.conjunction().filter(|_| known);
+                                state.write_perhaps(slot, Perhaps { when, value }, stamp);
+                            }
+                            let all = &mut self.written[slot];
+                            *all = Some(all.map_or(value, |all| all.join(value)));
+                        }
+                    }
                 }
             } else {
                 for (slot, value) in before.into_iter().rev() {
@@ -327,18 +360,19 @@ impl<'p> Run<'p> {
         let next = at + 1;
         match step {
             Step::Act { .. } | Step::Nothing => {}
-            Step::Logic { join, .. } => Run::join(act, *join, fires),
+            Step::Logic { join, .. } => self.join(act, *join, fires),
             Step::AndBlock | Step::OrBlock => {
                 let (b, a) = (act.stack.pop(), act.stack.pop());
                 let (a, b) = (a.unwrap_or_default(), b.unwrap_or_default());
-                act.stack.push(if *step == Step::AndBlock { a.and(&b) } else { a.or(&b) });
+                let both = if *step == Step::AndBlock { a.and(&b) } else { a.or(&b) };
+                act.stack.push(both.seen(|| self.fresh()));
             }
             Step::Save(slot) => {
                 act.slots.insert(*slot, Run::top(act));
             }
             Step::Fetch(slot) => {
                 let saved = act.slots.get(slot).cloned().unwrap_or_else(Condition::always);
-                Run::join(act, Join::Replace, saved);
+                self.join(act, Join::Replace, saved);
             }
             Step::Jump { target, .. } => {
                 if let Some(taken) = self.part(act, &fires) {
@@ -396,7 +430,7 @@ impl<'p> Run<'p> {
         Ok(next)
     }
 
-    fn join(act: &mut Activation, join: Join, value: Condition) {
+    fn join(&self, act: &mut Activation, join: Join, value: Condition) {
         match join {
             Join::Start => {
                 act.stack.clear();
@@ -408,7 +442,7 @@ impl<'p> Run<'p> {
                 let top = Run::top(act);
                 let joined = if join == Join::And { top.and(&value) } else { top.or(&value) };
                 act.stack.pop();
-                act.stack.push(joined);
+                act.stack.push(joined.seen(|| self.fresh()));
             }
             Join::Replace => {
                 act.stack.pop();
@@ -423,6 +457,7 @@ impl<'p> Run<'p> {
             return None;
         }
         let mut taken = act.state.clone()?;
+        taken.know_where(fires.literals());
         let possible = fires.assume(&mut taken, &mut Vec::new());
         if fires.surely {
             act.state = None;
@@ -440,7 +475,7 @@ impl<'p> Run<'p> {
         most: u32,
     ) -> (u64, u64) {
         let Some(state) = &mut act.state else { return (0, 0) };
-        let evaluation = Evaluation { program: self.program, slots: self.slots, state };
+        let evaluation = self.evaluation(state, &[]);
         let (word, odd) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
                 Some(ChoiceKind::Iterations(word)) => (*word, true),
@@ -453,7 +488,7 @@ impl<'p> Run<'p> {
             (low, high) = (low.max(least), high.min(largest));
             // A way on which the word holds something else is no scan's.
             if let WordSource::Cell(cell) = word
-                && let Some(slot) = self.slots.slot(cell)
+                && let Some(slot) = self.followed.words.slot(cell)
                 && let Some(value) = state.value(slot).within(true, least, largest)
             {
                 state.know(slot, value);
@@ -490,7 +525,7 @@ impl<'p> Run<'p> {
             if turn >= least || settled {
                 join(self.fresh(), &mut exits, state.clone());
             }
-            if !settled && state.equals(&head) {
+            if !settled && head.covers(&state) {
                 // Every further turn is the same.
                 if turn < least {
                     join(self.fresh(), &mut exits, state);
@@ -510,9 +545,9 @@ impl<'p> Run<'p> {
             if turn < 2 * TURNS || spent < EXACT_WORK {
                 wider.widen(&state, stamp);
             } else {
-                wider = State::new(vec![Ring::TOP; self.slots.cells().len()]);
+                wider = self.followed.anything();
             }
-            if wider.equals(&head) {
+            if head.covers(&wider) {
                 break;
             }
             head = wider;
@@ -520,108 +555,5 @@ impl<'p> Run<'p> {
         act.state = exits;
         act.forget_results();
         Ok(())
-    }
-}
-
-/// One effect being carried out.
-struct Writer<'a> {
-    program: &'a Program,
-    slots: &'a Slots,
-    reaches: &'a mut BTreeMap<ChoiceId, Option<(u32, u32)>>,
-    condition: &'a Condition,
-    surely: bool,
-    /// Slot, value, and whether it is surely written.
-    writes: Vec<(usize, Ring, bool)>,
-}
-
-impl Writer<'_> {
-    fn write(&mut self, state: &State, write: &Write, done: &mut FxHashSet<ChoiceId>) {
-        let evaluation = Evaluation { program: self.program, slots: self.slots, state };
-        match write {
-            Write::Bit(BitTarget::Cell(_), _) => {}
-            Write::Bit(BitTarget::WordBit(cell, bit), value) => {
-                let Some(slot) = self.slots.slot(*cell) else { return };
-                let value = evaluation.logic(value, self.condition);
-                let (mask, before) = (1 << bit, state.value(slot));
-                let value = match before.as_constant() {
-                    Some(before) if value.surely => Ring::constant(before | mask),
-                    Some(before) if value.never => Ring::constant(before & !mask),
-                    Some(before) => {
-                        Ring::constant(before | mask).join(Ring::constant(before & !mask))
-                    }
-                    None => Ring::TOP,
-                };
-                self.writes.push((slot, value, self.surely));
-            }
-            Write::Words(targets, number) => {
-                let values = evaluation.number(number);
-                self.words(targets, &values);
-            }
-            Write::Havoc(region, choice) => {
-                let exact = match self.program.kinds.get(choice) {
-                    Some(ChoiceKind::Exact(meaning)) => Some(meaning),
-                    _ => None,
-                };
-                // A bit of a word is not followed: that word may hold anything.
-                let is_followed = |to: &Target| match to {
-                    Target::Words(_) | Target::Nowhere => true,
-                    Target::Bits(bits) => {
-                        bits.iter().all(|bit| !matches!(bit, BitTarget::WordBit(..)))
-                    }
-                    Target::Run(..) => false,
-                };
-                if let Some(meaning) = exact
-                    && meaning.outputs.iter().all(is_followed)
-                    && let Some(results) = evaluation.operation(meaning)
-                {
-                    // All effects with this choice are one writing.
-                    if done.insert(*choice) {
-                        for (place, output) in meaning.outputs.iter().enumerate() {
-                            if let Target::Words(targets) = output {
-                                self.words(targets, results.get(place).map_or(&[], Vec::as_slice));
-                            }
-                        }
-                    }
-                    return;
-                }
-                let region = self.reach(&evaluation, *region, *choice);
-                for slot in self.slots.within(region) {
-                    self.writes.push((slot, Ring::TOP, false));
-                }
-            }
-        }
-    }
-
-    fn words(&mut self, targets: &[WordTarget], values: &[Ring]) {
-        for (place, target) in targets.iter().enumerate() {
-            let WordTarget::Cell(cell) = target else { continue };
-            if let Some(slot) = self.slots.slot(*cell) {
-                let value = values.get(place).copied().unwrap_or(Ring::TOP);
-                self.writes.push((slot, value, self.surely));
-            }
-        }
-    }
-
-    /// The cells that an indexed write may reach.
-    fn reach(&mut self, evaluation: &Evaluation<'_>, region: Region, choice: ChoiceId) -> Region {
-        let Some(indexed) = self.program.indexed.get(&choice) else { return region };
-        if region != Region::Area(indexed.first.area) {
-            return region;
-        }
-        let found = evaluation.reach(indexed);
-        let known = self.reaches.entry(choice).or_insert(found);
-        *known = match (*known, found) {
-            (Some((low, high)), Some((least, largest))) => {
-                Some((low.min(least), high.max(largest)))
-            }
-            _ => None,
-        };
-        match found {
-            Some((low, high)) => {
-                let first = crate::program::Cell { index: low, ..indexed.first };
-                Region::Range { first, count: high - low + 1 }
-            }
-            None => region,
-        }
     }
 }

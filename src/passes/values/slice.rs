@@ -1,23 +1,28 @@
-//! Which words matter: those that count loops, units or indices, and those that they are worked out from.
+//! Which words matter: those that count loops, units or indices, and those that they are worked out from; and the bits on
+//! which it hangs whether these are written or counted.
 
+use super::state::Slots;
 use crate::program::meaning::{Address, ChoiceKind, Count, Meaning, Operand, Target, Term};
 use crate::program::{
-    Cell, ChoiceId, Number, Program, Region, Step, WordSource, WordTarget, Write,
+    BitSource, Cell, ChoiceId, Join, Number, Program, Region, Source, Step, WordSource, WordTarget,
+    Write, flow,
 };
-use rustc_hash::FxHashSet;
-use std::collections::BTreeMap;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+/// So many words that an index may lead to are followed.
+const NEXT: u32 = 32;
 
 /// The words that matter. What may change at any moment is none of them.
 pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
     let mut slice = Slice {
         program,
         changing,
+        writers: writers(program),
         found: FxHashSet::default(),
         open: Vec::new(),
         choices: FxHashSet::default(),
     };
-    let mut writers: BTreeMap<Cell, Vec<usize>> = BTreeMap::new();
-    for (at, instruction) in program.instructions.iter().enumerate() {
+    for instruction in &program.instructions {
         match &instruction.step {
             Step::ForBegin { count, .. } => slice.word(*count),
             Step::Summary(summary) => {
@@ -29,30 +34,15 @@ pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
             counted.words.iter().for_each(|word| slice.word(*word));
         }
         for effect in &instruction.effects {
-            match &effect.write {
-                Write::Words(targets, _) => {
-                    for target in targets {
-                        if let WordTarget::Cell(cell) = target {
-                            writers.entry(*cell).or_default().push(at);
-                        }
-                    }
-                }
-                Write::Havoc(_, choice) => {
-                    if let Some(indexed) = program.indexed.get(choice) {
-                        indexed.readings.iter().for_each(|words| slice.words(words));
-                    }
-                    if let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(choice) {
-                        for cell in results(meaning) {
-                            writers.entry(cell).or_default().push(at);
-                        }
-                    }
-                }
-                Write::Bit(..) => {}
+            if let Write::Havoc(_, choice) = &effect.write
+                && let Some(indexed) = program.indexed.get(choice)
+            {
+                indexed.readings.iter().for_each(|words| slice.words(words));
             }
         }
     }
     while let Some(cell) = slice.open.pop() {
-        for &at in writers.get(&cell).into_iter().flatten() {
+        for at in slice.writers.get(&cell).cloned().unwrap_or_default() {
             for effect in &program.instructions[at].effects {
                 match &effect.write {
                     Write::Words(targets, number) => {
@@ -71,6 +61,39 @@ pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
     found
 }
 
+/// The bits that are contacts of rungs in which a word that matters is written, or something is counted, or control goes
+/// elsewhere. What may change at any moment is none of them.
+pub fn contacts(program: &Program, changing: &[Region], words: &Slots) -> Vec<Cell> {
+    let mut found: FxHashSet<Cell> = FxHashSet::default();
+    // Of the rung: its bits, and whether it matters.
+    let (mut bits, mut matters) = (Vec::new(), false);
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        if let Step::Logic { join: Join::Start, .. } = instruction.step {
+            if matters {
+                found.extend(&bits);
+            }
+            (bits, matters) = (Vec::new(), false);
+        }
+        instruction.each_read(&mut |source| {
+            if let Source::Bit(BitSource::Cell(cell)) = source {
+                bits.push(cell);
+            }
+        });
+        matters |= instruction.counted().is_some()
+            || matches!(instruction.step, Step::Call { .. } | Step::Jump { .. })
+            || flow::written(program, at)
+                .into_iter()
+                .any(|region| !words.within(region).is_empty());
+    }
+    if matters {
+        found.extend(&bits);
+    }
+    let steady = |cell: &Cell| !changing.iter().any(|region| region.holds(*cell));
+    let mut found: Vec<Cell> = found.into_iter().filter(steady).collect();
+    found.sort_unstable();
+    found
+}
+
 /// The plain words that an operation's results go to.
 fn results(meaning: &Meaning) -> impl Iterator<Item = Cell> + '_ {
     let targets = meaning.outputs.iter().filter_map(|output| match output {
@@ -83,9 +106,36 @@ fn results(meaning: &Meaning) -> impl Iterator<Item = Cell> + '_ {
     })
 }
 
+/// Which instructions write each word for which they say what.
+fn writers(program: &Program) -> FxHashMap<Cell, Vec<usize>> {
+    let mut writers: FxHashMap<Cell, Vec<usize>> = FxHashMap::default();
+    let mut note = |cell, at| writers.entry(cell).or_default().push(at);
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        for effect in &instruction.effects {
+            match &effect.write {
+                Write::Words(targets, _) => {
+                    for target in targets {
+                        if let WordTarget::Cell(cell) = target {
+                            note(*cell, at);
+                        }
+                    }
+                }
+                Write::Havoc(_, choice) => {
+                    if let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(choice) {
+                        results(meaning).for_each(|cell| note(cell, at));
+                    }
+                }
+                Write::Bit(..) => {}
+            }
+        }
+    }
+    writers
+}
+
 struct Slice<'p> {
     program: &'p Program,
     changing: &'p [Region],
+    writers: FxHashMap<Cell, Vec<usize>>,
     found: FxHashSet<Cell>,
     open: Vec<Cell>,
     choices: FxHashSet<ChoiceId>,
@@ -149,8 +199,19 @@ impl Slice<'_> {
         }
     }
 
+    /// An address's index, and of the words that it may lead to the next ones that the program writes.
     fn address(&mut self, address: &Address) {
         address.terms.iter().for_each(|term| self.term(term));
+        let stretch = address.stretches.iter().find(|stretch| {
+            (stretch.from..stretch.from + i64::from(stretch.count)).contains(&address.base)
+        });
+        let Some(stretch) = stretch else { return };
+        let Ok(from) = u32::try_from(address.base - stretch.from) else { return };
+        for cell in (from..stretch.count.min(from + NEXT)).map(|n| stretch.first.plus(n)) {
+            if self.writers.contains_key(&cell) {
+                self.word(WordSource::Cell(cell));
+            }
+        }
     }
 
     fn term(&mut self, term: &Term) {

@@ -426,7 +426,14 @@ impl Emitter<'_> {
 
     /// Lists that a write may have hit any device of these letters.
     fn one_of_many(&mut self, text: &str, letters: &str) {
-        self.approximate(format!("{text} is one of many: any {letters} may have been written"));
+        let stated = if text.starts_with('@') && self.indirect.is_some() {
+            " that is stated of them"
+        } else {
+            ""
+        };
+        self.approximate(format!(
+            "{text} is one of many: any {letters}{stated} may have been written"
+        ));
     }
 
     /// All that `count` cells from an operand on may be; `None` counts to the area's end. Words for word

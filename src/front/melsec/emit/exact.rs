@@ -10,7 +10,7 @@ use crate::program::meaning::{
 };
 use crate::program::{
     AreaId, BitSource, Cell, ChoiceId, Compare, Effect, Indexed, Length, Logic, Number, Reading,
-    Region, Relation, When, WordSource, Write,
+    Relation, When, WordSource, Write,
 };
 
 impl Emitter<'_> {
@@ -186,28 +186,41 @@ impl Emitter<'_> {
         }
     }
 
-    /// Notes which cells of an area a write is to whose device has an index.
+    /// Notes which cells of an area a write is to whose device has an index, or whose length a word counts.
     pub(super) fn note_indexed(&mut self, raw: &RawInstruction, entry: &Entry, effects: &[Effect]) {
         let written = raw.operands.iter().zip(&entry.operands).filter(|(_, operand)| {
             !matches!(operand.role, Role::Source | Role::Number | Role::Address)
         });
         let mut found: Vec<(AreaId, Option<Indexed>)> = Vec::new();
         for (text, operand) in written {
-            if let Ok(Written::Device(device)) = self.parsed(text)
-                && let Place::Indexed(Kind::Word(area), false) = device.place
-            {
-                let length = self.written_length(raw, operand.extent);
-                found.push((area, self.indexed_cells(&device, area, length)));
+            let Ok(Written::Device(device)) = self.parsed(text) else { continue };
+            let length = self.written_length(raw, operand.extent);
+            match device.place {
+                Place::Indexed(Kind::Word(area), false) => {
+                    found.push((area, self.indexed_cells(&device, area, length)));
+                }
+                Place::At(Kind::Word(area), number) => {
+                    let is_counted = matches!(length, Length::Counted(..));
+                    let indexed = Indexed {
+                        first: Cell { area, index: number },
+                        readings: vec![vec![WordSource::Const(0)]],
+                        length,
+                    };
+                    let is_switched = self.is_switched(device.name);
+                    found.push((area, Some(indexed).filter(|_| is_counted && !is_switched)));
+                }
+                _ => {}
             }
         }
         for (area, indexed) in &found {
             let alone = found.iter().filter(|(other, _)| other == area).count() == 1;
+            let Some(indexed) = indexed else { continue };
             let lost = effects.iter().filter_map(|effect| match effect.write {
-                Write::Havoc(Region::Area(other), choice) if other == *area => Some(choice),
+                Write::Havoc(region, choice) if indexed.may_reach(region) => Some(choice),
                 _ => None,
             });
             let lost: Vec<ChoiceId> = lost.collect();
-            if let (true, Some(indexed), [choice]) = (alone, indexed, &lost[..]) {
+            if let (true, [choice]) = (alone, &lost[..]) {
                 self.out.program.indexed.insert(*choice, indexed.clone());
             }
         }

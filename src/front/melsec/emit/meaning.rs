@@ -289,15 +289,13 @@ impl Emitter<'_> {
         }
         match plain {
             // The FX's takes its operands in another order, and tells more.
-            "SER"
-                if matches!(self.family, Family::Q | Family::L)
-                    && !self.quirks.searches_by_halves =>
-            {
+            "SER" if matches!(self.family, Family::Q | Family::L) => {
                 let wanted = self.value(a, words)?;
                 let many = self.many(d)?;
                 let list = self.run_of(b, words as u32, many)?;
                 let output = Target::Words(self.places(c, 2)?);
-                Some(meaning(Operation::Find, vec![wanted, list], output))
+                let halving = self.quirks.searches_by_halves;
+                Some(meaning(Operation::Find { halving }, vec![wanted, list], output))
             }
             _ => None,
         }
@@ -540,7 +538,7 @@ fn overlaps(meaning: &Meaning) -> bool {
         Operation::EachWord(_) | Operation::Split(_) | Operation::Join(_) | Operation::Repeat
     );
     // These have several results, of which one may be stored where another is still looked for.
-    if let Operation::Extreme { .. } | Operation::Find = meaning.operation {
+    if let Operation::Extreme { .. } | Operation::Find { .. } = meaning.operation {
         let may_hold = |input: &Operand, cell: &Cell| match input {
             Operand::Run(address, ..) => address.stretches.iter().any(|stretch| {
                 let is_before =

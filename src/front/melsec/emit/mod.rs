@@ -66,6 +66,8 @@ pub struct Emitter<'a> {
     edges: Edges,
     /// What is stated of words that count.
     stated: Stated<'a>,
+    /// What may be written through indirect addresses, if that is stated.
+    indirect: Option<Vec<Region>>,
     /// Where control goes.
     routes: Routes,
     /// The open state of a step ladder.
@@ -106,6 +108,7 @@ impl<'a> Emitter<'a> {
             stated: Stated { overwritten, counts: Vec::new() },
             routes: Routes::default(),
             state: None,
+            indirect: ranges::indirect(options),
         }
     }
 
@@ -221,6 +224,7 @@ impl<'a> Emitter<'a> {
 
     /// Adds an instruction; its index.
     pub fn add(&mut self, timing: Option<TimingKey>, effects: Vec<Effect>, step: Step) -> usize {
+        let effects = self.pointed(effects);
         let timing = timing.map(|key| self.with_operands(key));
         self.out.add(timing, effects, step)
     }

@@ -1,12 +1,13 @@
 //! What the user states of words, their ranges: where the scan starts, and where a word counts something.
 
-use super::Emitter;
+use super::{DecodeOptions, Emitter};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
-use crate::front::melsec::memory::Kind;
-use crate::front::melsec::operand::{Operand, Place};
-use crate::program::{Approximated, Cell, StartRange};
+use crate::front::melsec::memory::{Family, Kind};
+use crate::front::melsec::operand::{Device, Operand, Place, parse};
+use crate::front::melsec::source::RawInstruction;
+use crate::program::{Approximated, Cell, Effect, Region, StartRange, Write};
 use std::collections::BTreeSet;
 
 /// More faults than this are counted, not listed.
@@ -23,7 +24,56 @@ pub(super) struct Stated<'a> {
     pub counts: Counts,
 }
 
+/// The devices that a text names: one, or all from the first to the last.
+fn devices(text: &str, family: Family) -> Option<Vec<Region>> {
+    let place = |text: &str| match parse(text.trim(), family) {
+        Ok(Operand::Device(Device { place: Place::At(kind, number), .. })) => Some((kind, number)),
+        _ => None,
+    };
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let ((kind, first), (other, last)) = (place(first)?, place(last)?);
+    if kind != other || first > last {
+        return None;
+    }
+    let count = last - first + 1;
+    let region = |area| Region::Range { first: Cell { area, index: first }, count };
+    match kind {
+        Kind::Bit(area) | Kind::Word(area) => Some(vec![region(area)]),
+        // Timers and counters have no addresses of one sort.
+        Kind::Timed(_) | Kind::VolatileBit | Kind::VolatileWord => None,
+    }
+}
+
+/// All that may be written through indirect addresses, if that is stated; what is no device is a fault later.
+pub(super) fn indirect(options: &DecodeOptions<'_>) -> Option<Vec<Region>> {
+    let stated = options.facts.indirect.as_ref()?;
+    Some(stated.iter().filter_map(|text| devices(text, options.family)).flatten().collect())
+}
+
 impl Emitter<'_> {
+    /// The effects of the instruction under way, kept to what indirect addresses are stated to reach.
+    pub(super) fn pointed(&self, effects: Vec<Effect>) -> Vec<Effect> {
+        let is_indirect = |raw: &&RawInstruction| {
+            raw.operands.iter().any(|operand| operand.trim_start().starts_with('@'))
+        };
+        let (Some(indirect), Some(_)) = (&self.indirect, self.now.raw.filter(is_indirect)) else {
+            return effects;
+        };
+        let mut kept = Vec::with_capacity(effects.len());
+        for effect in effects {
+            match effect.write {
+                Write::Havoc(Region::Everything, choice) => {
+                    kept.extend(indirect.iter().map(|&region| Effect {
+                        when: effect.when,
+                        write: Write::Havoc(region, choice),
+                    }));
+                }
+                _ => kept.push(effect),
+            }
+        }
+        kept
+    }
+
     /// The least and largest value of a count that stands in an operand, and whether these are known: by a
     /// constant, or by a stated range that holds there. Else it is 0 to `largest`.
     pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {
@@ -66,6 +116,17 @@ impl Emitter<'_> {
     pub(super) fn start_ranges(&mut self) -> Vec<Diagnostic> {
         let mut faults = Vec::new();
         let facts = self.options.facts;
+        for text in facts.indirect.iter().flatten() {
+            if devices(text, self.family).is_none() {
+                faults.push(facts.fault(
+                    ["index", "indirect"],
+                    Part::Value,
+                    Code::Fact,
+                    format!("'{text}' is no device, nor from one to another of its kind"),
+                    "write \"ZR1000-ZR1999\" or \"D500\": devices as in the program, the least first",
+                ));
+            }
+        }
         let mut dropped = 0;
         let mut fault = |device: &str, part: Part, message: String, help: &str| {
             if faults.len() < MOST_FAULTS {

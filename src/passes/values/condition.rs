@@ -1,0 +1,229 @@
+//! What is known while a condition holds: ranges of words, and which contacts it was seen from.
+
+use super::ring::Ring;
+use super::state::State;
+use std::rc::Rc;
+
+/// A condition of more contacts than these is told apart from others by some of them only.
+const MOST_LITERALS: usize = 24;
+
+/// What is known of a word while a condition holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Known {
+    /// The word's slot, and the write that its value is from.
+    pub slot: usize,
+    pub stamp: u32,
+    pub signed: bool,
+    pub low: i64,
+    pub high: i64,
+}
+
+/// A truth value at one moment of the scan, or its negation: what a bit holds since it was last written, or what a contact
+/// or comparison gave when it was last come by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Literal {
+    /// The bit's slot; `None` for what was seen once.
+    pub bit: Option<usize>,
+    /// Which write of the bit, or which seeing.
+    pub stamp: u32,
+    /// Whether it is on.
+    pub on: bool,
+}
+
+impl Literal {
+    /// The opposite.
+    fn negated(self) -> Literal {
+        Literal { on: !self.on, ..self }
+    }
+}
+
+/// What is known of a condition.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Condition {
+    /// It holds in every scan.
+    pub surely: bool,
+    /// It holds in none.
+    pub never: bool,
+    /// What holds with it.
+    known: Option<Rc<[Known]>>,
+    /// These are true whenever it holds.
+    literals: Option<Rc<[Literal]>>,
+    /// It holds whenever they are true, too.
+    exact: bool,
+}
+
+fn chained<T: Copy + PartialEq>(a: Option<&Rc<[T]>>, b: Option<&Rc<[T]>>) -> Option<Rc<[T]>> {
+    match (a, b) {
+        (None, one) | (one, None) => one.cloned(),
+        (Some(a), Some(b)) if Rc::ptr_eq(a, b) => Some(Rc::clone(a)),
+        (Some(a), Some(b)) => {
+            Some(a.iter().chain(b.iter().filter(|one| !a.contains(one))).copied().collect())
+        }
+    }
+}
+
+impl Condition {
+    /// What always holds.
+    pub fn always() -> Condition {
+        Condition { surely: true, exact: true, ..Condition::default() }
+    }
+
+    /// What always holds, or never.
+    pub fn constant(value: bool) -> Condition {
+        Condition { surely: value, never: !value, exact: value, ..Condition::default() }
+    }
+
+    /// What holds exactly if this does.
+    pub fn literal(literal: Literal) -> Condition {
+        Condition { literals: Some([literal].into()), exact: true, ..Condition::default() }
+    }
+
+    /// What holds exactly if this does, and the others besides.
+    pub fn of(literal: Literal, others: &[Literal]) -> Condition {
+        let others = others.iter().copied().filter(|other| *other != literal);
+        let all: Rc<[Literal]> = std::iter::once(literal).chain(others).collect();
+        Condition { literals: Some(all), exact: true, ..Condition::default() }
+    }
+
+    /// A condition that this is known of, besides what it says of itself.
+    pub fn knowing(mut self, known: impl Iterator<Item = Known>) -> Condition {
+        let more: Rc<[Known]> = known.collect();
+        self.known = chained(self.known.as_ref(), Some(&more)).filter(|known| !known.is_empty());
+        self
+    }
+
+    /// What is true whenever it holds.
+    pub fn literals(&self) -> &[Literal] {
+        self.literals.as_deref().unwrap_or(&[])
+    }
+
+    /// The literals of which it is the conjunction, if it is one.
+    pub fn conjunction(&self) -> Option<Rc<[Literal]>> {
+        self.literals.clone().filter(|_| self.exact)
+    }
+
+    /// What it says of words.
+    pub fn words(&self) -> &[Known] {
+        self.known.as_deref().unwrap_or(&[])
+    }
+
+    /// What can be told of the opposite: decided if it is, and exact if it is of one contact.
+    pub fn negation(&self) -> Condition {
+        let literals = match (self.exact, self.literals()) {
+            (true, [one]) => Some([one.negated()].into()),
+            _ => None,
+        };
+        Condition {
+            surely: self.never,
+            never: self.surely,
+            known: None,
+            exact: literals.is_some() || self.never,
+            literals,
+        }
+    }
+
+    /// Both.
+    pub fn and(&self, other: &Condition) -> Condition {
+        let literals = chained(self.literals.as_ref(), other.literals.as_ref());
+        let all = literals.as_ref().is_none_or(|all| all.len() <= MOST_LITERALS);
+        Condition {
+            surely: self.surely && other.surely,
+            never: self.never || other.never,
+            known: chained(self.known.as_ref(), other.known.as_ref()),
+            literals: if all { literals } else { literals.map(|all| all[..MOST_LITERALS].into()) },
+            exact: self.exact && other.exact && all,
+        }
+    }
+
+    /// One at least.
+    pub fn or(&self, other: &Condition) -> Condition {
+        match (self.never, other.never) {
+            (true, _) => return other.clone(),
+            (_, true) => return self.clone(),
+            _ => {}
+        }
+        let both = |literal: &&Literal| other.literals().contains(literal);
+        let both: Rc<[Literal]> = self.literals().iter().filter(both).copied().collect();
+        let surely = self.surely || other.surely;
+        Condition {
+            surely,
+            never: false,
+            known: None,
+            literals: Some(both).filter(|both| !surely && !both.is_empty()),
+            exact: surely,
+        }
+    }
+
+    /// One of the two, as two ways meet.
+    pub fn either(&self, other: &Condition) -> Condition {
+        if self == other {
+            return self.clone();
+        }
+        Condition {
+            surely: self.surely && other.surely,
+            never: self.never && other.never,
+            ..Condition::default()
+        }
+    }
+
+    /// The same, told apart from others: with a literal of its own where it is not exactly known by those that it has.
+    /// `stamp` is a new one.
+    pub fn seen(self, stamp: impl FnOnce() -> u32) -> Condition {
+        if self.surely || self.never || self.exact {
+            return self;
+        }
+        let own = Literal { bit: None, stamp: stamp(), on: true };
+        let named = Condition { exact: true, ..Condition::literal(own) }.and(&self);
+        // That literal alone says all.
+        Condition { exact: true, ..named }
+    }
+
+    /// Takes into a state what holds with the condition. What was known before is put into `before`. False if it cannot
+    /// hold here.
+    pub fn assume(&self, state: &mut State, before: &mut Vec<(usize, Ring)>) -> bool {
+        for known in self.words() {
+            if state.stamp(known.slot) != known.stamp {
+                continue;
+            }
+            let value = state.value(known.slot);
+            match value.within(known.signed, known.low, known.high) {
+                Some(closer) => {
+                    before.push((known.slot, value));
+                    state.know(known.slot, closer);
+                }
+                None => return false,
+            }
+        }
+        true
+    }
+}
+
+/// What a write put into a word that need not have happened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Perhaps {
+    /// It happened exactly if all of these were true; `None` if that is not known.
+    pub when: Option<Rc<[Literal]>>,
+    /// What it wrote.
+    pub value: Ring,
+}
+
+/// Whether something happened, by what holds.
+pub enum Happened {
+    Yes,
+    No,
+    Perhaps,
+}
+
+impl Perhaps {
+    /// Whether it happened where these are true.
+    pub fn happened(&self, holds: &[Literal]) -> Happened {
+        let Some(when) = &self.when else { return Happened::Perhaps };
+        if when.iter().any(|one| holds.contains(&one.negated())) {
+            Happened::No
+        } else if when.iter().all(|one| holds.contains(one)) {
+            Happened::Yes
+        } else {
+            Happened::Perhaps
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! The effects of one instruction.
+
+use super::condition::Condition;
+use super::evaluate::Evaluation;
+use super::ring::Ring;
+use super::state::Slots;
+use crate::program::flow;
+use crate::program::meaning::{ChoiceKind, Target};
+use crate::program::{BitTarget, Cell, ChoiceId, Region, WordTarget, Write};
+use rustc_hash::FxHashSet;
+use std::collections::BTreeMap;
+
+/// One write of what is followed.
+pub enum To {
+    /// A bit's slot, and what is known when it is on and when it is off.
+    Bit(usize, Option<[Condition; 2]>),
+    /// A word's slot and its value; whether it is known that it is written if the effect happens.
+    Word { slot: usize, value: Ring, known: bool },
+}
+
+/// One effect being carried out.
+pub struct Writer<'a> {
+    /// In the state before it, where its guard holds.
+    pub evaluation: Evaluation<'a>,
+    /// What was found of indexed writes.
+    pub reaches: &'a mut BTreeMap<ChoiceId, Option<(u32, u32)>>,
+    /// The instruction's.
+    pub condition: &'a Condition,
+    /// What it writes.
+    pub writes: Vec<To>,
+}
+
+impl Writer<'_> {
+    /// Carries it out. `done` are the choices of which all effects are carried out.
+    pub fn write(&mut self, write: &Write, done: &mut FxHashSet<ChoiceId>) {
+        match write {
+            Write::Bit(BitTarget::Cell(cell), value) => {
+                if let Some(slot) = self.bits().slot(*cell) {
+                    let value = self.evaluation.logic(value, self.condition);
+                    let off = value.negation();
+                    self.writes.push(To::Bit(slot, Some([value, off])));
+                }
+            }
+            Write::Bit(BitTarget::WordBit(cell, bit), value) => {
+                let Some(slot) = self.words().slot(*cell) else { return };
+                let value = self.evaluation.logic(value, self.condition);
+                let (mask, before) = (1 << bit, self.evaluation.state.value(slot));
+                let value = match before.as_constant() {
+                    Some(before) if value.surely => Ring::constant(before | mask),
+                    Some(before) if value.never => Ring::constant(before & !mask),
+                    Some(before) => {
+                        Ring::constant(before | mask).join(Ring::constant(before & !mask))
+                    }
+                    None => Ring::TOP,
+                };
+                self.writes.push(To::Word { slot, value, known: true });
+            }
+            Write::Words(targets, number) => {
+                let values = self.evaluation.number(number);
+                self.put(targets, &values);
+                flow::written_by(write).into_iter().for_each(|region| self.lose_bits(region));
+            }
+            Write::Havoc(region, choice) => self.havoc(*region, *choice, done),
+        }
+    }
+
+    fn words(&self) -> &Slots {
+        &self.evaluation.followed.words
+    }
+
+    fn bits(&self) -> &Slots {
+        &self.evaluation.followed.bits
+    }
+
+    fn havoc(&mut self, region: Region, choice: ChoiceId, done: &mut FxHashSet<ChoiceId>) {
+        let exact = match self.evaluation.program.kinds.get(&choice) {
+            Some(ChoiceKind::Exact(meaning)) => Some(meaning),
+            _ => None,
+        };
+        if let Some(meaning) = exact
+            && meaning.outputs.iter().all(is_followed)
+            && let Some(results) = self.evaluation.operation(meaning)
+        {
+            // All effects with this choice are one writing.
+            if done.insert(choice) {
+                for (place, output) in meaning.outputs.iter().enumerate() {
+                    let results = results.get(place).map_or(&[][..], Vec::as_slice);
+                    match output {
+                        Target::Words(targets) => self.put(targets, results),
+                        // Bits are lost below.
+                        Target::Bits(_) | Target::Run(..) | Target::Nowhere => {}
+                    }
+                }
+            }
+            self.lose_bits(region);
+            return;
+        }
+        let region = self.reach(region, choice);
+        let words = self.words().within(region);
+        let any = |slot| To::Word { slot, value: Ring::TOP, known: false };
+        self.writes.extend(words.map(any));
+        self.lose_bits(region);
+    }
+
+    /// Takes bits as not known.
+    fn lose_bits(&mut self, region: Region) {
+        let bits = self.bits().within(region);
+        self.writes.extend(bits.map(|bit| To::Bit(bit, None)));
+    }
+
+    fn put(&mut self, targets: &[WordTarget], values: &[Ring]) {
+        for (place, target) in targets.iter().enumerate() {
+            let WordTarget::Cell(cell) = target else { continue };
+            if let Some(slot) = self.words().slot(*cell) {
+                let value = values.get(place).copied().unwrap_or(Ring::TOP);
+                self.writes.push(To::Word { slot, value, known: true });
+            }
+        }
+    }
+
+    /// The cells that an indexed write may reach.
+    fn reach(&mut self, region: Region, choice: ChoiceId) -> Region {
+        let Some(indexed) = self.evaluation.program.indexed.get(&choice) else { return region };
+        if !indexed.may_reach(region) {
+            return region;
+        }
+        let found = self.evaluation.reach(indexed);
+        let known = self.reaches.entry(choice).or_insert(found);
+        *known = match (*known, found) {
+            (Some((low, high)), Some((least, largest))) => {
+                Some((low.min(least), high.max(largest)))
+            }
+            _ => None,
+        };
+        match found {
+            Some((low, high)) => {
+                let first = Cell { index: low, ..indexed.first };
+                Region::Range { first, count: high - low + 1 }
+            }
+            None => region,
+        }
+    }
+}
+
+/// Whether it is known where a result goes. A bit of a word is not followed: that word may hold anything.
+fn is_followed(to: &Target) -> bool {
+    match to {
+        Target::Words(_) | Target::Nowhere => true,
+        Target::Bits(bits) => bits.iter().all(|bit| !matches!(bit, BitTarget::WordBit(..))),
+        Target::Run(..) => false,
+    }
+}

@@ -1,0 +1,370 @@
+//! What words are found to hold where they count, against a PLC made from the manuals alone: random programs whose counts
+//! hang on contacts, guards, jumps and loops never take longer than their bound, whatever stands in memory when the scan
+//! starts.
+
+mod common;
+
+use common::audited::table;
+use common::plc::{Device, Line, Luck, Plc, line};
+use common::tape::{Tape, cases, on_tapes};
+use scanbound::audit::{Request, follow};
+use scanbound::base::facts::Facts;
+use scanbound::front::Input;
+use scanbound::program::Step;
+use std::cell::Cell;
+use std::collections::BTreeMap;
+
+/// Scans of a program.
+const SCANS: u64 = 300;
+
+struct Generator<'t, 'a> {
+    tape: &'t mut Tape<'a>,
+    lines: Vec<String>,
+    labels: u32,
+}
+
+fn generate(tape: &mut Tape<'_>) -> Vec<String> {
+    let mut g = Generator { tape, lines: Vec::new(), labels: 0 };
+    if g.tape.percent(60) {
+        let first = g.tape.below(9);
+        g.put("LD SM400");
+        g.put(format!("FMOV K{first} D10 K3"));
+    }
+    let routine = g.tape.percent(30);
+    g.items(0, 7);
+    if routine {
+        g.contacts();
+        g.put("CALL P100");
+        g.items(1, 3);
+        g.put("FEND");
+        g.put("P100");
+        g.items(1, 3);
+        g.put("RET");
+    }
+    g.put("END");
+    g.lines
+}
+
+impl Generator<'_, '_> {
+    fn put(&mut self, line: impl Into<String>) {
+        self.lines.push(line.into());
+    }
+
+    fn pick(&mut self, of: &[&'static str]) -> &'static str {
+        self.tape.pick(of)
+    }
+
+    fn items(&mut self, depth: u32, most: usize) {
+        for _ in 0..1 + self.tape.below(most) {
+            self.item(depth);
+            if self.tape.done() {
+                break;
+            }
+        }
+    }
+
+    fn item(&mut self, depth: u32) {
+        match self.tape.below(12) {
+            0 if depth < 2 => {
+                let count = match self.tape.below(3) {
+                    0 => "K3",
+                    _ => {
+                        self.put("LD SM400");
+                        self.put("LIMIT K1 K6 D10 D13");
+                        "D13"
+                    }
+                };
+                self.put(format!("FOR {count}"));
+                self.items(depth + 1, 3);
+                self.put("NEXT");
+            }
+            1 => {
+                self.contacts();
+                let label = self.labels;
+                self.labels += 1;
+                self.put(format!("CJ P{label}"));
+                self.items(2, 2);
+                self.put(format!("P{label}"));
+            }
+            2 => {
+                self.contacts();
+                self.put("MC N0 M9");
+                for _ in 0..2 {
+                    self.contacts();
+                    self.outputs();
+                }
+                self.put("MCR N0");
+            }
+            3 => {
+                self.put("LD SM400");
+                self.put("WAND K7 Z0");
+            }
+            4 => self.branches(),
+            5..=8 => self.again(),
+            _ => {
+                self.contacts();
+                self.outputs();
+            }
+        }
+    }
+
+    /// Counts under contacts, perhaps something else, and what they count under the same contacts.
+    fn again(&mut self) {
+        let from = self.lines.len();
+        self.contacts();
+        let contacts = self.lines[from..].to_vec();
+        let to = self.pick(&["D10", "D11", "D12"]);
+        let count = match self.tape.below(6) {
+            0 => format!("MOV K{} {to}", self.tape.below(40)),
+            1 => format!("WAND K15 D0 {to}"),
+            2 => format!("SER K0 D0 {to} K4"),
+            3 => format!("LIMIT K0 K9 D0 {to}"),
+            4 => format!("MOV D12 {to}"),
+            _ => format!("BMOV D10 {to} K1"),
+        };
+        self.put(count);
+        if self.tape.percent(40) {
+            let by = self.tape.below(6);
+            let sign = self.pick(&["+", "-"]);
+            self.put(format!("{sign} K{by} {to} {to}"));
+        }
+        if self.tape.percent(40) {
+            let bit = self.pick(&["M0", "M1", "M2"]);
+            self.put(format!("OUT {bit}"));
+        }
+        if self.tape.percent(60) {
+            self.item(2);
+        }
+        let again = self.tape.percent(30);
+        if again {
+            let count = self.pick(&["K3", "K2", "D13"]);
+            self.put(format!("FOR {count}"));
+        }
+        self.lines.extend(contacts);
+        if self.tape.percent(40) {
+            self.put(format!("AND> {to} K0"));
+        }
+        self.put(format!("FMOV D0 D20 {to}"));
+        if again {
+            if self.tape.percent(70) {
+                self.contacts();
+                self.outputs();
+            }
+            self.put("NEXT");
+        }
+    }
+
+    fn branches(&mut self) {
+        self.contacts();
+        self.put("MPS");
+        self.contact("AND");
+        self.outputs();
+        if self.tape.percent(50) {
+            self.put("MRD");
+            self.contact("AND");
+            self.outputs();
+        }
+        self.put("MPP");
+        if self.tape.percent(50) {
+            self.contact("AND");
+        }
+        self.outputs();
+    }
+
+    fn contacts(&mut self) {
+        self.contact("LD");
+        for _ in 0..self.tape.below(3) {
+            match self.tape.below(8) {
+                0 => self.contact("OR"),
+                1 => {
+                    self.contact("LD");
+                    self.contact("AND");
+                    let block = self.pick(&["ANB", "ORB"]);
+                    self.put(block);
+                }
+                2 => self.put("INV"),
+                3 => self.put("MEP"),
+                _ => self.contact("AND"),
+            }
+        }
+    }
+
+    fn contact(&mut self, kind: &str) {
+        match self.tape.below(6) {
+            0..=2 => {
+                let bit = self.pick(&["X0", "M0", "M1", "M2", "D1.0", "SM400", "M0Z0"]);
+                let name = match (kind, self.tape.below(4)) {
+                    ("LD", 3) => "LDI",
+                    ("AND", 3) => "ANI",
+                    ("OR", 3) => "ORI",
+                    (kind, _) => kind,
+                };
+                self.put(format!("{name} {bit}"));
+            }
+            _ => {
+                let relation = self.pick(&["=", ">", "<", "<>", ">=", "<="]);
+                let (left, right) = (self.word(), self.number());
+                self.put(format!("{kind}{relation} {left} {right}"));
+            }
+        }
+    }
+
+    fn word(&mut self) -> &'static str {
+        self.pick(&["D10", "D11", "D12", "D0", "D1"])
+    }
+
+    fn number(&mut self) -> &'static str {
+        self.pick(&["K0", "K1", "K5", "K20", "K-1", "D10", "D11", "D0"])
+    }
+
+    fn outputs(&mut self) {
+        for _ in 0..1 + self.tape.below(3) {
+            self.output();
+        }
+    }
+
+    fn output(&mut self) {
+        let (a, b, to) = (self.word(), self.number(), self.pick(&["D10", "D11", "D12"]));
+        let line = match self.tape.below(24) {
+            0..=5 => {
+                let name = self.pick(&["FMOV", "BMOV"]);
+                format!("{name} D0 D20 {to}")
+            }
+            6..=8 => {
+                let value = self.pick(&["K0", "K3", "K7", "K30", "K-2"]);
+                format!("MOV {value} {to}")
+            }
+            9 => format!("MOV {a} {to}"),
+            10 | 11 => {
+                let name = self.pick(&["+", "-", "*"]);
+                format!("{name} {a} {b} {to}")
+            }
+            12 => format!("WAND K15 {a} {to}"),
+            13 => format!("LIMIT K0 K9 {a} {to}"),
+            14 => format!("SER K0 D0 {to} K4"),
+            15 => format!("/ {a} K7 {to}"),
+            16 => format!("DMOV K70003 {to}"),
+            17 => format!("INC {to}"),
+            18 | 19 => {
+                let name = self.pick(&["OUT", "SET", "RST", "PLS"]);
+                let bit = self.pick(&["M0", "M1", "M2"]);
+                format!("{name} {bit}")
+            }
+            20 => format!("MOVP K{} {to}", 1 + self.tape.below(9)),
+            21 => format!("BMOV D0 {to} K2"),
+            22 => {
+                let device = self.pick(&["D5Z0", "D8Z0"]);
+                format!("MOV {b} {device}")
+            }
+            _ => {
+                let target = self.pick(&["K1M0", "D1.0"]);
+                if target == "D1.0" { format!("SET {target}") } else { format!("MOV {b} {target}") }
+            }
+        };
+        self.put(line);
+    }
+}
+
+/// What memory holds when the scan starts: numbers of every size, small ones above all.
+struct Start(Cell<u64>);
+
+impl Start {
+    fn draw(&self) -> u64 {
+        // xorshift64 (G. Marsaglia: Xorshift RNGs, Journal of Statistical Software 8, 2003).
+        let mut x = self.0.get();
+        x ^= x << 13;
+        x ^= x >> 7;
+        x ^= x << 17;
+        self.0.set(x);
+        x
+    }
+}
+
+impl Luck for &Start {
+    fn value(&mut self, (area, _): Device) -> u16 {
+        let x = self.draw();
+        match (area, x % 8) {
+            ("D", 0) => (x >> 16) as u16,
+            ("D", 1) => (x >> 16) as u16 % 40_000,
+            ("D", 2) => 0,
+            ("D" | "Z", _) => (x >> 16) as u16 % 40,
+            _ => (x >> 16) as u16 % 2,
+        }
+    }
+
+    fn below(&mut self, n: u32) -> u32 {
+        (self.draw() >> 16) as u32 % n
+    }
+}
+
+/// How many counts there were, and how many of them were found to be no longer than a few words.
+#[derive(Default)]
+struct Tally {
+    counts: Cell<u32>,
+    small: Cell<u32>,
+}
+
+fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
+    let mut tape = Tape::new(tape);
+    let lines = generate(&mut tape);
+    let text = lines.join("\n") + "\n";
+    let table = table("");
+    let inputs = [Input { name: "a.txt".to_owned(), bytes: text.clone().into_bytes() }];
+    let facts = Facts::default();
+    let request = Request {
+        dialect: Some("melsec-list"),
+        cpu: Some("Q26UDV"),
+        table: Some(&table),
+        ..Request::new(&inputs, &facts)
+    };
+    let followed = follow(&request).map_err(|why| format!("{why:?}\n{text}"))?;
+    // By line: the most units, and of loops the most iterations with the line of their end.
+    let mut most: BTreeMap<usize, u64> = BTreeMap::new();
+    let mut loops: Vec<(usize, usize, usize)> = Vec::new();
+    let instructions = &followed.program.instructions;
+    let line_of = |at: usize| instructions[at].place.line as usize;
+    for (at, instruction) in instructions.iter().enumerate() {
+        if let Some(counted) = instruction.counted() {
+            most.insert(line_of(at), counted.most);
+            tally.counts.set(tally.counts.get() + 1);
+            tally.small.set(tally.small.get() + u32::from(counted.most < 100));
+        }
+        if let Step::ForBegin { most, end, .. } = instruction.step {
+            loops.push((line_of(at), line_of(end), most as usize));
+        }
+    }
+    let program = [lines.iter().map(|text| line(text)).collect::<Vec<Line>>()];
+    let luck = Start(Cell::new(0x9E37_79B9_7F4A_7C15));
+    for _ in 0..SCANS {
+        let executed = Plc::new(&program, &luck, Vec::new()).scan();
+        let fault = |what: String| {
+            let told: Vec<String> =
+                executed.iter().map(|&(_, at, on, units)| format!("{at} {on} {units}")).collect();
+            let listed = lines.iter().enumerate().map(|(at, line)| format!("{:3} {line}", at + 1));
+            let listed: Vec<String> = listed.collect();
+            Err(format!("{what}\n{}\n{}", listed.join("\n"), told.join(", ")))
+        };
+        for &(_, at, on, units) in &executed {
+            if on && most.get(&at).is_some_and(|&most| units > most) {
+                return fault(format!("line {at} counts {units}, at most {}", most[&at]));
+            }
+        }
+        let times = |line: usize| executed.iter().filter(|one| one.1 == line).count();
+        for &(begin, end, most) in &loops {
+            if times(end) > times(begin) * most {
+                return fault(format!("the loop in line {begin} runs more than {most} times"));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+#[allow(clippy::print_stdout)] // a long run's figures
+fn no_scan_counts_further_than_words_were_found_to_hold() {
+    let tally = Tally::default();
+    on_tapes(cases(400), 160, |tape| check(tape, &tally));
+    let (counts, small) = (tally.counts.get(), tally.small.get());
+    println!("{counts} counts, {small} of them small");
+    assert!(small > cases(400) / 4 && small * 10 > counts, "{small} of {counts}");
+}
