@@ -390,7 +390,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[index]\nbits = 32\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         assert_eq!(
             facts,
@@ -398,6 +398,7 @@ mod tests {
                 ranges: [("D100".to_owned(), (0, 10)), ("Z0".to_owned(), (-1, 31))].into(),
                 counts: [("A.csv:7".to_owned(), (0, 9)), ("A.csv:9".to_owned(), (3, 3))].into(),
                 index_bits: Some(32),
+                indirect: Some(vec!["D1-D9".to_owned(), "W5".to_owned()]),
                 interrupts: [("I0".to_owned(), 2)].into(),
                 inputs: Some(64),
                 outputs: Some(32),
