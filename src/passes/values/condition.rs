@@ -1,7 +1,6 @@
 //! What is known while a condition holds: ranges of words, and which contacts it was seen from.
 
 use super::ring::Ring;
-use super::state::State;
 use std::rc::Rc;
 
 /// A condition of more contacts than these is told apart from others by some of them only.
@@ -176,25 +175,6 @@ impl Condition {
         let named = Condition { exact: true, ..Condition::literal(own) }.and(&self);
         // That literal alone says all.
         Condition { exact: true, ..named }
-    }
-
-    /// Takes into a state what holds with the condition. What was known before is put into `before`. False if it cannot
-    /// hold here.
-    pub fn assume(&self, state: &mut State, before: &mut Vec<(usize, Ring)>) -> bool {
-        for known in self.words() {
-            if state.stamp(known.slot) != known.stamp {
-                continue;
-            }
-            let value = state.value(known.slot);
-            match value.within(known.signed, known.low, known.high) {
-                Some(closer) => {
-                    before.push((known.slot, value));
-                    state.know(known.slot, closer);
-                }
-                None => return false,
-            }
-        }
-        true
     }
 }
 

@@ -271,7 +271,7 @@ impl<'p> Run<'p> {
         let Some(state) = &mut act.state else { return };
         let mut before = Vec::new();
         let mut most = None;
-        if fires.assume(state, &mut before) {
+        if state.assume(fires, &mut before) {
             let evaluation = self.evaluation(state, fires.literals());
             let count = words.iter().rev().fold(0, |count, &word| {
                 count * 65_536 + evaluation.word(word).unsigned().1.unsigned_abs()
@@ -305,7 +305,7 @@ impl<'p> Run<'p> {
                 continue;
             }
             let mut before = Vec::new();
-            if guard.assume(state, &mut before) {
+            if state.assume(guard, &mut before) {
                 let mut writer = Writer {
                     evaluation: Evaluation {
                         program: self.program,
@@ -458,7 +458,7 @@ impl<'p> Run<'p> {
         }
         let mut taken = act.state.clone()?;
         taken.know_where(fires.literals());
-        let possible = fires.assume(&mut taken, &mut Vec::new());
+        let possible = taken.assume(fires, &mut Vec::new());
         if fires.surely {
             act.state = None;
         }

@@ -182,6 +182,25 @@ impl State {
         }
     }
 
+    /// Takes the words closer to what holds with a condition. What was known before is put into `before`. False if it cannot
+    /// hold here.
+    pub fn assume(&mut self, condition: &Condition, before: &mut Vec<(usize, Ring)>) -> bool {
+        for known in condition.words() {
+            if self.stamp(known.slot) != known.stamp {
+                continue;
+            }
+            let value = self.value(known.slot);
+            match value.within(known.signed, known.low, known.high) {
+                Some(closer) => {
+                    before.push((known.slot, value));
+                    self.know(known.slot, closer);
+                }
+                None => return false,
+            }
+        }
+        true
+    }
+
     /// Takes all values closer to what they are where these are true.
     pub fn know_where(&mut self, holds: &[Literal]) {
         if holds.is_empty() {
