@@ -8,6 +8,7 @@ use scanbound::audit::{Failure, Request, audit, follow};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
 use scanbound::passes::values::Trust;
+use scanbound::program::Step;
 
 /// What one scan takes at most and at least, in operations `Op1` and words moved.
 fn bounds(trust: Trust, text: &str) -> (u64, u64) {
@@ -343,6 +344,30 @@ fn a_block_reaches_as_far_as_its_count() {
     assert_eq!(turns("D51", "K15", 15), 19);
     assert_eq!(turns("D30", "K15", 15), 19);
     assert_eq!(turns("D40", "K15", 15), 32_767);
+    // A count of two words is more than its lower one says.
+    let long = |to: &str| {
+        let text =
+            format!("LD SM400\nMOV K19 D50\nWAND K7 D70\nBMOVL W0 {to} D70\nFOR D50\nNEXT\nEND\n");
+        let inputs = [Input { name: "a.txt".to_owned(), bytes: text.into_bytes() }];
+        let (facts, table) = (Facts::default(), table(""));
+        let request = Request {
+            dialect: Some("melsec-list"),
+            cpu: Some("R04CPU"),
+            table: Some(&table),
+            ..Request::new(&inputs, &facts)
+        };
+        let followed = follow(&request).expect("followed");
+        let most = followed.program.instructions.iter().filter_map(|one| match one.step {
+            Step::ForBegin { most, .. } => Some(most),
+            _ => None,
+        });
+        let summary = followed.program.instructions.iter().filter_map(|one| match &one.step {
+            Step::Summary(summary) => summary.iterations.map(|(.., most)| most),
+            _ => None,
+        });
+        most.chain(summary).next()
+    };
+    assert_eq!((long("D51"), long("D30")), (Some(19), Some(32_767)));
 }
 
 #[test]

@@ -194,7 +194,7 @@ impl Emitter<'_> {
         let mut found: Vec<(AreaId, Option<Indexed>)> = Vec::new();
         for (text, operand) in written {
             let Ok(Written::Device(device)) = self.parsed(text) else { continue };
-            let length = self.written_length(raw, operand.extent);
+            let length = self.written_length(raw, entry, operand.extent);
             match device.place {
                 Place::Indexed(Kind::Word(area), false) => {
                     found.push((area, self.indexed_cells(&device, area, length)));
@@ -226,14 +226,16 @@ impl Emitter<'_> {
         }
     }
 
-    fn written_length(&mut self, raw: &RawInstruction, extent: Extent) -> Length {
+    fn written_length(&mut self, raw: &RawInstruction, entry: &Entry, extent: Extent) -> Length {
         match extent {
             Extent::Words(Amount::Fixed(count)) => Length::Exactly(count),
             Extent::Words(Amount::Counted { unit, operand }) => {
-                match self.read_words(&raw.operands[operand], 1).as_deref() {
-                    Some([WordSource::Const(count)]) => {
-                        Length::Exactly(u32::from(*count).saturating_mul(unit))
-                    }
+                if let Some(count) = self.constant(&raw.operands[operand]) {
+                    let count = u32::try_from(count).ok();
+                    return count
+                        .map_or(Length::Unknown, |n| Length::Exactly(n.saturating_mul(unit)));
+                }
+                match self.count_words(raw, entry, operand).as_deref() {
                     Some([word]) => Length::Counted(*word, unit),
                     _ => Length::Unknown,
                 }

@@ -56,7 +56,7 @@ impl Emitter<'_> {
     }
 
     /// The words that a count stands in, if it is one or two plain ones.
-    fn count_words(
+    pub(super) fn count_words(
         &mut self,
         raw: &RawInstruction,
         entry: &Entry,
