@@ -37,11 +37,18 @@ fn refresh_is_charged_for_the_dearest_base_unless_the_base_is_stated() {
     let own = table("@base,qnudv\n@factor,1,,,,stated,\n");
     let io = "[io]\ninputs = 40\noutputs = 16\n";
     let unstated = audited(PROGRAM, &own, io);
-    let why = "40 input points as stated: 3 x 5 us a 16 points, the dearest base: 10.5 us less if [io] base = \"main\"";
-    assert_eq!(refreshes(&unstated, "input"), [(15_000_000, why.to_owned())]);
+    let why = [
+        "3 x 5 us a 16 points, the dearest base: 18.6 us less if [io] base = \"main\"",
+        "1 x 4.3 us a 16 points, begun on another base",
+        "1 x 2.3 us a 16 points, begun on another base",
+        "1 x 1.5 us a 16 points, begun on another base",
+    ];
+    let why = why.map(|why| format!("40 input points as stated: {why}"));
+    let times = [15_000_000, 4_300_000, 2_300_000, 1_500_000];
+    assert_eq!(refreshes(&unstated, "input"), times.into_iter().zip(why).collect::<Vec<_>>());
     let saved: Vec<(&str, u64)> =
         unstated.bases.iter().map(|base| (base.least.as_str(), base.saves.0)).collect();
-    assert_eq!(saved, [("main", 10_500_000), ("main", 3_800_000)]);
+    assert_eq!(saved, [("main", 18_600_000), ("main", 10_500_000)]);
     let main = audited(PROGRAM, &own, &format!("{io}base = 'main'\n"));
     assert!(main.bases.is_empty());
     let saved = unstated.bases.iter().map(|base| base.saves).sum();
@@ -57,7 +64,7 @@ fn refresh_is_charged_for_the_dearest_base_unless_the_base_is_stated() {
     );
     let found = refreshes(&audited("LD X0\nOUT M0\nEND\n", &own, "[io]\ninputs = 32\n"), "input");
     let times: Vec<u64> = found.into_iter().map(|(time, _)| time / 1_000_000).collect();
-    assert_eq!(times, [18, 2, 4]);
+    assert_eq!(times, [18, 3, 2, 4]);
     // So where there is no row for any base.
     let own = table("@end,1\n@input16:far,9\n@input16:near,2\n@input:near,1\nLD,0\nOUT,0\nEND,0\n");
     let text = "LD X0\nOUT M0\nEND\n";
@@ -65,10 +72,42 @@ fn refresh_is_charged_for_the_dearest_base_unless_the_base_is_stated() {
         let found = refreshes(&audited(text, &own, facts), "input");
         found.into_iter().map(|(time, _)| time / 1_000_000).collect()
     };
-    assert_eq!(times("[io]\ninputs = 32\n"), [18, 1]);
+    assert_eq!(times("[io]\ninputs = 32\n"), [18, 2, 1]);
     assert_eq!(times("[io]\ninputs = 32\nbase = 'near'\n"), [4, 1]);
     assert_eq!(times("[io]\ninputs = 32\nbase = 'far'\n"), [18]);
     assert_eq!(times("[io]\ninputs = 0\n"), [0_u64; 0]);
+}
+
+#[test]
+fn points_on_bases_that_are_not_stated_take_as_long_as_on_any() {
+    let rows = "@end,1\n@input16:far,9\n@input16:mid,8\n@input16:near,2\nLD,0\nOUT,0\nEND,0\n";
+    let text = "LD X0\nOUT M0\nEND\n";
+    let us = |own: &Table, facts: &str| -> u64 {
+        let found = refreshes(&audited(text, own, facts), "input");
+        found.into_iter().map(|(time, _)| time / 1_000_000).sum()
+    };
+    let own = table(rows);
+    for points in [1, 2, 3, 16, 17, 18, 19, 32, 34, 48] {
+        let split = |[far, mid, near]: [u32; 3]| {
+            us(&own, &format!("[io]\ninputs = {{ far = {far}, mid = {mid}, near = {near} }}\n"))
+        };
+        // What is begun is rounded up on each base, so a point may count as much as sixteen do.
+        let few = |points: u32| [0, 1, 2, points / 2, points / 3].map(|few| few.min(points));
+        let splits = few(points).into_iter().flat_map(|mid| {
+            few(points - mid).into_iter().map(move |near| [points - mid - near, mid, near])
+        });
+        let longest = splits.map(split).max();
+        let unstated = us(&own, &format!("[io]\ninputs = {points}\n"));
+        assert_eq!(Some(unstated), longest, "{points} points");
+    }
+    // Each row is for its own number of points; a row for any base is that of a base without one of its own.
+    let own = table(&format!("{rows}@input16,10\n@input8:far,1\n@input8,3\n"));
+    let by_sixteens = 2 * 10 + 9 + 8 + 2;
+    let by_eights = 3 * 3 + 3 + 1;
+    assert_eq!(us(&own, "[io]\ninputs = 20\n"), by_sixteens + by_eights);
+    // Points that the program names are counted by addresses: modules take these up by sixteens.
+    assert_eq!(us(&table(rows), ""), 9);
+    assert_eq!(us(&table(rows), "[io]\ninputs = 16\n"), 9 + 8 + 2);
 }
 
 #[test]

@@ -83,6 +83,21 @@ pub struct Refresh {
 struct Side<'a> {
     name: &'static str,
     table: &'a Table,
+    /// Whether points of which it is not stated on which bases they are may be split among these anywhere. So may a
+    /// stated number of them. Those that the program names are counted by addresses, sixteens of them, and a module takes
+    /// up its addresses by sixteens: each of these is on one base.
+    splits: bool,
+}
+
+/// A row that counts for points of a side.
+struct Charge<'a> {
+    row: &'a Row,
+    /// How many points it is for at a time; 0: however many.
+    size: u32,
+    /// How often it counts.
+    times: u64,
+    /// Whether it counts beside the dearest one, for points on another base.
+    besides: bool,
 }
 
 /// Points that rows are for at a time; 0 for a row that counts once a scan.
@@ -131,6 +146,46 @@ impl<'a> Side<'a> {
         own(size).or(plain).or_else(others).into_iter().collect()
     }
 
+    /// What so many points are charged at most.
+    fn charges(&self, base: Option<&str>, points: u32) -> Vec<Charge<'a>> {
+        let mut charges = Vec::new();
+        for (size, row) in self.rows(base).into_iter().filter(|_| points > 0) {
+            let others = match base {
+                None if self.splits && size > 0 => self.begun_besides(size, row, points),
+                _ => Vec::new(),
+            };
+            let left = points - u32::try_from(others.len()).unwrap_or(0);
+            charges.push(Charge { row, size, times: times(size, left), besides: false });
+            let others = others.into_iter();
+            charges.extend(others.map(|row| Charge { row, size, times: 1, besides: true }));
+        }
+        charges
+    }
+
+    /// The rows of the bases on which a point each makes refresh the longest, where all other points are charged by the
+    /// dearest row. What is begun is rounded up on each base. No split takes longer: beyond the first row of each base,
+    /// the dearest is the most that further points can take.
+    fn begun_besides(&self, size: u32, dearest: &'a Row, points: u32) -> Vec<&'a Row> {
+        let own = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
+        let mut rows: Vec<&Row> = self.bases().iter().filter_map(own).collect();
+        rows.sort_by_key(|row| std::cmp::Reverse(row.on));
+        // The base that has the dearest row, if it is not that for any.
+        if rows.first().is_some_and(|row| row.on == dearest.on) {
+            rows.remove(0);
+        }
+        let time = |row: &Row, times: u64| u128::from(row.on.0) * u128::from(times);
+        let (mut best, mut longest, mut begun) = (0, time(dearest, times(size, points)), 0);
+        for (others, left) in (1..=rows.len()).zip((1..points).rev()) {
+            begun += time(rows[others - 1], 1);
+            let sum = begun + time(dearest, times(size, left));
+            if sum > longest {
+                (best, longest) = (others, sum);
+            }
+        }
+        rows.truncate(best);
+        rows
+    }
+
     /// The name of the row for so many points at a time.
     fn row(&self, size: u32) -> String {
         let size = if size == 0 { String::new() } else { size.to_string() };
@@ -152,8 +207,8 @@ impl<'a> Side<'a> {
     fn time(&self, all: &[Points<'_>]) -> Result<Picos, Vec<Diagnostic>> {
         let mut sum = Picos::ZERO;
         for &(base, points) in all {
-            for (size, row) in self.rows(base) {
-                sum += charged(self.table, row, times(size, points))?;
+            for charge in self.charges(base, points) {
+                sum += charged(self.table, charge.row, charge.times)?;
             }
         }
         Ok(sum)
@@ -181,7 +236,7 @@ pub fn refresh(
     know_bases(table, facts)?;
     let mut found = Refresh::default();
     for (at, (name, role, stated, most)) in sides.into_iter().enumerate() {
-        let side = Side { name, table };
+        let side = Side { name, table, splits: stated.is_some() };
         if side.rows(None).is_empty() {
             continue;
         }
@@ -233,11 +288,13 @@ pub fn refresh(
             }
         }
         for (base, points) in taken {
-            for (size, row) in side.rows(base).into_iter().filter(|_| points > 0) {
-                let count = times(size, points);
+            for Charge { row, size, times, besides } in side.charges(base, points) {
                 let unit = row.on.us_text();
-                let each =
-                    if size == 0 { "once a scan".to_owned() } else { format!("a {size} points") };
+                let each = match size {
+                    0 => "once a scan".to_owned(),
+                    _ if besides => format!("a {size} points, begun on another base"),
+                    _ => format!("a {size} points"),
+                };
                 let origin = match (by_base.is_empty(), base) {
                     (false, Some(base)) => {
                         format!("{points} {name} points on the base {base} as stated")
@@ -247,8 +304,8 @@ pub fn refresh(
                 };
                 // What is saved is told once.
                 let saved = std::mem::take(&mut saved);
-                let why = format!("{origin}: {count} x {unit} us {each}{saved}; {}", row.source);
-                let time = charged(table, row, count)?;
+                let why = format!("{origin}: {times} x {unit} us {each}{saved}; {}", row.source);
+                let time = charged(table, row, times)?;
                 let name = format!("{name} refresh");
                 found.terms.push(OverheadTerm { name, time, evidence: row.evidence, why });
             }
@@ -259,7 +316,7 @@ pub fn refresh(
 
 /// Refuses base units that the table does not know.
 fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
-    let sides = ["input", "output"].map(|name| Side { name, table });
+    let sides = ["input", "output"].map(|name| Side { name, table, splits: false });
     let known: BTreeSet<String> = sides.iter().flat_map(Side::bases).collect();
     let names = known.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
     let fault = |key: &str, part: Part, base: &str| {
