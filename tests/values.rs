@@ -405,3 +405,12 @@ fn a_count_may_be_stated_by_its_word() {
     );
     assert_eq!(stated("D100 = 4"), Err("nothing is counted by a word 'D100'".to_owned()));
 }
+
+#[test]
+fn what_a_long_loop_leaves_is_not_forgotten_where_it_makes_less_of_it() {
+    // D10 halves in every iteration, so what comes out of one is never what went in.
+    let text = "LD SM400; MOV K3 D10; LD X0; CJ P0; LD SM400; LIMIT K0 K500 D0 D10; FOR K3000; LD SM400; \
+        / D10 K2 D20; MOV D20 D10; NOPS; NEXT; LD SM400; WAND K255 D1 D10; P0; LD SM400; FMOV D0 D100 D10; END";
+    let text = text.replace("NOPS", &["NOP"; 150].join("; "));
+    assert_eq!(none(&text), 255);
+}

@@ -548,6 +548,8 @@ impl<'p> Run<'p> {
                 wider = self.followed.anything();
             }
             if head.covers(&wider) {
+                // Less comes out than goes in: here too every further turn is the same.
+                join(self.fresh(), &mut exits, state);
                 break;
             }
             head = wider;
