@@ -10,12 +10,14 @@ use common::tape::{Tape, cases, on_tapes};
 use scanbound::audit::{Request, follow};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
-use scanbound::program::Step;
+use scanbound::passes::values::Trust;
+use scanbound::program::{Step, TrustedRange};
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Scans of a program.
+/// Scans of a program, and after how many of them its power fails.
 const SCANS: u64 = 300;
+const AFTER_POWER_UP: u64 = 100;
 
 struct Generator<'t, 'a> {
     tape: &'t mut Tape<'a>,
@@ -23,15 +25,39 @@ struct Generator<'t, 'a> {
     labels: u32,
 }
 
-fn generate(tape: &mut Tape<'_>) -> Vec<String> {
+/// A program, whose counts are often written first, or, where they come from the scan before, last.
+fn generate(tape: &mut Tape<'_>, across: bool) -> Vec<String> {
     let mut g = Generator { tape, lines: Vec::new(), labels: 0 };
-    if g.tape.percent(60) {
+    if !across && g.tape.percent(60) {
         let first = g.tape.below(9);
         g.put("LD SM400");
         g.put(format!("FMOV K{first} D10 K3"));
     }
     let routine = g.tape.percent(30);
     g.items(0, 7);
+    if across {
+        g.put("LD SM400");
+        for _ in 0..1 + g.tape.below(3) {
+            let line = g.pick(&[
+                "MOV K7 D10",
+                "MOV D10 D11",
+                "MOV D11 D12",
+                "INC D10",
+                "+ K3 D11 D12",
+                "LIMIT K0 K9 D12 D11",
+                "WAND K15 D12",
+                "WAND K31 D11 D10",
+                "SER K0 D0 D11 K4",
+                "- K20 D10 D12",
+                "* D10 K2 D11",
+            ]);
+            g.put(line);
+        }
+        if g.tape.percent(40) {
+            g.put("LD> D10 K20");
+            g.put("MOV K0 D10");
+        }
+    }
     if routine {
         g.contacts();
         g.put("CALL P100");
@@ -297,16 +323,43 @@ impl Luck for &Start {
     }
 }
 
-/// How many counts there were, and how many of them were found to be no longer than a few words.
+/// Keeps memory from scan to scan, cleared at power-up. What comes from outside, and whatever is not trusted, is something
+/// else in each scan by chance.
+struct Between<'a> {
+    chance: &'a Start,
+    trusted: &'a BTreeSet<String>,
+    memory: &'a BTreeMap<Device, u16>,
+}
+
+impl Luck for Between<'_> {
+    fn value(&mut self, of: Device) -> u16 {
+        let known = self.memory.get(&of).copied();
+        if self.trusted.contains(&format!("{}{}", of.0, of.1)) {
+            return known.unwrap_or(0);
+        }
+        match known {
+            Some(value) if !self.chance.draw().is_multiple_of(3) => value,
+            _ => { self.chance }.value(of),
+        }
+    }
+
+    fn below(&mut self, n: u32) -> u32 {
+        { self.chance }.below(n)
+    }
+}
+
+/// How many counts there were, how many of them were found to be no longer than a few words, and how many words were
+/// trusted.
 #[derive(Default)]
 struct Tally {
     counts: Cell<u32>,
     small: Cell<u32>,
+    trusted: Cell<u32>,
 }
 
-fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
+fn check(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String> {
     let mut tape = Tape::new(tape);
-    let lines = generate(&mut tape);
+    let lines = generate(&mut tape, trust == Trust::Counts);
     let text = lines.join("\n") + "\n";
     let table = table("");
     let inputs = [Input { name: "a.txt".to_owned(), bytes: text.clone().into_bytes() }];
@@ -315,6 +368,7 @@ fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
         dialect: Some("melsec-list"),
         cpu: Some("Q26UDV"),
         table: Some(&table),
+        trust,
         ..Request::new(&inputs, &facts)
     };
     let followed = follow(&request).map_err(|why| format!("{why:?}\n{text}"))?;
@@ -333,16 +387,25 @@ fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
             loops.push((line_of(at), line_of(end), most as usize));
         }
     }
+    let ranges = &followed.program.trusted;
+    let name = |one: &TrustedRange| followed.program.cell_name(one.cell);
+    let trusted: BTreeSet<String> = ranges.iter().map(name).collect();
+    tally.trusted.set(tally.trusted.get() + trusted.len() as u32);
     let program = [lines.iter().map(|text| line(text)).collect::<Vec<Line>>()];
-    let luck = Start(Cell::new(0x9E37_79B9_7F4A_7C15));
-    for _ in 0..SCANS {
-        let executed = Plc::new(&program, &luck, Vec::new()).scan();
+    let chance = Start(Cell::new(0x9E37_79B9_7F4A_7C15));
+    let mut memory: BTreeMap<Device, u16> = BTreeMap::new();
+    for scan in 0..SCANS {
+        if scan.is_multiple_of(AFTER_POWER_UP) {
+            memory.clear();
+        }
+        let luck = Between { chance: &chance, trusted: &trusted, memory: &memory };
+        let (executed, left) = Plc::new(&program, luck, Vec::new()).both();
         let fault = |what: String| {
             let told: Vec<String> =
                 executed.iter().map(|&(_, at, on, units)| format!("{at} {on} {units}")).collect();
             let listed = lines.iter().enumerate().map(|(at, line)| format!("{:3} {line}", at + 1));
             let listed: Vec<String> = listed.collect();
-            Err(format!("{what}\n{}\n{}", listed.join("\n"), told.join(", ")))
+            Err(format!("{what}\n{}\n{}\n{ranges:?}", listed.join("\n"), told.join(", ")))
         };
         for &(_, at, on, units) in &executed {
             if on && most.get(&at).is_some_and(|&most| units > most) {
@@ -355,6 +418,14 @@ fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
                 return fault(format!("the loop in line {begin} runs more than {most} times"));
             }
         }
+        memory.extend(left);
+        for one in ranges {
+            let held = memory.iter().find(|((area, n), _)| format!("{area}{n}") == name(one));
+            let value = held.map_or(0, |(_, &value)| i64::from(value.cast_signed()));
+            if value < one.low || value > one.high {
+                return fault(format!("{} is {value} between scans", name(one)));
+            }
+        }
     }
     Ok(())
 }
@@ -363,8 +434,19 @@ fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
 #[allow(clippy::print_stdout)] // a long run's figures
 fn no_scan_counts_further_than_words_were_found_to_hold() {
     let tally = Tally::default();
-    on_tapes(cases(400), 160, |tape| check(tape, &tally));
+    on_tapes(cases(400), 160, |tape| check(tape, Trust::None, &tally));
     let (counts, small) = (tally.counts.get(), tally.small.get());
     println!("{counts} counts, {small} of them small");
     assert!(small > cases(400) / 4 && small * 10 > counts, "{small} of {counts}");
+    assert_eq!(tally.trusted.get(), 0);
+}
+
+#[test]
+#[allow(clippy::print_stdout)] // a long run's figures
+fn no_run_from_power_up_breaks_what_words_are_trusted_to_hold() {
+    let tally = Tally::default();
+    on_tapes(cases(400), 160, |tape| check(tape, Trust::Counts, &tally));
+    let (counts, small, trusted) = (tally.counts.get(), tally.small.get(), tally.trusted.get());
+    println!("{counts} counts, {small} of them small, {trusted} words trusted");
+    assert!(trusted > cases(400) / 20, "{trusted} words trusted");
 }

@@ -1,5 +1,6 @@
 //! Puts together what a report shows from what the stages found.
 
+use super::assumption::Assumption;
 use super::deciding::{deciding, depends_on};
 use super::doubt::Doubt;
 use super::executed::{Executed, stands_between, started};
@@ -149,6 +150,7 @@ impl Findings<'_> {
             clocked,
             table,
             doubts: Doubt::all(self.program, &networks, &loops.found, &loops.open, bound.upper),
+            assumptions: Assumption::all(self.program),
             unknowns: UnknownCount::all(self.program, &self.prices.times(), bound.upper),
             bound,
             overhead,

@@ -156,6 +156,12 @@ pub fn fixture() -> Audit {
         bases: Vec::new(),
         networks: Vec::new(),
         doubts: vec![Doubt::Interrupts { name: "I0".to_owned(), taken: 1 }],
+        assumptions: vec![Assumption {
+            word: "D60".to_owned(),
+            low: 0,
+            high: 19,
+            written: vec![(Location { file: 0, line: 5, step: None }, "MOV K19 D60".into())],
+        }],
         unknowns: vec![UnknownCount {
             word: "D50".into(),
             places: vec![(Location { file: 0, line: 6, step: None }, "BMOV D0 D100 D50".into())],

@@ -1,6 +1,7 @@
 //! The result of an audit, with everything that a report shows already worked out.
 
 mod assemble;
+mod assumption;
 #[cfg(test)]
 mod charge_tests;
 mod closing;
@@ -50,6 +51,7 @@ pub use crate::solve::{Engine, Opinion};
 pub use crate::timing::price::{MorePoints, UnstatedBase, UnstatedPoints};
 use crate::timing::price::{more_points, unsure};
 pub use crate::timing::table::Evidence;
+pub use assumption::Assumption;
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
@@ -101,6 +103,9 @@ pub struct Audit {
     pub networks: Vec<NetworkUse>,
     /// Why else the bound may be too low: what it needs and nobody stated.
     pub doubts: Vec<Doubt>,
+    /// What words were found to hold whenever a scan starts, and that lowers counts: what only the trust in the program rests
+    /// on.
+    pub assumptions: Vec<Assumption>,
     /// Counts of which nothing is known and that the bound rests on, the dearest first.
     pub unknowns: Vec<UnknownCount>,
     /// What is over-approximated.

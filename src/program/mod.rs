@@ -541,6 +541,20 @@ pub struct StartRange {
     pub high: i64,
 }
 
+/// What a word holds whenever a scan starts, since the program writes it in every scan and nobody else does: what every
+/// scan from power-up on keeps.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TrustedRange {
+    /// The word.
+    pub cell: Cell,
+    /// Least value, signed.
+    pub low: i64,
+    /// Largest value, signed.
+    pub high: i64,
+    /// The instructions that write it, indices into `Program::instructions`.
+    pub written: Vec<usize>,
+}
+
 /// What is known of the state in which a CPU with cleared memory comes up, and of what the outside sets. Cells that are
 /// not named here start with a value that is not known.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -642,6 +656,9 @@ pub struct Program {
     pub direct_links: Option<usize>,
     /// Ranges the user stated.
     pub ranges: Vec<StartRange>,
+    /// Ranges that the program keeps to, where it is trusted with its words; constraints on the scan's start like those that
+    /// are stated.
+    pub trusted: Vec<TrustedRange>,
     /// What the user stated of the count at an instruction, wherever it is executed: the iterations of a loop, signed, or the
     /// units that [`Counted`] words say, unsigned. The least and the largest.
     pub counts: BTreeMap<usize, (i64, i64)>,

@@ -42,6 +42,8 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     networks: Vec<Network<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    assumptions: Vec<Assumption<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     unknowns: Vec<Unknown<'a>>,
     approximations: Vec<Approximation<'a>>,
     warnings: Vec<Warning<'a>>,
@@ -53,6 +55,14 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     response: Option<Response<'a>>,
     seconds: f64,
+}
+
+/// What a word holds whenever a scan starts.
+#[derive(Serialize)]
+struct Assumption<'a> {
+    name: &'a str,
+    range: [i64; 2],
+    written: Vec<UnknownPlace<'a>>,
 }
 
 /// A count of which nothing is known.
@@ -362,6 +372,7 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
             .iter()
             .map(|one| Network { what: &one.what, file: one.first.file, line: one.first.line })
             .collect(),
+        assumptions: audit.assumptions.iter().map(assumption).collect(),
         unknowns: audit.unknowns.iter().map(unknown).collect(),
         approximations: audit
             .approximations
@@ -400,6 +411,17 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
     };
     serde_json::to_writer_pretty(&mut *out, &report)?;
     out.write_all(b"\n")
+}
+
+fn assumption(one: &audit::Assumption) -> Assumption<'_> {
+    let written = one.written.iter();
+    Assumption {
+        name: &one.word,
+        range: [one.low, one.high],
+        written: written
+            .map(|(at, instruction)| UnknownPlace { file: at.file, line: at.line, instruction })
+            .collect(),
+    }
 }
 
 fn unknown(one: &audit::UnknownCount) -> Unknown<'_> {

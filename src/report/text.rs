@@ -5,8 +5,8 @@ use super::format::{Extent, Format};
 use super::{compare, method, response};
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{
-    ApproximationUse, Audit, Fate, FreeValue, GroupUse, Reason, RungUse, Share, UnstatedPoints,
-    Value,
+    ApproximationUse, Assumption, Audit, Fate, FreeValue, GroupUse, Reason, RungUse, Share,
+    UnstatedPoints, Value,
 };
 use crate::base::budget::Cut;
 use crate::base::location::Location;
@@ -24,6 +24,8 @@ const FAINT: Style = Style::new().dimmed();
 
 /// Lists are wrapped to so many columns.
 const WIDTH: usize = 100;
+/// So many of the instructions that write a word are named.
+const MOST_WRITERS: usize = 4;
 
 /// Text to be read.
 pub const FORMAT: Format = Format {
@@ -55,6 +57,10 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     text += &assumed(audit, extent);
     text += &list("What the table's times do not hold", &audit.table.notes);
     text += &list("What was stated and is believed", &shown(&audit.facts));
+    text += &list(
+        "What is trusted: nobody but the program writes these (--trust none does without)",
+        &audit.assumptions.iter().map(|one| assumption(audit, one)).collect::<Vec<_>>(),
+    );
     text += &list(
         "Why the bound may be too low all the same (state it with --facts or --interrupts)",
         &shown(&audit.all_doubts()),
@@ -435,6 +441,21 @@ fn assumed(audit: &Audit, extent: Extent) -> String {
     heading(&title)
         + &columns(2, &rows)
         + &more(table.assumed.len(), extent.values, "  ", "assumed time", "assumed times")
+}
+
+/// A word's range and the lines that write it.
+fn assumption(audit: &Audit, one: &Assumption) -> String {
+    let mut by = one
+        .written
+        .iter()
+        .take(MOST_WRITERS)
+        .map(|(at, instruction)| format!("`{instruction}` ({})", place(audit, *at)))
+        .collect::<Vec<_>>()
+        .join(", ");
+    if one.written.len() > MOST_WRITERS {
+        by += &format!(" and {} more", one.written.len() - MOST_WRITERS);
+    }
+    format!("{} is {} to {} whenever a scan starts: written by {by}", one.word, one.low, one.high)
 }
 
 /// Counts of which nothing is known, and what to state of them.

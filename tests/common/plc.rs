@@ -162,13 +162,18 @@ impl<'p, L: Luck> Plc<'p, L> {
     }
 
     /// Runs one scan and tells what its devices hold then, of those that it came across.
-    pub fn left(mut self) -> BTreeMap<Device, u16> {
+    pub fn left(self) -> BTreeMap<Device, u16> {
+        self.both().1
+    }
+
+    /// Runs one scan and tells what was executed, and what its devices hold then.
+    pub fn both(mut self) -> (Vec<Executed>, BTreeMap<Device, u16>) {
         for file in 0..self.files.len() {
             if self.routine(file, 0) == Ended::Scan {
                 break;
             }
         }
-        self.memory
+        (self.executed, self.memory)
     }
 
     fn label(&self, file: usize, name: &str) -> usize {

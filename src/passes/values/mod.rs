@@ -19,7 +19,7 @@ mod write;
 
 use super::{Pass, loops};
 use crate::program::{
-    Approximated, Cell, ChoiceId, Program, Region, StartRange, Step, Units, Write,
+    Approximated, Cell, ChoiceId, Program, Region, StartRange, Step, TrustedRange, Units, Write,
 };
 use ring::Ring;
 use run::{Found, Run};
@@ -29,6 +29,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// So many scans follow each other until nothing new comes; what grows beyond some of them grows to an end.
 const MOST_SCANS: usize = 12;
 const EXACT_SCANS: usize = 4;
+/// So many instructions are carried out to find out which trusted words matter.
+const MOST_REDUCING: u64 = 3_000_000;
 
 /// What words can hold where they count bounds turns, units and indices.
 pub const PASS: Pass = Pass {
@@ -61,58 +63,85 @@ impl Trust {
     }
 }
 
-/// What a word was found to hold whenever a scan starts, since the program writes it in every scan.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Invariant {
-    /// The word.
-    pub cell: Cell,
-    /// The least and the largest value, signed.
-    pub range: (i64, i64),
-    /// The instructions that write it, indices into `Program::instructions`.
-    pub written: Vec<usize>,
-}
-
-/// Takes into the program what its words can hold: fewer turns and units, fewer cells that an index may reach. The
-/// invariants of the words that are trusted, which are constraints on the scan's start now.
-pub fn narrow(program: &mut Program, trust: Trust) -> Vec<Invariant> {
+/// Takes into the program what its words can hold: fewer iterations and units, fewer cells that an index may reach. The
+/// ranges of trusted words on which this rests are constraints on the scan's start then.
+pub fn narrow(program: &mut Program, trust: Trust) {
     let changing = program.volatile.clone();
     let words = Slots::of(slice::slice(program, &changing));
     if words.cells().is_empty() {
-        return Vec::new();
+        return;
     }
     let bits = Slots::of(slice::contacts(program, &changing, &words));
     let followed = Followed { words, bits };
     let slots = &followed.words;
     let free = stated(program, slots);
     let mut run = Run::new(program, &followed);
-    let Ok(end) = run.scan(followed.holding(free.clone())) else { return Vec::new() };
+    let Ok(end) = run.scan(followed.holding(free.clone())) else { return };
     let mut found = run.found;
-    let mut invariants = Vec::new();
+    let mut kept = Vec::new();
     if let (Trust::Counts, Some(end)) = (trust, &end) {
         let trusted: Vec<usize> = (0..slots.cells().len())
             .filter(|&slot| end.is_written(slot) && is_ours(program, slots.cells()[slot]))
             .collect();
-        if !trusted.is_empty()
-            && let Some((over, start)) = across(program, &followed, &free, &trusted)
+        if let Some(over) = across(program, &followed, &free, &trusted)
+            && over.found != found
         {
-            found = over;
-            invariants = trusted
-                .into_iter()
-                .filter(|&slot| start[slot] != Ring::TOP)
-                .map(|slot| {
-                    let cell = slots.cells()[slot];
-                    Invariant { cell, range: start[slot].signed(), written: Vec::new() }
-                })
-                .collect();
+            let needed = needed(program, &followed, &free, over);
+            let range = |&slot: &usize| {
+                let (low, high) = needed.start[slot].signed();
+                TrustedRange { cell: slots.cells()[slot], low, high, written: Vec::new() }
+            };
+            kept = needed.trusted.iter().map(range).collect();
+            found = needed.found;
         }
     }
-    writers(program, &mut invariants);
-    for invariant in &invariants {
-        let (low, high) = invariant.range;
-        program.ranges.push(StartRange { cells: vec![invariant.cell], low, high });
+    writers(program, &mut kept);
+    for TrustedRange { cell, low, high, .. } in &kept {
+        program.ranges.push(StartRange { cells: vec![*cell], low: *low, high: *high });
     }
+    program.trusted = kept;
     apply(program, &found);
-    invariants
+}
+
+/// What scans from power-up on keep to, where some words are trusted.
+struct Kept {
+    /// These words of which then more is known than that they hold anything, by slot.
+    trusted: Vec<usize>,
+    /// What was found in any of the scans.
+    found: Found,
+    /// What the words hold when one starts.
+    start: Vec<Ring>,
+    /// What it took, in instructions.
+    work: u64,
+}
+
+/// The same with as few trusted words as it takes, as far as there is time to find out: many at once are left out, then
+/// fewer.
+fn needed(program: &Program, followed: &Followed, free: &[Ring], all: Kept) -> Kept {
+    let mut kept = all;
+    let mut work = 0;
+    let mut many = kept.trusted.len().div_ceil(2);
+    while many > 0 {
+        let mut from = 0;
+        while from < kept.trusted.len() {
+            work += kept.work;
+            if work > MOST_REDUCING {
+                return kept;
+            }
+            let to = (from + many).min(kept.trusted.len());
+            let fewer = [&kept.trusted[..from], &kept.trusted[to..]].concat();
+            match across(program, followed, free, &fewer) {
+                Some(less) if less.found == kept.found => {
+                    // What is left before `from` stays needed.
+                    from = from.min(less.trusted.len());
+                    kept = less;
+                }
+                _ => from = to,
+            }
+        }
+        many /= 2;
+    }
+    kept
 }
 
 /// What is known of the words when a scan starts, whoever wrote them: what the user states.
@@ -137,21 +166,23 @@ fn is_ours(program: &Program, cell: Cell) -> bool {
         && !program.networks.iter().any(|(region, _)| region.holds(cell))
 }
 
-/// The least fixpoint over scans from power-up: what was found in any of them, and what the words hold when one starts.
+/// The least fixpoint over scans from power-up. `None` if it is not come by, or a scan has no end.
 fn across(
     program: &Program,
     followed: &Followed,
     free: &[Ring],
     trusted: &[usize],
-) -> Option<(Found, Vec<Ring>)> {
+) -> Option<Kept> {
     let mut start = free.to_vec();
     for &slot in trusted {
         // Stated ranges hold for every start.
         start[slot] = Ring::constant(0);
     }
+    let mut work = 0;
     for scan in 0..MOST_SCANS {
         let mut run = Run::new(program, followed);
         run.scan(followed.holding(start.clone())).ok()??;
+        work += run.work;
         let mut next = start.clone();
         for &slot in trusted {
             // A latched word may hold what stood there in the midst of a scan, when the power failed.
@@ -162,7 +193,9 @@ fn across(
             };
         }
         if next == start {
-            return Some((run.found, start));
+            let mut trusted = trusted.to_vec();
+            trusted.retain(|&slot| start[slot] != Ring::TOP);
+            return Some(Kept { trusted, found: run.found, start, work });
         }
         start = next;
     }
@@ -170,15 +203,15 @@ fn across(
 }
 
 /// Notes who writes the words, as evidence.
-fn writers(program: &Program, invariants: &mut [Invariant]) {
+fn writers(program: &Program, kept: &mut [TrustedRange]) {
     let place: BTreeMap<Cell, usize> =
-        invariants.iter().enumerate().map(|(place, one)| (one.cell, place)).collect();
+        kept.iter().enumerate().map(|(place, one)| (one.cell, place)).collect();
     for at in 0..program.instructions.len() {
         for region in crate::program::flow::written(program, at) {
             if let Region::Range { first, count } = region {
                 let end = Cell { index: first.index.saturating_add(count), ..first };
                 for (_, &place) in place.range(first..end) {
-                    invariants[place].written.push(at);
+                    kept[place].written.push(at);
                 }
             }
         }

@@ -19,7 +19,7 @@ const EXACT_WORK: u64 = 400_000;
 const TURNS: u64 = 3;
 
 /// What was found at single instructions, over all ways there.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq, Eq)]
 pub struct Found {
     /// The most turns that a loop makes, by what its count may hold.
     pub turns: BTreeMap<usize, i64>,
@@ -72,7 +72,8 @@ pub struct Run<'p> {
     pub written: Vec<Option<Ring>>,
     /// The last stamp that was given.
     stamp: Shared<u32>,
-    work: u64,
+    /// How many instructions were carried out.
+    pub work: u64,
     /// Where a main routine ended by itself, and where the scan was stopped.
     ended: Option<State>,
     stopped: Option<State>,
