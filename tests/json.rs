@@ -84,9 +84,13 @@ fn every_key_of_an_audit_is_documented() {
     let counted = directory.path().join("counted.il");
     std::fs::write(&counted, "LD X0\nFMOV K0 D0 D900\nEND\n").expect("written");
     let counted = counted.to_str().expect("a plain path");
+    let trusted = directory.path().join("trusted.il");
+    std::fs::write(&trusted, "LD X0\nFMOV K0 D0 D900\nLD SM400\nMOV K9 D900\nEND\n")
+        .expect("written");
+    let trusted = trusted.to_str().expect("a plain path");
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 18] = [
+    let runs: [&[&str]; 19] = [
         &["audit", line[0], line[1], line[2], "--time-limit", "1us"],
         &["audit", "samples/paper/program.il", "--table", "samples/paper/table.csv"],
         &["audit", line[0], line[1], line[2], "--time", "NONE=1us"],
@@ -100,6 +104,7 @@ fn every_key_of_an_audit_is_documented() {
         &["audit", "samples/minasec-u/test-program.asm", "--response"],
         &["audit", endless],
         &["audit", counted, "--cpu", "Q26UDV"],
+        &["audit", trusted, "--cpu", "Q26UDV", "--trust", "counts"],
         &["audit", linked, "--cpu", "Q26UDV", "--dialect", "melsec-list"],
         &["check", line[0], line[1], line[2], "--limit", "1s"],
         &["check", line[0], line[1], line[2], "--limit", "1us"],

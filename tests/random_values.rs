@@ -445,8 +445,8 @@ fn no_scan_counts_further_than_words_were_found_to_hold() {
 #[allow(clippy::print_stdout)] // a long run's figures
 fn no_run_from_power_up_breaks_what_words_are_trusted_to_hold() {
     let tally = Tally::default();
-    on_tapes(cases(400), 160, |tape| check(tape, Trust::Counts, &tally));
+    on_tapes(cases(60), 160, |tape| check(tape, Trust::Counts, &tally));
     let (counts, small, trusted) = (tally.counts.get(), tally.small.get(), tally.trusted.get());
     println!("{counts} counts, {small} of them small, {trusted} words trusted");
-    assert!(trusted > cases(400) / 20, "{trusted} words trusted");
+    assert!(trusted > cases(60) / 20, "{trusted} words trusted");
 }

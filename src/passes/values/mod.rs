@@ -30,7 +30,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const MOST_SCANS: usize = 12;
 const EXACT_SCANS: usize = 4;
 /// So many instructions are carried out to find out which trusted words matter.
-const MOST_REDUCING: u64 = 3_000_000;
+const MOST_REDUCING: u64 = 300_000;
 
 /// What words can hold where they count bounds turns, units and indices.
 pub const PASS: Pass = Pass {
