@@ -23,17 +23,22 @@ struct Generator<'t, 'a> {
     tape: &'t mut Tape<'a>,
     lines: Vec<String>,
     labels: u32,
+    /// Whether there is a routine to be called here.
+    routine: bool,
+    /// Where the open loops are left to.
+    out: Vec<u32>,
 }
 
 /// A program, whose counts are often written first, or, where they come from the scan before, last.
 fn generate(tape: &mut Tape<'_>, across: bool) -> Vec<String> {
-    let mut g = Generator { tape, lines: Vec::new(), labels: 0 };
+    let mut g = Generator { tape, lines: Vec::new(), labels: 0, routine: false, out: Vec::new() };
     if !across && g.tape.percent(60) {
         let first = g.tape.below(9);
         g.put("LD SM400");
         g.put(format!("FMOV K{first} D10 K3"));
     }
     let routine = g.tape.percent(30);
+    g.routine = routine;
     g.items(0, 7);
     if across {
         g.put("LD SM400");
@@ -64,6 +69,7 @@ fn generate(tape: &mut Tape<'_>, across: bool) -> Vec<String> {
         g.items(1, 3);
         g.put("FEND");
         g.put("P100");
+        g.routine = false;
         g.items(1, 3);
         g.put("RET");
     }
@@ -90,10 +96,16 @@ impl Generator<'_, '_> {
     }
 
     fn item(&mut self, depth: u32) {
-        match self.tape.below(12) {
+        match self.tape.below(15) {
             0 if depth < 2 => {
-                let count = match self.tape.below(3) {
+                let count = match self.tape.below(4) {
                     0 => "K3",
+                    1 => {
+                        // Too many iterations to be followed one by one.
+                        self.put("LD SM400");
+                        self.put("LIMIT K1 K30000 D0 D13");
+                        "D13"
+                    }
                     _ => {
                         self.put("LD SM400");
                         self.put("LIMIT K1 K6 D10 D13");
@@ -101,13 +113,17 @@ impl Generator<'_, '_> {
                     }
                 };
                 self.put(format!("FOR {count}"));
+                let out = self.label();
+                self.out.push(out);
                 self.items(depth + 1, 3);
+                self.out.pop();
+                (0..12).for_each(|_| self.put("NOP"));
                 self.put("NEXT");
+                self.put(format!("P{out}"));
             }
             1 => {
                 self.contacts();
-                let label = self.labels;
-                self.labels += 1;
+                let label = self.label();
                 self.put(format!("CJ P{label}"));
                 self.items(2, 2);
                 self.put(format!("P{label}"));
@@ -127,11 +143,26 @@ impl Generator<'_, '_> {
             }
             4 => self.branches(),
             5..=8 => self.again(),
+            9 if self.routine => {
+                self.contacts();
+                self.put("CALL P100");
+            }
+            10 | 11 if !self.out.is_empty() => {
+                self.contacts();
+                let leave = self.pick(&["CJ", "BREAK D13"]);
+                let out = self.out.last().expect("a loop");
+                self.lines.push(format!("{leave} P{out}"));
+            }
             _ => {
                 self.contacts();
                 self.outputs();
             }
         }
+    }
+
+    fn label(&mut self) -> u32 {
+        self.labels += 1;
+        self.labels - 1
     }
 
     /// Counts under contacts, perhaps something else, and what they count under the same contacts.
@@ -219,7 +250,7 @@ impl Generator<'_, '_> {
         match self.tape.below(6) {
             0..=2 => {
                 let bit = self.pick(&["X0", "M0", "M1", "M2", "D1.0", "SM400", "M0Z0"]);
-                let name = match (kind, self.tape.below(4)) {
+                let name = match (kind, self.tape.below(5)) {
                     ("LD", 3) => "LDI",
                     ("AND", 3) => "ANI",
                     ("OR", 3) => "ORI",
@@ -251,7 +282,7 @@ impl Generator<'_, '_> {
 
     fn output(&mut self) {
         let (a, b, to) = (self.word(), self.number(), self.pick(&["D10", "D11", "D12"]));
-        let line = match self.tape.below(24) {
+        let line = match self.tape.below(29) {
             0..=5 => {
                 let name = self.pick(&["FMOV", "BMOV"]);
                 format!("{name} D0 D20 {to}")
@@ -272,10 +303,16 @@ impl Generator<'_, '_> {
             16 => format!("DMOV K70003 {to}"),
             17 => format!("INC {to}"),
             18 | 19 => {
-                let name = self.pick(&["OUT", "SET", "RST", "PLS"]);
-                let bit = self.pick(&["M0", "M1", "M2"]);
+                let name = self.pick(&["OUT", "SET", "RST", "PLS", "PLF", "FF"]);
+                let bit = self.pick(&["M0", "M1", "M2", "M0Z0"]);
+                let bit = if name == "FF" { "M1" } else { bit };
                 format!("{name} {bit}")
             }
+            24 => format!("XCH D11 {to}"),
+            25 => format!("MOV {b} K4M0"),
+            26 => format!("DMOV {a} {to}"),
+            27 => format!("BMOV D9 D10 {to}"),
+            28 => format!("WXOR {a} D0 {to}"),
             20 => format!("MOVP K{} {to}", 1 + self.tape.below(9)),
             21 => format!("BMOV D0 {to} K2"),
             22 => {

@@ -414,3 +414,36 @@ fn what_a_long_loop_leaves_is_not_forgotten_where_it_makes_less_of_it() {
     let text = text.replace("NOPS", &["NOP"; 150].join("; "));
     assert_eq!(none(&text), 255);
 }
+
+#[test]
+fn contacts_are_told_apart_by_the_writes_of_their_bits() {
+    let moved = |between: &str| {
+        none(&format!("LD M0; MOV K9 D10; {between}; LD M0; FMOV D0 D100 D10; END"))
+    };
+    assert_eq!(moved("LD X0; OUT M5"), 9);
+    for between in [
+        "LD SM400; MOV D1 K4M0",
+        "LD X1; SET M0Z0",
+        "LD X0; CJ P0; LD X1; OUT M0; P0",
+        "LD X0; CJ P0; LD X1; OUT M0; LD SM400; CJ P1; P0; NOP; P1",
+    ] {
+        assert_eq!(moved(between), 65_535, "{between}");
+    }
+    // On one of the ways D10 is not written.
+    assert_eq!(none("LD X0; CJ P0; LD M0; MOV K9 D10; P0; LD M0; FMOV D0 D100 D10; END"), 65_535);
+}
+
+#[test]
+fn what_grows_in_a_long_loop_grows_to_the_end() {
+    let text = "LD SM400; MOV K3 D10; LD X0; CJ P0; LD SM400; MOV K0 D10; FOR K3000; LD SM400; INC D10; NOPS; NEXT; \
+        P0; LD SM400; FMOV D0 D100 D10; END";
+    assert_eq!(none(&text.replace("NOPS", &["NOP"; 150].join("; "))), 65_535);
+}
+
+#[test]
+fn a_block_is_written_up_to_its_last_word() {
+    let words = |count: u32| {
+        none(&format!("LD SM400; MOV K19 D50; ASC D200 D40 K{count}; FMOV D0 D100 D50; END"))
+    };
+    assert_eq!((words(10), words(11)), (19, 65_535));
+}
