@@ -29,6 +29,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// So many scans follow each other until nothing new comes; what grows beyond some of them grows to an end.
 const MOST_SCANS: usize = 12;
 const EXACT_SCANS: usize = 4;
+/// So many instructions are carried out in all of them.
+const MOST_ACROSS: u64 = 3_000_000;
 /// So many instructions are carried out to find out which trusted words matter.
 const MOST_REDUCING: u64 = 300_000;
 
@@ -196,6 +198,10 @@ fn across(
             let mut trusted = trusted.to_vec();
             trusted.retain(|&slot| start[slot] != Ring::TOP);
             return Some(Kept { trusted, found: run.found, start, work });
+        }
+        // Without a fixpoint nothing is trusted.
+        if work > MOST_ACROSS {
+            return None;
         }
         start = next;
     }
