@@ -382,6 +382,13 @@ fn what_is_written_through_an_address_may_be_stated() {
     assert_eq!(stated("\"ZR1000-ZR1999\", \"D51-D60\""), Ok(19 + 3));
     assert_eq!(stated("\"ZR1000-ZR1999\", \"D50\""), Ok(32_767 + 3));
     assert_eq!(stated(""), Ok(19 + 3));
+    // Which words R are is switched: any of the file register.
+    let file = |set: &str| {
+        let text =
+            format!("LD SM400; {set}; MOV K19 ZR50; MOV D9 @D20; FOR ZR50; LD X0; Op1; NEXT; END");
+        with_facts(Trust::None, "[index]\nindirect = [\"R100-R199\"]\n", &text).map(|found| found.0)
+    };
+    assert_eq!((file("MOV K0 D1"), file("RSET K1")), (Ok(19), Ok(32_767)));
     let wrong = |devices: &str| {
         assert_eq!(
             stated(&format!("\"{devices}\"")),

@@ -94,6 +94,7 @@ impl<'a> Emitter<'a> {
             comments: shown::comments(&project.comments, options.family),
             ..Program::default()
         };
+        let quirks = Quirks::of(&resolved.items, options.family);
         Emitter {
             resolved,
             frame,
@@ -101,14 +102,14 @@ impl<'a> Emitter<'a> {
             family: options.family,
             out: Builder::new(program),
             faults,
-            quirks: Quirks::of(&resolved.items, options.family),
+            indirect: ranges::indirect(options, quirks.switches_file_register),
+            quirks,
             now: Now::default(),
             rung: Rung::default(),
             edges: Edges::default(),
             stated: Stated { overwritten, counts: Vec::new() },
             routes: Routes::default(),
             state: None,
-            indirect: ranges::indirect(options),
         }
     }
 

@@ -5,7 +5,7 @@ use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
 use crate::front::melsec::memory::{Family, Kind};
-use crate::front::melsec::operand::{Device, Operand, Place, parse};
+use crate::front::melsec::operand::{Device, Operand, Place, parse, upper};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{Approximated, Cell, Effect, Region, StartRange, Write};
 use std::collections::BTreeSet;
@@ -45,9 +45,18 @@ fn devices(text: &str, family: Family) -> Option<Vec<Region>> {
 }
 
 /// All that may be written through indirect addresses, if that is stated; what is no device is a fault later.
-pub(super) fn indirect(options: &DecodeOptions<'_>) -> Option<Vec<Region>> {
+/// Where the block of the file register is switched, `R` may be any of its words.
+pub(super) fn indirect(options: &DecodeOptions<'_>, switches: bool) -> Option<Vec<Region>> {
     let stated = options.facts.indirect.as_ref()?;
-    Some(stated.iter().filter_map(|text| devices(text, options.family)).flatten().collect())
+    let regions = stated.iter().filter_map(|text| {
+        let is_switched = switches && upper(text.trim()).starts_with('R');
+        let whole = move |region| match region {
+            Region::Range { first, .. } if is_switched => Region::Area(first.area),
+            region => region,
+        };
+        Some(devices(text, options.family)?.into_iter().map(whole))
+    });
+    Some(regions.flatten().collect())
 }
 
 impl Emitter<'_> {
