@@ -63,7 +63,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let start = Instant::now();
     let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
     let mut understood = Understood::of(request)?;
-    let settings = passes::Settings { trust: request.trust };
+    let settings = passes::Settings { trust: request.trust, budget: Some(&budget) };
     let told = |name| (request.progress)(Progress::Stage(name));
     request.passes.run(&mut understood.program, &settings, told)?;
     let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;

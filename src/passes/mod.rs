@@ -3,6 +3,7 @@
 //! A pass is a file and its line in `passes!`; they run in this order on what a front hands over. A pass keeps every
 //! scan that the program has: it may let a program do more, never less.
 
+use crate::base::budget::Budget;
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
 use values::Trust;
@@ -30,14 +31,16 @@ pub struct Pass {
     /// What it does, told while it runs.
     pub name: &'static str,
     /// Does it. Faults are those of programs whose scan has no bound.
-    pub run: fn(&mut Program, &Settings) -> Result<(), Vec<Diagnostic>>,
+    pub run: fn(&mut Program, &Settings<'_>) -> Result<(), Vec<Diagnostic>>,
 }
 
-/// What the user may choose of passes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Settings {
+/// What the user may choose of passes, and what they may take.
+#[derive(Clone, Copy, Default)]
+pub struct Settings<'a> {
     /// Whose writes between scans are reckoned with.
     pub trust: Trust,
+    /// Until when they may go on, if there is a limit.
+    pub budget: Option<&'a Budget<'a>>,
 }
 
 /// Some passes, as a registry lists them.
@@ -52,7 +55,7 @@ impl Passes {
     pub fn run(
         self,
         program: &mut Program,
-        settings: &Settings,
+        settings: &Settings<'_>,
         mut told: impl FnMut(&'static str),
     ) -> Result<(), Vec<Diagnostic>> {
         for pass in self.0 {

@@ -13,17 +13,20 @@ mod condition;
 mod evaluate;
 mod ring;
 mod run;
+mod rungs;
 mod slice;
+mod slots;
 mod state;
 mod write;
 
-use super::{Pass, loops};
+use super::{Pass, Settings, loops};
 use crate::program::{
     Approximated, Cell, ChoiceId, Program, Region, StartRange, Step, TrustedRange, Units, Write,
 };
 use ring::Ring;
 use run::{Found, Run};
-use state::{Followed, Slots};
+use slots::Slots;
+use state::Followed;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// So many scans follow each other until nothing new comes; what grows beyond some of them grows to an end.
@@ -31,6 +34,8 @@ const MOST_SCANS: usize = 12;
 const EXACT_SCANS: usize = 4;
 /// So many instructions are carried out in all of them.
 const MOST_ACROSS: u64 = 3_000_000;
+/// This part of the time allowed is theirs: without the rest the scan could not be followed.
+const PART: f64 = 0.25;
 /// So many instructions are carried out to find out which trusted words matter.
 const MOST_REDUCING: u64 = 300_000;
 
@@ -38,7 +43,7 @@ const MOST_REDUCING: u64 = 300_000;
 pub const PASS: Pass = Pass {
     name: "bounding what words count",
     run: |program, settings| {
-        narrow(program, settings.trust);
+        narrow(program, settings);
         Ok(())
     },
 };
@@ -67,34 +72,45 @@ impl Trust {
 
 /// Takes into the program what its words can hold: fewer iterations and units, fewer cells that an index may reach. The
 /// ranges of trusted words on which this rests are constraints on the scan's start then.
-pub fn narrow(program: &mut Program, trust: Trust) {
+fn narrow(program: &mut Program, settings: &Settings<'_>) {
+    let cut = |open: &str| {
+        if let Some(budget) = settings.budget {
+            budget.cut_part(PART, PASS.name, open);
+        }
+    };
+    let is_over = || settings.budget.is_some_and(|budget| budget.reached_part(PART));
     let changing = program.volatile.clone();
     let words = Slots::of(slice::slice(program, &changing));
     if words.cells().is_empty() {
         return;
     }
     let bits = Slots::of(slice::contacts(program, &changing, &words));
-    let followed = Followed { words, bits };
+    let followed = Followed::of(program, words, bits);
     let slots = &followed.words;
     let free = stated(program, slots);
-    let mut run = Run::new(program, &followed);
-    let Ok(end) = run.scan(followed.holding(free.clone())) else { return };
+    let mut run = Run::new(program, &followed, &is_over);
+    let Ok(end) = run.scan(followed.holding(free.clone())) else {
+        cut("counts are taken as up to what their words can hold");
+        return;
+    };
     let mut found = run.found;
     let mut kept = Vec::new();
-    if let (Trust::Counts, Some(end)) = (trust, &end) {
+    if let (Trust::Counts, Some(end)) = (settings.trust, &end) {
         let trusted: Vec<usize> = (0..slots.cells().len())
             .filter(|&slot| end.is_written(slot) && is_ours(program, slots.cells()[slot]))
             .collect();
-        if let Some(over) = across(program, &followed, &free, &trusted)
-            && over.found != found
-        {
-            let needed = needed(program, &followed, &free, over);
+        let over = across(program, &followed, &free, &trusted, &is_over);
+        if over.is_none() {
+            cut("no word is trusted to hold what this program wrote");
+        }
+        if let Some(over) = over.filter(|over| over.found != found) {
+            let needed = needed(program, &followed, &free, over, &is_over);
             let range = |&slot: &usize| {
                 let (low, high) = needed.start[slot].signed();
                 TrustedRange { cell: slots.cells()[slot], low, high, written: Vec::new() }
             };
             kept = needed.trusted.iter().map(range).collect();
-            found = needed.found;
+            found.closer(needed.found);
         }
     }
     writers(program, &mut kept);
@@ -119,7 +135,13 @@ struct Kept {
 
 /// The same with as few trusted words as it takes, as far as there is time to find out: many at once are left out, then
 /// fewer.
-fn needed(program: &Program, followed: &Followed, free: &[Ring], all: Kept) -> Kept {
+fn needed(
+    program: &Program,
+    followed: &Followed,
+    free: &[Ring],
+    all: Kept,
+    is_over: &dyn Fn() -> bool,
+) -> Kept {
     let mut kept = all;
     let mut work = 0;
     let mut many = kept.trusted.len().div_ceil(2);
@@ -132,7 +154,7 @@ fn needed(program: &Program, followed: &Followed, free: &[Ring], all: Kept) -> K
             }
             let to = (from + many).min(kept.trusted.len());
             let fewer = [&kept.trusted[..from], &kept.trusted[to..]].concat();
-            match across(program, followed, free, &fewer) {
+            match across(program, followed, free, &fewer, is_over) {
                 Some(less) if less.found == kept.found => {
                     // What is left before `from` stays needed.
                     from = from.min(less.trusted.len());
@@ -174,6 +196,7 @@ fn across(
     followed: &Followed,
     free: &[Ring],
     trusted: &[usize],
+    is_over: &dyn Fn() -> bool,
 ) -> Option<Kept> {
     let mut start = free.to_vec();
     for &slot in trusted {
@@ -182,7 +205,7 @@ fn across(
     }
     let mut work = 0;
     for scan in 0..MOST_SCANS {
-        let mut run = Run::new(program, followed);
+        let mut run = Run::new(program, followed, is_over);
         run.scan(followed.holding(start.clone())).ok()??;
         work += run.work;
         let mut next = start.clone();

@@ -13,8 +13,12 @@ use std::collections::BTreeMap;
 
 /// So many instructions are carried out in a scan before it is given up.
 const MOST_WORK: u64 = 4_000_000;
-/// A loop is followed turn by turn as long as this leaves so many instructions for it.
+/// It is asked once in so many whether the time is over.
+const EVERY: u64 = 256;
+/// A loop is followed turn by turn if that takes no more instructions than these; one of which it is not known how many
+/// turns it makes, than those.
 const EXACT_WORK: u64 = 400_000;
+const EXACT_WORK_OPEN: u64 = 10_000;
 /// So many turns of other loops are followed before what they change is taken as far as it can go.
 const TURNS: u64 = 3;
 
@@ -27,6 +31,31 @@ pub struct Found {
     pub units: BTreeMap<usize, u64>,
     /// The least and largest cell that an indexed write reaches; `None` where that is not known.
     pub reaches: BTreeMap<ChoiceId, Option<(u32, u32)>>,
+}
+
+impl Found {
+    /// Takes what was found closer to what else was: both hold. Where one of them never got to, the other one's holds.
+    pub fn closer(&mut self, other: Found) {
+        for (at, turns) in other.turns {
+            let known = self.turns.entry(at).or_insert(turns);
+            *known = turns.min(*known);
+        }
+        for (at, units) in other.units {
+            let known = self.units.entry(at).or_insert(units);
+            *known = units.min(*known);
+        }
+        for (choice, reach) in other.reaches {
+            let known = self.reaches.entry(choice).or_insert(reach);
+            *known = match (*known, reach) {
+                (Some((low, high)), Some((least, largest)))
+                    if low.max(least) <= high.min(largest) =>
+                {
+                    Some((low.max(least), high.min(largest)))
+                }
+                (known, reach) => known.or(reach),
+            };
+        }
+    }
 }
 
 /// It took too much, or something in it cannot be followed.
@@ -67,9 +96,13 @@ struct Landing {
 pub struct Run<'p> {
     program: &'p Program,
     followed: &'p Followed,
+    /// Whether to give it up.
+    is_over: &'p dyn Fn() -> bool,
     pub found: Found,
     /// All that was written into each word at any moment.
     pub written: Vec<Option<Ring>>,
+    /// The words of which it is noted there that they were written by anything, as ranges of slots.
+    lost: FxHashSet<(usize, usize)>,
     /// The last stamp that was given.
     stamp: Shared<u32>,
     /// How many instructions were carried out.
@@ -89,12 +122,18 @@ fn join(stamp: u32, into: &mut Option<State>, state: State) {
 
 impl<'p> Run<'p> {
     /// No scan yet.
-    pub fn new(program: &'p Program, followed: &'p Followed) -> Run<'p> {
+    pub fn new(
+        program: &'p Program,
+        followed: &'p Followed,
+        is_over: &'p dyn Fn() -> bool,
+    ) -> Run<'p> {
         Run {
             program,
             followed,
+            is_over,
             found: Found::default(),
             written: vec![None; followed.words.cells().len()],
+            lost: FxHashSet::default(),
             stamp: Shared::new(0),
             work: 0,
             ended: None,
@@ -168,8 +207,13 @@ impl<'p> Run<'p> {
                 }
                 continue;
             }
+            let behind = self.followed.behind[at];
+            if behind != 0 {
+                at = behind;
+                continue;
+            }
             self.work += 1;
-            if self.work > MOST_WORK {
+            if self.work > MOST_WORK || self.work.is_multiple_of(EVERY) && (self.is_over)() {
                 return Err(NotFollowed);
             }
             at = self.instruction(act, at)?;
@@ -331,16 +375,23 @@ impl<'p> Run<'p> {
                         To::Bit(bit, truth) => {
                             state.write_bit(bit, truth.filter(|_| guard.surely), stamp);
                         }
-                        To::Word { slot, value, known } => {
-                            if known && guard.surely {
+                        To::Word { slot, value } => {
+                            if guard.surely {
                                 state.write(slot, value, stamp);
                             } else {
-                                let when = guard.conjunction().filter(|_| known);
+                                let when = guard.conjunction();
                                 state.write_perhaps(slot, Perhaps { when, value }, stamp);
                             }
                             let all = &mut self.written[slot];
                             *all = Some(all.map_or(value, |all| all.join(value)));
                         }
+                        To::Words(slots) => {
+                            state.lose(slots.clone(), stamp);
+                            if self.lost.insert((slots.start, slots.end)) {
+                                self.written[slots].fill(Some(Ring::TOP));
+                            }
+                        }
+                        To::Bits(bits) => state.lose_bits(bits, stamp),
                     }
                 }
             } else {
@@ -518,6 +569,7 @@ impl<'p> Run<'p> {
         }
         let (mut head, mut settled) = (begun, false);
         let began = self.work;
+        let exact_work = if least == most { EXACT_WORK } else { EXACT_WORK_OPEN };
         for turn in 1..=most {
             act.state = Some(head.clone());
             act.forget_results();
@@ -526,7 +578,9 @@ impl<'p> Run<'p> {
             if turn >= least || settled {
                 join(self.fresh(), &mut exits, state.clone());
             }
-            if !settled && head.covers(&state) {
+            // A loop that is followed to its end is seldom asked whether it still changes anything.
+            let is_asked = turn < TURNS || turn.is_power_of_two();
+            if !settled && is_asked && head.covers(&state) {
                 // Every further turn is the same.
                 if turn < least {
                     join(self.fresh(), &mut exits, state);
@@ -535,7 +589,7 @@ impl<'p> Run<'p> {
             }
             let spent = self.work - began;
             let all = (spent / turn).saturating_mul(most);
-            if !settled && (turn < TURNS || all <= EXACT_WORK) {
+            if !settled && (turn < TURNS || all <= exact_work) {
                 head = state;
                 continue;
             }

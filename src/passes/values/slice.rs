@@ -1,7 +1,7 @@
 //! Which words matter: those that count loops, units or indices, and those that they are worked out from; and the bits on
 //! which it hangs whether these are written or counted.
 
-use super::state::Slots;
+use super::slots::Slots;
 use crate::program::meaning::{Address, ChoiceKind, Count, Meaning, Operand, Target, Term};
 use crate::program::{
     BitSource, Cell, ChoiceId, Join, Number, Program, Region, Source, Step, WordSource, WordTarget,

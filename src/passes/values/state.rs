@@ -2,9 +2,10 @@
 
 use super::condition::{Condition, Happened, Known, Literal, Perhaps};
 use super::ring::Ring;
-use crate::program::{AreaId, Cell, Region};
-use rustc_hash::{FxHashMap, FxHashSet};
-use std::collections::BTreeMap;
+use super::rungs::passed_over;
+use super::slots::Slots;
+use crate::program::Program;
+use rustc_hash::FxHashSet;
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -12,9 +13,17 @@ use std::rc::Rc;
 pub struct Followed {
     pub words: Slots,
     pub bits: Slots,
+    /// For the first instruction of each rung that changes none of them, the one behind it; 0 for all others.
+    pub behind: Vec<usize>,
 }
 
 impl Followed {
+    /// These words and bits of a program.
+    pub fn of(program: &Program, words: Slots, bits: Slots) -> Followed {
+        let behind = passed_over(program, &words, &bits);
+        Followed { words, bits, behind }
+    }
+
     /// A state in which all may hold anything.
     pub fn anything(&self) -> State {
         self.holding(vec![Ring::TOP; self.words.cells().len()])
@@ -26,51 +35,6 @@ impl Followed {
     }
 }
 
-/// Some cells, each with a slot.
-pub struct Slots {
-    cells: Vec<Cell>,
-    slots: FxHashMap<Cell, usize>,
-    areas: BTreeMap<AreaId, Range<usize>>,
-}
-
-impl Slots {
-    /// Slots for these cells, which are in order.
-    pub fn of(cells: Vec<Cell>) -> Slots {
-        let slots = cells.iter().enumerate().map(|(slot, cell)| (*cell, slot)).collect();
-        let mut areas: BTreeMap<AreaId, Range<usize>> = BTreeMap::new();
-        for (slot, cell) in cells.iter().enumerate() {
-            areas.entry(cell.area).or_insert(slot..slot).end = slot + 1;
-        }
-        Slots { cells, slots, areas }
-    }
-
-    /// The cells.
-    pub fn cells(&self) -> &[Cell] {
-        &self.cells
-    }
-
-    /// The slot of a cell, if it has one.
-    pub fn slot(&self, cell: Cell) -> Option<usize> {
-        self.slots.get(&cell).copied()
-    }
-
-    /// The slots of all cells that lie in a region.
-    pub fn within(&self, region: Region) -> Range<usize> {
-        match region {
-            Region::Everything => 0..self.cells.len(),
-            Region::Area(area) => self.areas.get(&area).cloned().unwrap_or(0..0),
-            Region::Range { first, count } => {
-                let Some(all) = self.areas.get(&first.area).cloned() else { return 0..0 };
-                let own = &self.cells[all.clone()];
-                let end = u64::from(first.index) + u64::from(count);
-                let from = own.partition_point(|cell| cell.index < first.index);
-                let to = own.partition_point(|cell| u64::from(cell.index) < end);
-                all.start + from..all.start + to
-            }
-        }
-    }
-}
-
 /// So many slots are kept together: what does not change is shared between states.
 const BLOCK: usize = 32;
 
@@ -78,19 +42,30 @@ const BLOCK: usize = 32;
 #[derive(Debug, Clone)]
 pub struct State {
     words: Vec<Rc<Block>>,
+    /// Whether each word was written in this scan on every path here: a bit each, a block after the other.
+    written: Vec<u32>,
     bits: Vec<Rc<[Bit; BLOCK]>>,
 }
 
 /// What some words hold.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 struct Block {
     values: [Ring; BLOCK],
     /// Which write each value comes from: what was found out about a value says nothing of another.
     stamps: [u32; BLOCK],
-    /// Whether each was written in this scan on every path here: a bit each.
-    written: u32,
     /// What the last writes of each were that need not have happened.
     writes: [Option<Rc<Writes>>; BLOCK],
+}
+
+impl Block {
+    /// Some words that may hold anything, all by one write.
+    fn anything(stamp: u32) -> Block {
+        Block {
+            values: [Ring::TOP; BLOCK],
+            stamps: [stamp; BLOCK],
+            writes: [const { None }; BLOCK],
+        }
+    }
 }
 
 /// Writes of a word that need not have happened.
@@ -111,6 +86,15 @@ struct Bit {
     truth: Option<Rc<[Condition; 2]>>,
 }
 
+/// The blocks that slots lie in, each with the places in it.
+fn blocks(slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> {
+    let Range { start, end } = slots;
+    (start / BLOCK..end.div_ceil(BLOCK)).map(move |place| {
+        let first = place * BLOCK;
+        (place, start.max(first) - first..end.min(first + BLOCK) - first)
+    })
+}
+
 /// So many writes of a word that need not have happened are remembered.
 const MOST_WRITES: usize = 4;
 
@@ -118,18 +102,14 @@ impl State {
     /// What they hold when the scan starts, and so many bits anything.
     pub fn new(values: &[Ring], bits: usize) -> State {
         let block = |some: &[Ring]| {
-            let mut values = [Ring::TOP; BLOCK];
-            values[..some.len()].copy_from_slice(some);
-            Rc::new(Block {
-                values,
-                stamps: [0; BLOCK],
-                written: 0,
-                writes: [const { None }; BLOCK],
-            })
+            let mut block = Block::anything(0);
+            block.values[..some.len()].copy_from_slice(some);
+            Rc::new(block)
         };
         let free: Rc<[Bit; BLOCK]> = Rc::new(std::array::from_fn(|_| Bit::default()));
         State {
             words: values.chunks(BLOCK).map(block).collect(),
+            written: vec![0; values.len().div_ceil(BLOCK)],
             bits: vec![free; bits.div_ceil(BLOCK)],
         }
     }
@@ -172,7 +152,7 @@ impl State {
     }
 
     pub fn is_written(&self, slot: usize) -> bool {
-        self.words[slot / BLOCK].written & 1 << (slot % BLOCK) != 0
+        self.written[slot / BLOCK] & 1 << (slot % BLOCK) != 0
     }
 
     /// Takes what is known of a value closer; it stays the same value.
@@ -218,8 +198,26 @@ impl State {
         let (block, at) = (Rc::make_mut(&mut self.words[slot / BLOCK]), slot % BLOCK);
         block.values[at] = value;
         block.stamps[at] = stamp;
-        block.written |= 1 << at;
         block.writes[at] = None;
+        self.written[slot / BLOCK] |= 1 << at;
+    }
+
+    /// Words may hold anything from here on; `stamp` is a new one.
+    pub fn lose(&mut self, slots: Range<usize>, stamp: u32) {
+        let all = std::cell::OnceCell::new();
+        for (place, within) in blocks(slots) {
+            let block = &mut self.words[place];
+            if within == (0..BLOCK) {
+                *block = Rc::clone(all.get_or_init(|| Rc::new(Block::anything(stamp))));
+                continue;
+            }
+            let block = Rc::make_mut(block);
+            for at in within {
+                block.values[at] = Ring::TOP;
+                block.stamps[at] = stamp;
+                block.writes[at] = None;
+            }
+        }
     }
 
     /// Writes a value perhaps; `stamp` is a new one.
@@ -267,6 +265,21 @@ impl State {
         block[bit % BLOCK] = Bit { stamp, truth: truth.map(Rc::new) };
     }
 
+    /// Nothing is known of bits from here on; `stamp` is a new one.
+    pub fn lose_bits(&mut self, bits: Range<usize>, stamp: u32) {
+        let all = std::cell::OnceCell::new();
+        let lost = || Bit { stamp, truth: None };
+        for (place, within) in blocks(bits) {
+            let block = &mut self.bits[place];
+            if within == (0..BLOCK) {
+                let all = all.get_or_init(|| Rc::new(std::array::from_fn(|_| lost())));
+                *block = Rc::clone(all);
+            } else {
+                Rc::make_mut(block)[within].fill(lost());
+            }
+        }
+    }
+
     /// What they hold where two paths meet; `stamp` is a new one.
     pub fn meet(&mut self, other: &State, stamp: u32) {
         self.together(other, stamp, Ring::join);
@@ -282,15 +295,22 @@ impl State {
             if Rc::ptr_eq(here, there) {
                 continue;
             }
+            if **here == **there {
+                continue;
+            }
             let here = Rc::make_mut(here);
             for at in 0..BLOCK {
-                here.values[at] = how(here.values[at], there.values[at]);
+                if here.values[at] != there.values[at] {
+                    here.values[at] = how(here.values[at], there.values[at]);
+                }
                 if here.stamps[at] != there.stamps[at] {
                     here.stamps[at] = stamp;
                     here.writes[at] = None;
                 }
             }
-            here.written &= there.written;
+        }
+        for (here, there) in self.written.iter_mut().zip(&other.written) {
+            *here &= there;
         }
         for (here, there) in self.bits.iter_mut().zip(&other.bits) {
             if Rc::ptr_eq(here, there) {
@@ -310,7 +330,6 @@ impl State {
         let words = |(here, there): (&Rc<Block>, &Rc<Block>)| {
             Rc::ptr_eq(here, there)
                 || (here.values == there.values
-                    && here.written == there.written
                     && (0..BLOCK)
                         .all(|at| here.writes[at].is_none() || here.stamps[at] == there.stamps[at]))
         };
@@ -331,7 +350,8 @@ impl State {
                     && truth.iter().all(|known| known.words().iter().all(holds_there))
             }
         };
-        self.words.iter().zip(&other.words).all(words)
+        self.written == other.written
+            && self.words.iter().zip(&other.words).all(words)
             && self
                 .bits
                 .iter()

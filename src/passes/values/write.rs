@@ -3,19 +3,24 @@
 use super::condition::Condition;
 use super::evaluate::Evaluation;
 use super::ring::Ring;
-use super::state::Slots;
+use super::slots::Slots;
 use crate::program::flow;
 use crate::program::meaning::{ChoiceKind, Target};
 use crate::program::{BitTarget, Cell, ChoiceId, Region, WordTarget, Write};
 use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// One write of what is followed.
 pub enum To {
     /// A bit's slot, and what is known when it is on and when it is off.
     Bit(usize, Option<[Condition; 2]>),
-    /// A word's slot and its value; whether it is known that it is written if the effect happens.
-    Word { slot: usize, value: Ring, known: bool },
+    /// A word's slot and its value: it is written if the effect happens.
+    Word { slot: usize, value: Ring },
+    /// Some words, perhaps: they may hold anything from here on.
+    Words(Range<usize>),
+    /// Some bits, perhaps.
+    Bits(Range<usize>),
 }
 
 /// One effect being carried out.
@@ -53,7 +58,7 @@ impl Writer<'_> {
                     }
                     None => Ring::TOP,
                 };
-                self.writes.push(To::Word { slot, value, known: true });
+                self.writes.push(To::Word { slot, value });
             }
             Write::Words(targets, number) => {
                 let values = self.evaluation.number(number);
@@ -97,15 +102,14 @@ impl Writer<'_> {
         }
         let region = self.reach(region, choice);
         let words = self.words().within(region);
-        let any = |slot| To::Word { slot, value: Ring::TOP, known: false };
-        self.writes.extend(words.map(any));
+        self.writes.extend((!words.is_empty()).then_some(To::Words(words)));
         self.lose_bits(region);
     }
 
     /// Takes bits as not known.
     fn lose_bits(&mut self, region: Region) {
         let bits = self.bits().within(region);
-        self.writes.extend(bits.map(|bit| To::Bit(bit, None)));
+        self.writes.extend((!bits.is_empty()).then_some(To::Bits(bits)));
     }
 
     fn put(&mut self, targets: &[WordTarget], values: &[Ring]) {
@@ -113,7 +117,7 @@ impl Writer<'_> {
             let WordTarget::Cell(cell) = target else { continue };
             if let Some(slot) = self.words().slot(*cell) {
                 let value = values.get(place).copied().unwrap_or(Ring::TOP);
-                self.writes.push(To::Word { slot, value, known: true });
+                self.writes.push(To::Word { slot, value });
             }
         }
     }
