@@ -104,7 +104,7 @@ fn every_key_of_an_audit_is_documented() {
         &["audit", "samples/minasec-u/test-program.asm", "--response"],
         &["audit", endless],
         &["audit", counted, "--cpu", "Q26UDV"],
-        &["audit", trusted, "--cpu", "Q26UDV", "--trust", "counts"],
+        &["audit", trusted, "--cpu", "Q26UDV"],
         &["audit", linked, "--cpu", "Q26UDV", "--dialect", "melsec-list"],
         &["check", line[0], line[1], line[2], "--limit", "1s"],
         &["check", line[0], line[1], line[2], "--limit", "1us"],

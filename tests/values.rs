@@ -240,6 +240,7 @@ fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
             dialect: Some("melsec-list"),
             cpu: Some("Q26UDV"),
             table: Some(&table),
+            trust: Trust::None,
             ..Request::new(&inputs, &facts)
         };
         audit(&request).expect("an audit").unknowns

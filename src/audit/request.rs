@@ -69,7 +69,7 @@ impl<'a> Request<'a> {
             times: &[],
             clock: None,
             facts,
-            trust: Trust::None,
+            trust: Trust::default(),
             strict_times: false,
             method: Method::Auto,
             trace: false,

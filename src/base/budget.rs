@@ -75,24 +75,23 @@ impl<'a> Budget<'a> {
         self.end().is_some()
     }
 
-    /// Whether a stage that the others can do without is to leave them the rest of the time: this part of it is over, as a
-    /// fraction of one.
+    /// Whether a stage that the others can do without is to leave them the rest of the time: one part of so
+    /// many is over.
     #[must_use]
-    pub fn reached_part(&self, part: f64) -> bool {
-        (self.cancelled)()
-            || self.limit.is_some_and(|limit| self.start.elapsed() >= limit.mul_f64(part))
+    pub fn reached_part(&self, parts: u32) -> bool {
+        (self.cancelled)() || self.limit.is_some_and(|limit| self.start.elapsed() >= limit / parts)
     }
 
     /// Takes note that a stage was cut short, if something says stop, and of what it left open.
     pub fn cut(&self, stage: &'static str, open: impl Into<String>) {
-        self.cut_part(1.0, stage, open);
+        self.cut_part(1, stage, open);
     }
 
-    /// The same if this part of the time allowed is over.
-    pub fn cut_part(&self, part: f64, stage: &'static str, open: impl Into<String>) {
+    /// The same if one part of so many of the time allowed is over.
+    pub fn cut_part(&self, parts: u32, stage: &'static str, open: impl Into<String>) {
         let by = match self.limit {
             _ if (self.cancelled)() => End::CalledOff,
-            Some(limit) if self.reached_part(part) => End::TimeLimit(limit),
+            Some(limit) if self.reached_part(parts) => End::TimeLimit(limit),
             _ => return,
         };
         let mut cuts = self.cuts.lock().unwrap_or_else(PoisonError::into_inner);

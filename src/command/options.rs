@@ -57,7 +57,7 @@ pub struct ProjectOptions {
     clock: Option<StatedClock>,
     /// Whose writes between two scans count: none = any device may hold anything when a scan starts; counts = words that
     /// serve as counts, lengths or indices hold what this program writes into them in every scan
-    #[arg(long, value_enum, default_value = "none")]
+    #[arg(long, value_enum, default_value = "counts")]
     trust: TrustName,
     /// Refuse times that the table only assumes
     #[arg(long)]

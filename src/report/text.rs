@@ -59,7 +59,7 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     text += &list("What was stated and is believed", &shown(&audit.facts));
     text += &list(
         "What is trusted: nobody but the program writes these (--trust none does without)",
-        &audit.assumptions.iter().map(|one| assumption(audit, one)).collect::<Vec<_>>(),
+        &trusted(audit),
     );
     text += &list(
         "Why the bound may be too low all the same (state it with --facts or --interrupts)",
@@ -441,6 +441,19 @@ fn assumed(audit: &Audit, extent: Extent) -> String {
     heading(&title)
         + &columns(2, &rows)
         + &more(table.assumed.len(), extent.values, "  ", "assumed time", "assumed times")
+}
+
+/// The words that are trusted, and which scans that leaves out.
+fn trusted(audit: &Audit) -> Vec<String> {
+    let mut lines: Vec<String> =
+        audit.assumptions.iter().map(|one| assumption(audit, one)).collect();
+    if !lines.is_empty() {
+        lines.push(
+            "not covered: the first scans after a download or a change in RUN, when memory may hold anything"
+                .to_owned(),
+        );
+    }
+    lines
 }
 
 /// A word's range and the lines that write it.

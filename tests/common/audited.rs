@@ -3,6 +3,7 @@
 use scanbound::audit::{Concluded, Failure, Request, conclude, follow};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
+use scanbound::passes::values::Trust;
 use scanbound::timing::table::{CLASSES, Table};
 
 /// A table of the rows that are given (`Op1,1,0,0`: name, on, off, per unit), all else costing nothing.
@@ -28,8 +29,15 @@ pub fn audited(
         bytes: text.as_bytes().to_vec(),
     };
     let inputs: Vec<Input> = files.iter().map(input).collect();
-    let request =
-        Request { dialect: Some(dialect), cpu, table: Some(table), ..Request::new(&inputs, facts) };
+    // Scans are run from any state.
+    let trust = Trust::None;
+    let request = Request {
+        dialect: Some(dialect),
+        cpu,
+        table: Some(table),
+        trust,
+        ..Request::new(&inputs, facts)
+    };
     let told = |failure| match failure {
         Failure::Input(faults) => {
             let faults: Vec<String> =

@@ -34,8 +34,8 @@ const MOST_SCANS: usize = 12;
 const EXACT_SCANS: usize = 4;
 /// So many instructions are carried out in all of them.
 const MOST_ACROSS: u64 = 3_000_000;
-/// This part of the time allowed is theirs: without the rest the scan could not be followed.
-const PART: f64 = 0.25;
+/// One part of so many of the time allowed is theirs: with the rest the scan is followed and searched.
+const PARTS: u32 = 4;
 /// So many instructions are carried out to find out which trusted words matter.
 const MOST_REDUCING: u64 = 300_000;
 
@@ -75,10 +75,10 @@ impl Trust {
 fn narrow(program: &mut Program, settings: &Settings<'_>) {
     let cut = |open: &str| {
         if let Some(budget) = settings.budget {
-            budget.cut_part(PART, PASS.name, open);
+            budget.cut_part(PARTS, PASS.name, open);
         }
     };
-    let is_over = || settings.budget.is_some_and(|budget| budget.reached_part(PART));
+    let is_over = || settings.budget.is_some_and(|budget| budget.reached_part(PARTS));
     let changing = program.volatile.clone();
     let words = Slots::of(slice::slice(program, &changing));
     if words.cells().is_empty() {
