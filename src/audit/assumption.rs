@@ -1,19 +1,17 @@
-//! What words hold between scans because the program alone writes them, shown with the lines that write them.
+//! What words and relays hold between scans because the program alone writes them, shown with the lines that write them.
 
 use crate::base::location::Location;
 use crate::program::Program;
 use std::sync::Arc;
 
-/// A word's range whenever a scan starts that lowers counts.
+/// What words or relays hold whenever a scan starts, which excludes scans.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assumption {
-    /// The word.
-    pub word: String,
-    /// The least value, signed.
-    pub low: i64,
-    /// The largest one.
-    pub high: i64,
-    /// All instructions that write it, with their texts: the evidence.
+    /// The word, or several relays.
+    pub name: String,
+    /// The word's least value, signed, and its largest one; of relays no two are ever on.
+    pub range: Option<(i64, i64)>,
+    /// All instructions that write them, with their texts: the evidence.
     pub written: Vec<(Location, Arc<str>)>,
 }
 
@@ -25,11 +23,16 @@ impl Assumption {
             (instruction.place, instruction.text.clone())
         };
         let trusted = program.trusted.iter().map(|one| Assumption {
-            word: program.cell_name(one.cell),
-            low: one.low,
-            high: one.high,
+            name: program.cell_name(one.cell),
+            range: Some((one.low, one.high)),
             written: one.written.iter().map(written).collect(),
         });
-        trusted.collect()
+        let apart = program.apart.iter().map(|one| {
+            let names: Vec<String> =
+                one.cells.iter().map(|&cell| program.cell_name(cell)).collect();
+            let written = one.written.iter().map(written).collect();
+            Assumption { name: names.join(", "), range: None, written }
+        });
+        trusted.chain(apart).collect()
     }
 }

@@ -157,9 +157,8 @@ pub fn fixture() -> Audit {
         networks: Vec::new(),
         doubts: vec![Doubt::Interrupts { name: "I0".to_owned(), taken: 1 }],
         assumptions: vec![Assumption {
-            word: "D60".to_owned(),
-            low: 0,
-            high: 19,
+            name: "D60".to_owned(),
+            range: Some((0, 19)),
             written: vec![(Location { file: 0, line: 5, step: None }, "MOV K19 D60".into())],
         }],
         unknowns: vec![UnknownCount {

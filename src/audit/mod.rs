@@ -23,6 +23,7 @@ mod pipeline;
 mod power_up;
 mod priced;
 mod questions;
+mod reachable;
 mod real;
 mod reason;
 mod request;

@@ -9,6 +9,7 @@ use super::model_search::Searched;
 use super::modelling::{keep_in_range, model_of};
 use super::power_up;
 use super::priced::Priced;
+use super::reachable;
 use super::request::{Progress, Request};
 use super::response::Delays;
 use super::unbounded::{self, loops};
@@ -16,7 +17,7 @@ use super::understood::Understood;
 use crate::base::budget::{Budget, Cut};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
-use crate::passes;
+use crate::passes::{self, values::Trust};
 use crate::program::Program;
 use crate::scan::groups;
 use crate::scan::model::{Group, ScanModel};
@@ -68,7 +69,13 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     request.passes.run(&mut understood.program, &settings, told)?;
     let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
     (request.progress)(Progress::Stage("following the scan"));
-    let (model, whole) = model_of(&mut program, &mut prices, &budget)?;
+    let (mut model, whole) = model_of(&mut program, &mut prices, &budget)?;
+    if request.trust == Trust::All && !whole {
+        (request.progress)(Progress::Stage(reachable::STAGE));
+        if let Some(closer) = reachable::exclude(&mut program, &prices, &model, &budget) {
+            model = closer;
+        }
+    }
     keep_in_range(&program, &table, &prices, &model)?;
     let groups = groups::groups(&model);
     let cuts = budget.cuts();

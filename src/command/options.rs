@@ -56,7 +56,8 @@ pub struct ProjectOptions {
     #[arg(long, value_name = "CLOCK")]
     clock: Option<StatedClock>,
     /// Whose writes between two scans count: none = any device may hold anything when a scan starts; counts = words that
-    /// serve as counts, lengths or indices hold what this program writes into them in every scan
+    /// serve as counts, lengths or indices hold what this program writes into them in every scan; all = so does every
+    /// device that the program writes
     #[arg(long, value_enum, default_value = "counts")]
     trust: TrustName,
     /// Refuse times that the table only assumes
@@ -146,6 +147,8 @@ enum TrustName {
     None,
     /// Words that count hold what this program writes into them in every scan
     Counts,
+    /// Devices that the program writes hold what it wrote since power-up
+    All,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -234,6 +237,7 @@ impl ProjectOptions {
             trust: match self.trust {
                 TrustName::None => Trust::None,
                 TrustName::Counts => Trust::Counts,
+                TrustName::All => Trust::All,
             },
             strict_times: self.strict_times,
             method: match self.method {

@@ -555,6 +555,16 @@ pub struct TrustedRange {
     pub written: Vec<usize>,
 }
 
+/// Bits of which no two are ever on when a scan starts, since the program alone writes them: what every scan from power-up on
+/// keeps.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Apart {
+    /// The bits.
+    pub cells: Vec<Cell>,
+    /// The instructions that write them, indices into `Program::instructions`.
+    pub written: Vec<usize>,
+}
+
 /// What is known of the state in which a CPU with cleared memory comes up, and of what the outside sets. Cells that are
 /// not named here start with a value that is not known.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -563,6 +573,8 @@ pub struct PowerUp {
     pub inputs: Vec<Region>,
     /// Cells that are 0.
     pub cleared: Vec<Region>,
+    /// Those of them that keep what they held when the power fails, or may do so.
+    pub latched: Vec<Region>,
     /// Bits that are on in the first scan and off in all others.
     pub first_scan: Vec<Cell>,
 }
@@ -659,6 +671,8 @@ pub struct Program {
     /// Ranges that the program keeps to, where it is trusted with its words; constraints on the scan's start like those that
     /// are stated.
     pub trusted: Vec<TrustedRange>,
+    /// Bits that the program keeps apart, where it is trusted with them; `invariants` say the same.
+    pub apart: Vec<Apart>,
     /// What the user stated of the count at an instruction, wherever it is executed: the iterations of a loop, signed, or the
     /// units that [`Counted`] words say, unsigned. The least and the largest.
     pub counts: BTreeMap<usize, (i64, i64)>,

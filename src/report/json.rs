@@ -57,11 +57,12 @@ struct Report<'a> {
     seconds: f64,
 }
 
-/// What a word holds whenever a scan starts.
+/// What a word holds whenever a scan starts, or which relays are never both on then.
 #[derive(Serialize)]
 struct Assumption<'a> {
     name: &'a str,
-    range: [i64; 2],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    range: Option<[i64; 2]>,
     written: Vec<UnknownPlace<'a>>,
 }
 
@@ -416,8 +417,8 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
 fn assumption(one: &audit::Assumption) -> Assumption<'_> {
     let written = one.written.iter();
     Assumption {
-        name: &one.word,
-        range: [one.low, one.high],
+        name: &one.name,
+        range: one.range.map(|(low, high)| [low, high]),
         written: written
             .map(|(at, instruction)| UnknownPlace { file: at.file, line: at.line, instruction })
             .collect(),

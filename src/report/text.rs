@@ -456,7 +456,7 @@ fn trusted(audit: &Audit) -> Vec<String> {
     lines
 }
 
-/// A word's range and the lines that write it.
+/// What is trusted of a word or of relays, and the lines that write them.
 fn assumption(audit: &Audit, one: &Assumption) -> String {
     let mut by = one
         .written
@@ -468,7 +468,12 @@ fn assumption(audit: &Audit, one: &Assumption) -> String {
     if one.written.len() > MOST_WRITERS {
         by += &format!(" and {} more", one.written.len() - MOST_WRITERS);
     }
-    format!("{} is {} to {} whenever a scan starts: written by {by}", one.word, one.low, one.high)
+    match one.range {
+        Some((low, high)) => {
+            format!("{} is {low} to {high} whenever a scan starts: written by {by}", one.name)
+        }
+        None => format!("of {} no two are on when a scan starts: written by {by}", one.name),
+    }
 }
 
 /// Counts of which nothing is known, and what to state of them.

@@ -112,6 +112,30 @@ pub fn scan_model_knowing(
     purpose: Purpose,
     limits: &SizeLimits<'_>,
 ) -> Result<ScanModel, ScanError> {
+    Ok(run(program, times, knowledge, purpose, limits, &[])?.0)
+}
+
+/// The model of upper bounds, and what these bits hold when the scan ends.
+///
+/// # Errors
+/// The same.
+pub fn scan_model_to_end(
+    program: &Program,
+    times: &[Times],
+    limits: &SizeLimits<'_>,
+    bits: &[Cell],
+) -> Result<(ScanModel, Vec<Lit>), ScanError> {
+    run(program, times, &Knowledge::new(), Purpose::UpperBound, limits, bits)
+}
+
+fn run(
+    program: &Program,
+    times: &[Times],
+    knowledge: &Knowledge,
+    purpose: Purpose,
+    limits: &SizeLimits<'_>,
+    bits: &[Cell],
+) -> Result<(ScanModel, Vec<Lit>), ScanError> {
     let mut run = Run {
         program,
         times,
@@ -145,9 +169,10 @@ pub fn scan_model_knowing(
             run.frames.pop();
         }
     }
+    let ends = bits.iter().map(|&bit| run.memory.read_bit(bit)).collect();
     // Costly instructions do no harm if the model has become whole in spite of them.
     if run.memory.words.given_up == 0 {
-        return Ok(run.memory.model);
+        return Ok((run.memory.model, ends));
     }
     let instruction = run.costly.first().copied().unwrap_or(0);
     Err(ScanError::Grown { instruction, costly: run.costly })

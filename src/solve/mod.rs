@@ -7,6 +7,7 @@ mod explain;
 pub mod export;
 mod formula;
 mod hitting;
+pub mod inductive;
 mod maxima;
 mod oracle;
 mod problem;

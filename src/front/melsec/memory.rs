@@ -194,10 +194,16 @@ pub fn power_up(family: Family) -> PowerUp {
         "C coil ",
         "C value ",
     ];
+    // By the CPUs' parameters as they come; those of FX have latched ranges in all kinds of device.
+    let latched: &[&str] = match family {
+        Family::Fx => &["M", "L", "S", "D", "T", "T value ", "ST", "ST value ", "C", "C value "],
+        _ => &["L", "ZR", "ST", "ST value ", "C", "C value "],
+    };
     let (relays, first) = if family == Family::Fx { ("M", 8002) } else { ("SM", 402) };
     PowerUp {
         inputs: vec![Region::Area(area("X"))],
         cleared: cleared.map(|name| Region::Area(area(name))).into(),
+        latched: latched.iter().map(|name| Region::Area(area(name))).collect(),
         first_scan: vec![Cell { area: area(relays), index: first }],
     }
 }

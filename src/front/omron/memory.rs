@@ -314,7 +314,10 @@ impl Memory {
         // Behind these, special units have their words in DM.
         let data = if self.family == Family::C { 1_000 } else { 20_000 };
         let cleared = [io, cells(4, 0, data)].into_iter().chain(words).collect();
-        PowerUp { inputs: vec![inputs], cleared, first_scan: Vec::new() }
+        // Holding relays and DM.
+        let held = if self.family == Family::C { [1, 4] } else { [2, 4] };
+        let latched = held.map(|area| Region::Area(AreaId(area))).into();
+        PowerUp { inputs: vec![inputs], cleared, latched, first_scan: Vec::new() }
     }
 
     /// Whether a timer's condition was on when it ran last, for timers that run out between instructions.

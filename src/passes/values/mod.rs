@@ -9,6 +9,7 @@
 //! out from, those keep what this program wrote that it writes in every scan, whatever happens ([`Trust::Counts`]): a
 //! least fixpoint over scans, from power-up.
 
+mod across;
 mod condition;
 mod evaluate;
 mod ring;
@@ -23,21 +24,15 @@ use super::{Pass, Settings, loops};
 use crate::program::{
     Approximated, Cell, ChoiceId, Program, Region, StartRange, Step, TrustedRange, Units, Write,
 };
+use across::{Across, Kept};
 use ring::Ring;
 use run::{Found, Run};
 use slots::Slots;
 use state::Followed;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// So many scans follow each other until nothing new comes; what grows beyond some of them grows to an end.
-const MOST_SCANS: usize = 12;
-const EXACT_SCANS: usize = 4;
-/// So many instructions are carried out in all of them.
-const MOST_ACROSS: u64 = 3_000_000;
 /// One part of so many of the time allowed is theirs: with the rest the scan is followed and searched.
 const PARTS: u32 = 4;
-/// So many instructions are carried out to find out which trusted words matter.
-const MOST_REDUCING: u64 = 300_000;
 
 /// What words can hold where they count bounds turns, units and indices.
 pub const PASS: Pass = Pass {
@@ -57,6 +52,8 @@ pub enum Trust {
     /// the program writes in every scan.
     #[default]
     Counts,
+    /// Anybody's to what the program does not write itself, or only ever clears.
+    All,
 }
 
 impl Trust {
@@ -66,6 +63,7 @@ impl Trust {
         match self {
             Trust::None => "none",
             Trust::Counts => "counts",
+            Trust::All => "all",
         }
     }
 }
@@ -80,7 +78,7 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
     };
     let is_over = || settings.budget.is_some_and(|budget| budget.reached_part(PARTS));
     let changing = program.volatile.clone();
-    let words = Slots::of(slice::slice(program, &changing));
+    let words = Slots::of(slice::slice(program, &changing, settings.trust == Trust::All));
     if words.cells().is_empty() {
         return;
     }
@@ -95,22 +93,28 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
     };
     let mut found = run.found;
     let mut kept = Vec::new();
-    if let (Trust::Counts, Some(end)) = (settings.trust, &end) {
-        let trusted: Vec<usize> = (0..slots.cells().len())
-            .filter(|&slot| end.is_written(slot) && is_ours(program, slots.cells()[slot]))
-            .collect();
-        let over = across(program, &followed, &free, &trusted, &is_over);
+    if let Some(end) = end.filter(|_| settings.trust != Trust::None) {
+        let ours = |&slot: &usize| is_ours(program, slots.cells()[slot]);
+        let ours: Vec<usize> = (0..slots.cells().len()).filter(ours).collect();
+        let always: Vec<usize> =
+            ours.iter().copied().filter(|&slot| end.is_written(slot)).collect();
+        let search =
+            Across { program, followed: &followed, free: &free, always, is_over: &is_over };
+        let all = (settings.trust == Trust::All).then(|| search.of(&ours)).flatten();
+        let over = all.or_else(|| search.of(&search.always));
         if over.is_none() {
             cut("no word is trusted to hold what this program wrote");
         }
-        if let Some(over) = over.filter(|over| over.found != found) {
-            let needed = needed(program, &followed, &free, over, &is_over);
+        if let Some(mut over) = over {
+            if settings.trust == Trust::Counts {
+                over = if over.found == found { Kept::default() } else { search.needed(over) };
+            }
             let range = |&slot: &usize| {
-                let (low, high) = needed.start[slot].signed();
+                let (low, high) = over.start[slot].signed();
                 TrustedRange { cell: slots.cells()[slot], low, high, written: Vec::new() }
             };
-            kept = needed.trusted.iter().map(range).collect();
-            found.closer(needed.found);
+            kept = over.trusted.iter().map(range).collect();
+            found.closer(over.found);
         }
     }
     writers(program, &mut kept);
@@ -119,53 +123,6 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
     }
     program.trusted = kept;
     apply(program, &found);
-}
-
-/// What scans from power-up on keep to, where some words are trusted.
-struct Kept {
-    /// These words of which then more is known than that they hold anything, by slot.
-    trusted: Vec<usize>,
-    /// What was found in any of the scans.
-    found: Found,
-    /// What the words hold when one starts.
-    start: Vec<Ring>,
-    /// What it took, in instructions.
-    work: u64,
-}
-
-/// The same with as few trusted words as it takes, as far as there is time to find out: many at once are left out, then
-/// fewer.
-fn needed(
-    program: &Program,
-    followed: &Followed,
-    free: &[Ring],
-    all: Kept,
-    is_over: &dyn Fn() -> bool,
-) -> Kept {
-    let mut kept = all;
-    let mut work = 0;
-    let mut many = kept.trusted.len().div_ceil(2);
-    while many > 0 {
-        let mut from = 0;
-        while from < kept.trusted.len() {
-            work += kept.work;
-            if work > MOST_REDUCING {
-                return kept;
-            }
-            let to = (from + many).min(kept.trusted.len());
-            let fewer = [&kept.trusted[..from], &kept.trusted[to..]].concat();
-            match across(program, followed, free, &fewer, is_over) {
-                Some(less) if less.found == kept.found => {
-                    // What is left before `from` stays needed.
-                    from = from.min(less.trusted.len());
-                    kept = less;
-                }
-                _ => from = to,
-            }
-        }
-        many /= 2;
-    }
-    kept
 }
 
 /// What is known of the words when a scan starts, whoever wrote them: what the user states.
@@ -182,53 +139,14 @@ fn stated(program: &Program, slots: &Slots) -> Vec<Ring> {
     start
 }
 
-/// Whether nobody but the program has reason to write a word, which is 0 at power-up.
-fn is_ours(program: &Program, cell: Cell) -> bool {
+/// Whether nobody but the program has reason to write a cell, which is 0 at power-up.
+#[must_use]
+pub fn is_ours(program: &Program, cell: Cell) -> bool {
     let holds = |region: &Region| region.holds(cell);
     program.power_up.cleared.iter().any(holds)
         && !program.power_up.inputs.iter().any(holds)
+        && !program.volatile.iter().any(holds)
         && !program.networks.iter().any(|(region, _)| region.holds(cell))
-}
-
-/// The least fixpoint over scans from power-up. `None` if it is not come by, or a scan has no end.
-fn across(
-    program: &Program,
-    followed: &Followed,
-    free: &[Ring],
-    trusted: &[usize],
-    is_over: &dyn Fn() -> bool,
-) -> Option<Kept> {
-    let mut start = free.to_vec();
-    for &slot in trusted {
-        // Stated ranges hold for every start.
-        start[slot] = Ring::constant(0);
-    }
-    let mut work = 0;
-    for scan in 0..MOST_SCANS {
-        let mut run = Run::new(program, followed, is_over);
-        run.scan(followed.holding(start.clone())).ok()??;
-        work += run.work;
-        let mut next = start.clone();
-        for &slot in trusted {
-            // A latched word may hold what stood there in the midst of a scan, when the power failed.
-            let Some(value) = run.written[slot] else { continue };
-            next[slot] = match scan {
-                0..EXACT_SCANS => next[slot].join(value),
-                _ => next[slot].widen(value),
-            };
-        }
-        if next == start {
-            let mut trusted = trusted.to_vec();
-            trusted.retain(|&slot| start[slot] != Ring::TOP);
-            return Some(Kept { trusted, found: run.found, start, work });
-        }
-        // Without a fixpoint nothing is trusted.
-        if work > MOST_ACROSS {
-            return None;
-        }
-        start = next;
-    }
-    None
 }
 
 /// Notes who writes the words, as evidence.

@@ -4,16 +4,17 @@
 use super::slots::Slots;
 use crate::program::meaning::{Address, ChoiceKind, Count, Meaning, Operand, Target, Term};
 use crate::program::{
-    BitSource, Cell, ChoiceId, Join, Number, Program, Region, Source, Step, WordSource, WordTarget,
-    Write, flow,
+    BitSource, Cell, ChoiceId, Join, Logic, Number, Program, Region, Source, Step, WordSource,
+    WordTarget, Write, flow,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// So many words that an index may lead to are followed.
 const NEXT: u32 = 32;
 
-/// The words that matter. What may change at any moment is none of them.
-pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
+/// The words that matter, and, if these are wanted, those that are compared and what they are worked out from. What may
+/// change at any moment is none of them.
+pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell> {
     let mut slice = Slice {
         program,
         changing,
@@ -23,6 +24,9 @@ pub fn slice(program: &Program, changing: &[Region]) -> Vec<Cell> {
         choices: FxHashSet::default(),
     };
     for instruction in &program.instructions {
+        if compared && let Some(fires) = instruction.step.fires() {
+            slice.compared(fires);
+        }
         match &instruction.step {
             Step::ForBegin { count, .. } => slice.word(*count),
             Step::Summary(summary) => {
@@ -152,6 +156,21 @@ impl Slice<'_> {
             }
             WordSource::Free(choice) => self.choice(choice),
             WordSource::Const(_) | WordSource::Bits { .. } => {}
+        }
+    }
+
+    /// What a truth value compares.
+    fn compared(&mut self, logic: &Logic) {
+        match logic {
+            Logic::Compare(compare) => {
+                self.number(&compare.left);
+                self.number(&compare.right);
+            }
+            Logic::Not(inner) => self.compared(inner),
+            Logic::All(parts) | Logic::Any(parts) => {
+                parts.iter().for_each(|part| self.compared(part));
+            }
+            Logic::Condition | Logic::Const(_) | Logic::Bit(_) => {}
         }
     }
 
