@@ -207,3 +207,30 @@ fn latched_relays_and_what_others_refresh_are_not_trusted() {
     assert_eq!(apart("L1", "L2"), 1);
     assert_eq!(apart("B1", "B2"), 1);
 }
+
+#[test]
+fn what_others_write_and_scans_after_a_download_are_covered_if_stated() {
+    let text = "LD M1\nAND M2\nINC D0\nLD X1\nOUT M1\nLDI X1\nOUT M2\nEND\n";
+    let stated = |facts: &str| {
+        let facts = Facts::parse("facts.toml", facts).expect("facts");
+        let table = table("INC,1,0,0\n");
+        let inputs = [Input { name: "a.txt".to_owned(), bytes: text.as_bytes().to_vec() }];
+        let request = Request {
+            dialect: Some("melsec-list"),
+            cpu: Some("Q26UDV"),
+            table: Some(&table),
+            trust: Trust::All,
+            ..Request::new(&inputs, &facts)
+        };
+        let followed = follow(&request).ok()?;
+        let concluded = conclude(followed, &request).expect("an audit");
+        Some(concluded.audit.bound.upper.0 / 1_000_000)
+    };
+    assert_eq!(stated(""), Some(0));
+    assert_eq!(stated("[external]\ndevices = [\"M5\", \"D0-D9\"]\n"), Some(0));
+    assert_eq!(stated("[external]\ndevices = [\"M0-M1\"]\n"), Some(1));
+    assert_eq!(stated("[start]\ndownload = true\n"), Some(1));
+    for wrong in ["Q7", "M9-M1", "M1-D5", "M"] {
+        assert_eq!(stated(&format!("[external]\ndevices = [\"{wrong}\"]\n")), None, "{wrong}");
+    }
+}

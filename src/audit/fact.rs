@@ -32,6 +32,10 @@ pub enum Fact {
     IndexBits(u32),
     /// The only devices that are written through indirect addresses.
     Indirect(Vec<String>),
+    /// What others than the program write.
+    External(Vec<String>),
+    /// Memory may hold anything when a scan starts, as after a download.
+    Download,
     /// How often a routine interrupts a scan.
     Interrupts {
         /// The routine.
@@ -73,6 +77,8 @@ impl Fact {
             .chain(counts)
             .chain(facts.index_bits.map(Fact::IndexBits))
             .chain(facts.indirect.clone().map(Fact::Indirect))
+            .chain((!facts.external.is_empty()).then(|| Fact::External(facts.external.clone())))
+            .chain(facts.download.then_some(Fact::Download))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
             .chain(facts.latched.map(Fact::Latched))
@@ -101,6 +107,10 @@ impl fmt::Display for Fact {
             Fact::Indirect(devices) => {
                 write!(f, "what is written through @ is {} only", devices.join(", "))
             }
+            Fact::External(devices) => {
+                write!(f, "others than the program write {}", devices.join(", "))
+            }
+            Fact::Download => f.write_str("memory may hold anything when a scan starts"),
             Fact::Interrupts { name, times } => {
                 write!(f, "{name} interrupts a scan at most {times} times")
             }

@@ -64,13 +64,13 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let start = Instant::now();
     let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
     let mut understood = Understood::of(request)?;
-    let settings = passes::Settings { trust: request.trust, budget: Some(&budget) };
+    let settings = passes::Settings { trust: request.trusted(), budget: Some(&budget) };
     let told = |name| (request.progress)(Progress::Stage(name));
     request.passes.run(&mut understood.program, &settings, told)?;
     let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
     (request.progress)(Progress::Stage("following the scan"));
     let (mut model, whole) = model_of(&mut program, &mut prices, &budget)?;
-    if request.trust == Trust::All && !whole {
+    if request.trusted() == Trust::All && !whole {
         (request.progress)(Progress::Stage(reachable::STAGE));
         if let Some(closer) = reachable::exclude(&mut program, &prices, &model, &budget) {
             model = closer;

@@ -56,6 +56,12 @@ pub struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
+    /// Whose writes between scans are reckoned with: anybody's, where scans after a download count.
+    #[must_use]
+    pub fn trusted(&self) -> Trust {
+        if self.facts.download { Trust::None } else { self.trust }
+    }
+
     /// All of a project's longest scan, by what its source names, with no limit.
     #[must_use]
     pub fn new(inputs: &'a [Input], facts: &'a Facts) -> Request<'a> {

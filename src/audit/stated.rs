@@ -4,7 +4,7 @@ use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part};
 use crate::program::{
-    AreaId, BitSource, Cell, Program, Region, Role, Source, StartRange, WordSource, flow,
+    AreaId, BitSource, Cell, Program, Radix, Region, Role, Source, StartRange, WordSource, flow,
 };
 use crate::timing::price::own_points;
 use crate::timing::table::Table;
@@ -29,6 +29,56 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// The cells that others than the program write.
+///
+/// # Errors
+/// Devices that the machine does not have, or that are known by another name.
+pub fn external(program: &Program, facts: &Facts) -> Result<Vec<Region>, Vec<Diagnostic>> {
+    let fault = |device: &String| {
+        let names: Vec<&str> = program
+            .areas
+            .iter()
+            .filter(|area| area.role != Role::Hidden)
+            .map(|area| area.name.trim())
+            .collect();
+        let message = format!("'{device}' under [external] is no device, nor one to another");
+        let help = format!(
+            "write \"D100\" or \"D100-D199\"; the machine's devices are {}",
+            names.join(", ")
+        );
+        facts.fault(["external", "devices"], Part::Value, Code::Fact, message, &help)
+    };
+    let (mut regions, mut faults) = (Vec::new(), Vec::new());
+    for device in &facts.external {
+        let (first, last) = device.split_once('-').unwrap_or((device, device));
+        match (cell(program, first), cell(program, last)) {
+            (Some(first), Some(last)) if first.area == last.area && first.index <= last.index => {
+                regions.push(Region::Range { first, count: last.index - first.index + 1 });
+            }
+            _ => faults.push(fault(device)),
+        }
+    }
+    faults.truncate(MOST_TOLD);
+    if faults.is_empty() { Ok(regions) } else { Err(faults) }
+}
+
+/// A cell by its name as reports write it.
+fn cell(program: &Program, name: &str) -> Option<Cell> {
+    let name = name.trim().to_ascii_uppercase();
+    let known = program.areas.iter().zip(0..).filter_map(|(area, at)| {
+        let digits = name.strip_prefix(area.name.as_str())?;
+        let radix = match area.radix {
+            Radix::Decimal => 10,
+            Radix::Hexadecimal => 16,
+            Radix::Octal => 8,
+        };
+        let index = u32::from_str_radix(digits, radix).ok()?;
+        (area.role != Role::Hidden).then_some(Cell { area: AreaId(at), index })
+    });
+    // The longest letters: S1 is no SM.
+    known.max_by_key(|cell| program.area(cell.area).name.len())
 }
 
 /// Warns of ranges of words that the program does not name, and of fewer points than it names.

@@ -34,6 +34,7 @@ impl Understood {
         know_interrupts(&program, request)?;
         stated::know_words(&program, request.facts)?;
         counts::state(&mut program, request.facts)?;
+        program.external = stated::external(&program, request.facts)?;
         Ok(Understood { program, table, warnings })
     }
 }

@@ -43,6 +43,10 @@ pub struct Facts {
     /// The only devices that are written through an indirect address (`@D0`), each as written: from the first to the last
     /// (`ZR1000-ZR1999`), or one.
     pub indirect: Option<Vec<String>>,
+    /// Devices that others than the program write between scans, such as HMIs: each as `D100`, or `D100-D199`.
+    pub external: Vec<String>,
+    /// Whether scans after a download or a change in RUN count, when memory may hold anything.
+    pub download: bool,
     /// Where they stand.
     pub places: Places,
 }
@@ -57,9 +61,11 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, indirect = [\"ZR1000-ZR1999\"]) and [scan] (factor = 1.1)";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] (devices = [\"D100-D199\"]) and [start] (download = true)";
+const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 /// The tables of a facts file.
-const TABLES: [&str; 7] = ["ranges", "counts", "interrupts", "io", "network", "index", "scan"];
+const TABLES: [&str; 9] =
+    ["ranges", "counts", "interrupts", "io", "network", "index", "scan", "external", "start"];
 /// More faults than this are counted, not listed.
 const MOST_FAULTS: usize = 100;
 /// No network's refresh takes longer, nor is any scan multiplied by more.
@@ -171,6 +177,14 @@ impl Reader<'_> {
             }
             "io" => self.points(key, value),
             "network" => self.network(key, value),
+            "external" => self.external(key, value),
+            "start" => match (key.get_ref().as_ref(), value.get_ref().as_bool()) {
+                ("download", Some(download)) => self.facts.download = download,
+                ("download", None) => {
+                    self.fault(Some(value.span()), "download is true or false".to_owned(), DOWNLOAD)
+                }
+                (other, _) => self.unknown(key, "start", &meant(other, &["download"], DOWNLOAD)),
+            },
             _ => self.scan(key, value),
         }
     }
@@ -242,6 +256,18 @@ impl Reader<'_> {
                 let help = "write bits = 16, or indirect = [\"ZR1000-ZR1999\"]";
                 self.unknown(key, "index", &meant(other, &["bits", "indirect"], help));
             }
+        }
+    }
+
+    fn external(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = "write devices = [\"D100-D199\", \"M50\"], all that HMIs and others write between scans";
+        if key.get_ref().as_ref() != "devices" {
+            return self.unknown(key, "external", &meant(key.get_ref(), &["devices"], help));
+        }
+        let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+        match value.get_ref().as_array().map(|all| all.iter().map(text).collect()) {
+            Some(Some(devices)) => self.facts.external = devices,
+            _ => self.fault(Some(value.span()), "devices is no list of devices".to_owned(), help),
         }
     }
 
@@ -390,7 +416,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[start]\ndownload = true\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         assert_eq!(
             facts,
@@ -399,6 +425,8 @@ mod tests {
                 counts: [("A.csv:7".to_owned(), (0, 9)), ("A.csv:9".to_owned(), (3, 3))].into(),
                 index_bits: Some(32),
                 indirect: Some(vec!["D1-D9".to_owned(), "W5".to_owned()]),
+                external: vec!["D5".to_owned()],
+                download: true,
                 interrupts: [("I0".to_owned(), 2)].into(),
                 inputs: Some(64),
                 outputs: Some(32),

@@ -664,6 +664,8 @@ pub struct Program {
     pub points: Option<[u32; 2]>,
     /// Cells that a network or a special unit refreshes where one is fitted, and what they are, in words.
     pub networks: Vec<(Region, String)>,
+    /// Cells that others than the program write between scans, as the user states.
+    pub external: Vec<Region>,
     /// The first instruction that reaches into a network's station by itself, an index into `instructions`.
     pub direct_links: Option<usize>,
     /// Ranges the user stated.

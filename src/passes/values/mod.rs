@@ -146,6 +146,7 @@ pub fn is_ours(program: &Program, cell: Cell) -> bool {
     program.power_up.cleared.iter().any(holds)
         && !program.power_up.inputs.iter().any(holds)
         && !program.volatile.iter().any(holds)
+        && !program.external.iter().any(holds)
         && !program.networks.iter().any(|(region, _)| region.holds(cell))
 }
 
