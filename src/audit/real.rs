@@ -9,7 +9,7 @@ use crate::scan::groups::{groups, unpriced, witness};
 use crate::scan::model::certain::{Standing, certain};
 use crate::scan::model::{Assignment, Lit, Origin, ScanModel, VarId};
 use crate::scan::{Purpose, scan_model_knowing};
-use crate::solve::{Limits, Method, maxima, maximum};
+use crate::solve::{Decisions, Limits, Method, maxima, maximum};
 use std::collections::BTreeSet;
 
 /// The most instructions of a real run.
@@ -17,6 +17,9 @@ const MOST_RUN: u64 = 400_000;
 /// Limits of the search in models that grow with what is learned: gates in all, and rounds.
 const MOST_GATES: usize = 2_000_000;
 const MOST_ROUNDS: usize = 400;
+/// The most decisions of a solver in a group in each of them: what is wanted is a long scan, not the proof that there is no
+/// longer one.
+const MOST_DECISIONS: u64 = 200_000;
 
 /// The longest real run that was found, and what was learned until then.
 pub struct Found {
@@ -136,7 +139,9 @@ impl Search<'_> {
         }
         let slices = groups(model);
         let methods = vec![Method::Cores; slices.len()];
-        let found = maxima(model, &slices, &methods, &self.limits, &|_, _, _| {});
+        let decisions = Decisions::new(MOST_DECISIONS);
+        let limits = Limits { decisions: Some(&decisions), ..self.limits };
+        let found = maxima(model, &slices, &methods, &limits, &|_, _, _| {});
         let mut all = Assignment(vec![0; model.variables.len()]);
         let mut most = model.cost(&model.constant(), &all);
         for found in &found {

@@ -7,4 +7,5 @@ pub mod column;
 pub mod diagnostic;
 pub mod facts;
 pub mod location;
+pub mod ring;
 pub mod time;

@@ -36,6 +36,7 @@ pub mod cell_budget;
 pub mod flow;
 pub mod meaning;
 mod reads;
+mod settled;
 mod tags;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -45,6 +46,7 @@ pub use approximation::{Approximated, Approximation, Unfollowed};
 pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
+pub use settled::{Settled, Settling};
 pub use tags::{Tag, Tags, Type};
 pub use timing::{Counted, TimingKey, Touched, Units};
 
@@ -758,6 +760,8 @@ pub struct Witness {
     pub start: BTreeMap<Cell, u16>,
     /// The choices.
     pub choices: BTreeMap<ChoiceKey, u16>,
+    /// What the analysis settled that found the scan.
+    pub settled: Arc<Settled>,
 }
 
 impl fmt::Display for Relation {

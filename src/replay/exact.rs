@@ -5,9 +5,11 @@ use super::operation::run;
 use super::state::{Doubt, State, Truth};
 use super::words::{bcd, number};
 use crate::program::meaning::{
-    Address, Count, Digits, Fact, Learned, Meaning, Operand, Read, Shape, Target, Term,
+    Address, ChoiceKind, Count, Digits, Fact, Learned, Meaning, Operand, Read, Shape, Target, Term,
 };
-use crate::program::{AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, WordTarget, Write};
+use crate::program::{
+    AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Settling, WordTarget, Write,
+};
 use std::collections::BTreeMap;
 
 /// Which bits of a cell an operation writes, and their values.
@@ -68,6 +70,11 @@ impl<F: Free> State<'_, F> {
         let moment = (self.frames().clone(), choice);
         if let Some(&(value, _)) = self.known.get(&moment) {
             return Some(value);
+        }
+        if let (Some(Settling::Exact), Some(ChoiceKind::Exact(meaning))) =
+            (self.settling(choice), self.program().kinds.get(&choice))
+        {
+            return self.value_of(choice, meaning);
         }
         match self.learned_now(choice)?.learned {
             Learned::Value(value) => {

@@ -5,6 +5,7 @@ use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
+    Settling,
     ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Step, Summary, When,
     WordSource, Write,
 };
@@ -264,7 +265,10 @@ impl<'p, F: Free> Machine<'p, F> {
     fn units(&mut self, instruction: &Instruction, times: Times) -> u64 {
         let counted = instruction.counted().filter(|_| times.per_unit > Picos::ZERO);
         let Some(counted) = counted else { return 0 };
-        if self.state.mode == Mode::Model && !Counted::is_asked(self.state.frames()) {
+        if self.state.mode == Mode::Model
+            && !Counted::is_asked(self.state.frames())
+            && !self.state.was_counted()
+        {
             return counted.most_units();
         }
         let (count, doubt) = self.number_of_units(counted);
@@ -363,6 +367,9 @@ impl<'p, F: Free> Machine<'p, F> {
                     Some(gave) => gave,
                     None => {
                         let gave = match self.state.mode {
+                            Mode::Model if self.state.settling(*choice) == Some(Settling::Exact) => {
+                                self.state.write_exactly(*choice, meaning, fired)
+                            }
                             Mode::Model => self.state.write_learned(*choice),
                             Mode::Real => self.state.write_exactly(*choice, meaning, fired),
                         };

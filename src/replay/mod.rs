@@ -20,7 +20,7 @@ mod value_tests;
 
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::Knowledge;
-use crate::program::{AreaKind, Cell, ChoiceKey, Frame, Program, Witness};
+use crate::program::{AreaKind, Cell, ChoiceKey, Frame, Program, Settled, Witness};
 use std::sync::Arc;
 
 /// One execution of one instruction.
@@ -62,6 +62,10 @@ pub trait Free {
     }
     /// The choice's value; bit 0 counts if the kind is `Bit`. The kind is no part of the question.
     fn choice(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16;
+    /// What the analysis settled in a scan that it found.
+    fn settled(&self) -> Option<&Settled> {
+        None
+    }
 }
 
 impl Free for &Witness {
@@ -71,6 +75,10 @@ impl Free for &Witness {
 
     fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
         self.choices.get(key).copied().unwrap_or(0)
+    }
+
+    fn settled(&self) -> Option<&Settled> {
+        Some(&self.settled)
     }
 }
 

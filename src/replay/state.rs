@@ -4,7 +4,7 @@ use super::{Free, Mode};
 use crate::program::meaning::{ChoiceKind, Knowledge, Read};
 use crate::program::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic, Number,
-    Program, Reading, Region, Relation, StartRange, WordSource, WordTarget, Write,
+    Program, Reading, Region, Relation, Settling, StartRange, WordSource, WordTarget, Write,
 };
 use rustc_hash::FxHashMap;
 use std::cmp::Ordering;
@@ -183,6 +183,16 @@ impl<'p, F: Free> State<'p, F> {
 
     pub(super) fn choose_bit(&mut self, choice: ChoiceId) -> bool {
         self.choose(choice, AreaKind::Bit) & 1 == 1
+    }
+
+    /// How the analysis settled a choice in this call context.
+    pub(super) fn settling(&self, choice: ChoiceId) -> Option<Settling> {
+        self.free.settled()?.choice(&self.frames, choice)
+    }
+
+    /// Whether the analysis counted this instruction's units in this call context.
+    pub(super) fn was_counted(&self) -> bool {
+        self.free.settled().is_some_and(|settled| settled.counted(&self.frames, self.at))
     }
 
     /// The cell's value now. A value that comes from outside is kept, so that it is asked for once.
@@ -411,6 +421,10 @@ impl<'p, F: Free> State<'p, F> {
             Mode::Model => None,
             Mode::Real if world => fired.doubt,
             Mode::Real => fired.doubt.or(Some(self.at)),
+        };
+        let region = match self.settling(choice) {
+            Some(Settling::Within(closer)) if self.mode == Mode::Model => closer,
+            _ => region,
         };
         let havoc = Havoc { region, choice, frames: self.frames.clone(), doubt };
         match region {

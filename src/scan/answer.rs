@@ -22,6 +22,11 @@ impl Words {
         self.answer(circuit, Question::Range(range)).then(|| self.known_range(range)).flatten()
     }
 
+    /// Whether a word lies in which range this literal says, if it does.
+    pub(super) fn asked(&self, lit: Lit) -> Option<Range> {
+        self.answers.asked.get(&lit).copied()
+    }
+
     /// The word's bits, the least first.
     pub fn bits(&mut self, circuit: &mut Circuit, word: Word) -> [Lit; 16] {
         let bits = self.bits_if_allowed(circuit, word);
@@ -185,6 +190,9 @@ impl Words {
                     }
                 };
                 self.answers.ranges.insert(asked, lit);
+                if !lit.is_constant() {
+                    self.answers.asked.entry(lit).or_insert(asked);
+                }
             }
             Question::Bits(word) => {
                 let found = match self.node(word) {

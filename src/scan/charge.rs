@@ -5,6 +5,7 @@ use super::{Purpose, Run, ScanError, number};
 use crate::base::time::{Picos, Times};
 use crate::program::{Counted, Relation, WordSource};
 use crate::scan::model::{ByUnits, Charge, Lit};
+use std::sync::Arc;
 
 impl Run<'_> {
     /// Charges the instruction's times, unless both are zero.
@@ -33,11 +34,14 @@ impl Run<'_> {
         let Some(counted) = counted.filter(|_| times.per_unit > Picos::ZERO) else {
             return (times.on, None);
         };
-        if !Counted::is_asked(&self.frames) {
-            let most = times.with(counted.most_units());
-            return (if self.purpose == Purpose::UpperBound { most } else { times.on }, None);
-        }
         let number: Vec<Word> = counted.words.iter().map(|word| self.word(*word, at)).collect();
+        if !Counted::is_asked(&self.frames) {
+            if number.iter().any(|&word| self.memory.words.as_constant(word).is_none()) {
+                let most = times.with(counted.most_units());
+                return (if self.purpose == Purpose::UpperBound { most } else { times.on }, None);
+            }
+            Arc::make_mut(&mut self.memory.model.settled).count(&self.frames, at);
+        }
         if let Some(&(low, high)) = self.program.counts.get(&at) {
             let within = self.within(&number, false, low, high);
             self.hold(fires, within);

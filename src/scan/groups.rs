@@ -127,7 +127,7 @@ impl Sets {
 #[must_use]
 pub fn witness(model: &ScanModel, assignment: &Assignment) -> Witness {
     let values = model.circuit.evaluate(assignment);
-    let mut witness = Witness::default();
+    let mut witness = Witness { settled: model.settled.clone(), ..Witness::default() };
     for (variable, &value) in model.variables.iter().zip(&assignment.0) {
         match &variable.origin {
             Origin::Start(cell) => {

@@ -1,11 +1,12 @@
 //! Choices of which something is known: what was learned by carrying operations out, and the iterations of loops.
 
 use super::expression::describe;
-use super::word::Word;
+use super::implied::Implied;
+use super::word::{Word, Words};
 use super::{Purpose, Run};
 use crate::program::meaning::{ChoiceKind, Fact, Learned, Read};
 use crate::program::{AreaKind, BitTarget, Cell, ChoiceId, Frame, WordTarget};
-use crate::scan::model::Lit;
+use crate::scan::model::{Circuit, Lit};
 use rustc_hash::FxHashMap;
 
 /// What choices of which something is known were found to be so far, so that each is worked out once.
@@ -14,11 +15,17 @@ pub(super) struct Known {
     /// Values of choices that were read, by the moment.
     bits: FxHashMap<(Vec<Frame>, ChoiceId), Lit>,
     words: FxHashMap<(Vec<Frame>, ChoiceId), Word>,
+    /// Those that were worked out here, and where that holds.
+    settled: FxHashMap<(Vec<Frame>, ChoiceId), (Lit, Word)>,
     /// Choices with which the current instruction havocs: the choice, under which guard, and the part of that guard
     /// under which nothing was learned, so that the havoc stays.
     written: Vec<(ChoiceId, Lit, Lit)>,
     /// The current instruction's condition.
     condition: Lit,
+    /// Where what is read now matters.
+    reached: Lit,
+    /// What that implies, once it was asked.
+    implied: Option<(Lit, Implied)>,
 }
 
 impl Default for Known {
@@ -26,8 +33,11 @@ impl Default for Known {
         Known {
             bits: FxHashMap::default(),
             words: FxHashMap::default(),
+            settled: FxHashMap::default(),
             written: Vec::new(),
             condition: Lit::TRUE,
+            reached: Lit::TRUE,
+            implied: None,
         }
     }
 }
@@ -37,6 +47,25 @@ impl Known {
     pub(super) fn begin(&mut self, condition: Lit) {
         self.written.clear();
         self.condition = condition;
+    }
+
+    /// The current instruction's condition.
+    pub(super) fn condition(&self) -> Lit {
+        self.condition
+    }
+
+    /// From now on what is read matters only where this holds.
+    pub(super) fn reach(&mut self, reached: Lit) {
+        self.reached = reached;
+    }
+
+    /// What is given wherever what is read now matters.
+    pub(super) fn given(&mut self, circuit: &Circuit, words: &Words) -> &Implied {
+        let reached = self.reached;
+        if self.implied.as_ref().is_none_or(|(by, _)| *by != reached) {
+            self.implied = None;
+        }
+        &self.implied.get_or_insert_with(|| (reached, Implied::by(circuit, words, reached))).1
     }
 }
 
@@ -48,9 +77,47 @@ impl Run<'_> {
         self.knowledge.get(&(self.frames.clone(), choice)).map_or(&[], Vec::as_slice)
     }
 
+    /// What a choice that is read is worked out to be, if it can be. Its value is that of the moment when it is first
+    /// read, where it is.
+    fn settled(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
+        let moment = (self.frames.clone(), choice);
+        let before = self.known.settled.get(&moment).copied();
+        if let Some((under, word)) = before {
+            let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
+            if self.known.given(circuit, words).holds(circuit, words, under) {
+                return Some(word);
+            }
+        }
+        let mut word = self.settled_word(choice, at)?;
+        let mut under = self.known.reached;
+        if let Some((first, value)) = before {
+            word = self.memory.words.either(first, value, word);
+            under = self.memory.circuit().or(first, under);
+        }
+        self.known.settled.insert(moment, (under, word));
+        Some(word)
+    }
+
+    /// A bit's value where it matters now.
+    pub(super) fn known_bit(&mut self, cell: Cell) -> Lit {
+        let bit = self.memory.read_bit(cell);
+        let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
+        self.known.given(circuit, words).within(circuit, words, bit)
+    }
+
+    /// A word's value where it matters now.
+    pub(super) fn known_word(&mut self, cell: Cell) -> Word {
+        let word = self.memory.read_word(cell);
+        let (words, circuit) = (&mut self.memory.words, &self.memory.model.circuit);
+        words.within(circuit, word, self.known.given(circuit, words))
+    }
+
     /// A choice read as a bit.
     pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
         let program = self.program;
+        if let Some(word) = self.settled(choice, at) {
+            return self.memory.words.bits(&mut self.memory.model.circuit, word)[0];
+        }
         if let (Some(&ChoiceKind::Steady(cell)), Purpose::LowerBound) =
             (program.kinds.get(&choice), self.purpose)
         {
@@ -85,6 +152,9 @@ impl Run<'_> {
             (program.kinds.get(&choice), self.purpose)
         {
             return self.present(choice, contact, setting, at);
+        }
+        if let Some(word) = self.settled(choice, at) {
+            return word;
         }
         let learned = !self.facts(choice).is_empty();
         let free = match iterations {
@@ -144,10 +214,10 @@ impl Run<'_> {
         self.memory.words.of_bits(&self.memory.model.circuit, bits)
     }
 
-    /// Writes what was learned of an operation's results in place of its havoc; the guard under which nothing was
-    /// learned, so that the havoc is still due.
-    pub(super) fn write_learned(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
-        if self.facts(choice).is_empty() || guard == Lit::FALSE {
+    /// Writes what is known of an operation's results in place of its havoc; the guard under which nothing is known, so
+    /// that the havoc is still due.
+    pub(super) fn write_known_of(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
+        if guard == Lit::FALSE {
             return guard;
         }
         let same = |&&(own, under, _): &&(ChoiceId, Lit, Lit)| own == choice && under == guard;
@@ -155,6 +225,13 @@ impl Run<'_> {
             return rest;
         }
         if self.known.written.iter().any(|&(own, ..)| own == choice) {
+            return guard;
+        }
+        if self.write_settled(choice, guard, at) {
+            self.known.written.push((choice, guard, Lit::FALSE));
+            return Lit::FALSE;
+        }
+        if self.facts(choice).is_empty() {
             return guard;
         }
         let facts = self.facts(choice).to_vec();
@@ -189,7 +266,7 @@ impl Run<'_> {
         }
     }
 
-    fn is_bit(&self, cell: Cell) -> bool {
+    pub(super) fn is_bit(&self, cell: Cell) -> bool {
         self.program.areas[usize::from(cell.area.0)].kind == AreaKind::Bit
     }
 

@@ -8,10 +8,12 @@ mod charge;
 mod expression;
 pub mod fit;
 pub mod groups;
+mod implied;
 mod knowing;
 mod memory;
 pub mod model;
 mod number;
+mod settling;
 mod term;
 mod word;
 
@@ -372,13 +374,16 @@ impl Run<'_> {
             top
         };
         self.known.begin(condition);
+        self.known.reach(act.active);
         let fires =
             instruction.step.fires().map_or(Lit::TRUE, |fires| self.logic(fires, condition, at));
         let fired = self.memory.circuit().and(act.active, fires);
+        self.known.reach(fired);
         self.charge(at, act.active, fired);
         for effect in &instruction.effects {
             self.effect(effect, act.active, fired, condition, at);
         }
+        self.known.reach(act.active);
         self.step(act, at, &instruction.step, fires, fired)
     }
 
@@ -388,6 +393,7 @@ impl Run<'_> {
             When::Always => active,
             When::Fired => fired,
         };
+        self.known.reach(guard);
         match &effect.write {
             Write::Bit(target, value) => {
                 let value = self.logic(value, condition, at);
@@ -400,8 +406,11 @@ impl Run<'_> {
                 }
             }
             Write::Havoc(region, choice) => {
-                let guard = self.write_learned(*choice, guard, at);
-                self.memory.havoc(*region, guard, &self.frames, *choice);
+                let guard = self.write_known_of(*choice, guard, at);
+                if guard != Lit::FALSE {
+                    let region = self.reached(*choice, *region, at);
+                    self.memory.havoc(region, guard, &self.frames, *choice);
+                }
             }
         }
     }

@@ -67,6 +67,8 @@ pub(super) struct Range(pub Word, pub u16, pub u16);
 #[derive(Debug, Default)]
 pub(super) struct Answers {
     pub ranges: FxHashMap<Range, Lit>,
+    /// Of which question a literal is the answer, of several the first.
+    pub asked: FxHashMap<Lit, Range>,
     pub bits: FxHashMap<Word, [Lit; 16]>,
     pub carries: FxHashMap<Carry, Lit>,
     /// The stack of questions to be answered. Kept between questions, so that it is not allocated each time.

@@ -1,7 +1,7 @@
 //! The maxima of all groups, side by side under one deadline.
 
 use super::subsets::with_z3;
-use super::{Limits, Maximum, Method, Problem};
+use super::{Decisions, Limits, Maximum, Method, Problem};
 use crate::base::time::Picos;
 use crate::scan::model::Group;
 use crate::scan::model::ScanModel;
@@ -71,7 +71,9 @@ pub fn maxima(
             (limits.progress)(upper, lower);
             each(group, upper, lower);
         };
-        let limits = Limits { deadline, progress: &progress, ..*limits };
+        let decisions = limits.decisions.map(Decisions::again);
+        let limits =
+            Limits { deadline, progress: &progress, decisions: decisions.as_ref(), ..*limits };
         let problem = Problem::new(model, &groups[group]);
         let found = super::search(&problem, methods[group], &limits);
         if let Ok(mut place) = results[group].lock() {

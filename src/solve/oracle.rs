@@ -22,7 +22,11 @@ impl Callbacks for Effort<'_> {
     fn stop(&self) -> bool {
         let decisions = self.decisions.get() + 1;
         self.decisions.set(decisions);
-        if decisions > self.most || (decisions.is_multiple_of(LOOK) && self.limits.reached()) {
+        let looks = decisions.is_multiple_of(LOOK);
+        if let (true, Some(left)) = (looks, self.limits.decisions) {
+            left.spend(LOOK);
+        }
+        if decisions > self.most || (looks && self.limits.reached()) {
             self.ended.set(true);
         }
         self.ended.get()
@@ -61,6 +65,10 @@ impl<'a> Oracle<'a> {
     pub fn ask(&mut self, assumptions: &[i32], decisions: u64) -> Option<bool> {
         let assumptions = self.translate(assumptions);
         let effort = self.solver.cb_mut();
+        if let Some(left) = effort.limits.decisions {
+            // What the question before took since it was looked at last.
+            left.spend(effort.decisions.get() % LOOK);
+        }
         effort.decisions.set(0);
         effort.ended.set(false);
         effort.most = decisions;

@@ -1,6 +1,6 @@
 //! What scans from power-up on keep to, where some words are trusted: a least fixpoint over scans.
 
-use super::ring::Ring;
+use crate::base::ring::Ring;
 use super::run::{Found, Run};
 use super::state::Followed;
 use crate::program::Program;

@@ -1,6 +1,7 @@
 //! What is known while a condition holds: ranges of words, and which contacts it was seen from.
 
-use super::ring::Ring;
+
+use crate::base::ring::Ring;
 use std::rc::Rc;
 
 /// A condition of more contacts than these is told apart from others by some of them only.

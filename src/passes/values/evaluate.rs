@@ -1,8 +1,9 @@
 //! What numbers, conditions and operations come to, by what words may hold.
 
 use super::condition::{Condition, Known, Literal};
-use super::ring::Ring;
+
 use super::state::{Followed, State};
+use crate::base::ring::{Ring, ends};
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Unary,
 };
@@ -155,7 +156,7 @@ impl Evaluation<'_> {
         let (mut low, mut high) = (i64::MAX, i64::MIN);
         for reading in &indexed.readings {
             let words: Vec<Ring> = reading.iter().map(|word| self.word(*word)).collect();
-            let (least, largest) = range(&words)?;
+            let (least, largest) = ends(&words)?;
             (low, high) = (low.min(least), high.max(largest));
         }
         let more = match indexed.length {
@@ -182,7 +183,7 @@ impl Evaluation<'_> {
                 Some(found)
             }
             Operation::Multiply { signed: true } => {
-                let ((a, ah), (b, bh)) = (range(&input(0)?)?, range(&input(1)?)?);
+                let ((a, ah), (b, bh)) = (ends(&input(0)?)?, ends(&input(1)?)?);
                 let all = [
                     a.checked_mul(b)?,
                     a.checked_mul(bh)?,
@@ -205,7 +206,7 @@ impl Evaluation<'_> {
             Operation::Divide { signed: true } => {
                 let (a, b) = (input(0)?, input(1)?);
                 let words = a.len();
-                let ((a, ah), (b, bh)) = (range(&a)?, range(&b)?);
+                let ((a, ah), (b, bh)) = (ends(&a)?, ends(&b)?);
                 // Only by one positive number.
                 if b != bh || b <= 0 {
                     return None;
@@ -218,7 +219,7 @@ impl Evaluation<'_> {
                 Some(vec![of((a / b, ah / b)), of(remainder)])
             }
             Operation::Resize(2) => {
-                let (low, high) = range(&input(0)?)?;
+                let (low, high) = ends(&input(0)?)?;
                 Some(vec![split(low, high)])
             }
             Operation::PickBit => Some(vec![vec![Ring::of(0, 1)]]),
@@ -275,7 +276,7 @@ impl Evaluation<'_> {
         for term in &address.terms {
             let words: Vec<Ring> = term.words.iter().map(|word| self.word(*word)).collect();
             let (least, largest) = match (term.reading, &words[..]) {
-                (Digits::Signed, words) => range(words)?,
+                (Digits::Signed, words) => ends(words)?,
                 (Digits::Unsigned, [word]) => word.unsigned(),
                 _ => return None,
             };
@@ -301,18 +302,6 @@ impl Evaluation<'_> {
     }
 }
 
-/// The least and largest value of a signed number of one or two words.
-pub fn range(words: &[Ring]) -> Option<(i64, i64)> {
-    match words {
-        [word] => Some(word.signed()),
-        [low, high] => {
-            let ((low, most), (upper, uppermost)) = (low.unsigned(), high.signed());
-            Some((upper * 65_536 + low, uppermost * 65_536 + most))
-        }
-        _ => None,
-    }
-}
-
 /// A number of two words within these ends.
 fn split(low: i64, high: i64) -> Vec<Ring> {
     if low < i64::from(i32::MIN) || high > i64::from(i32::MAX) {
@@ -324,7 +313,7 @@ fn split(low: i64, high: i64) -> Vec<Ring> {
 }
 
 fn sum(left: &[Ring], right: &[Ring], subtract: bool) -> Vec<Ring> {
-    let (Some((a, ah)), Some((b, bh))) = (range(left), range(right)) else {
+    let (Some((a, ah)), Some((b, bh))) = (ends(left), ends(right)) else {
         return vec![Ring::TOP; left.len()];
     };
     let (low, high) = if subtract { (a - bh, ah - b) } else { (a + b, ah + bh) };

@@ -12,7 +12,6 @@
 mod across;
 mod condition;
 mod evaluate;
-mod ring;
 mod run;
 mod rungs;
 mod slice;
@@ -21,11 +20,11 @@ mod state;
 mod write;
 
 use super::{Pass, Settings, loops};
+use crate::base::ring::Ring;
 use crate::program::{
     Approximated, Cell, ChoiceId, Program, Region, StartRange, Step, TrustedRange, Units, Write,
 };
 use across::{Across, Kept};
-use ring::Ring;
 use run::{Found, Run};
 use slots::Slots;
 use state::Followed;

@@ -2,9 +2,10 @@
 
 use super::condition::{Condition, Literal, Perhaps};
 use super::evaluate::Evaluation;
-use super::ring::Ring;
+
 use super::state::{Followed, State};
 use super::write::{To, Writer};
+use crate::base::ring::Ring;
 use crate::program::meaning::ChoiceKind;
 use crate::program::{ChoiceId, Effect, Instruction, Join, Program, Step, When, WordSource};
 use rustc_hash::FxHashSet;

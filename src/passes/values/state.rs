@@ -1,7 +1,7 @@
 //! What words may hold at one place of the scan, and what is known of the bits on which it hangs whether they are written.
 
 use super::condition::{Condition, Happened, Known, Literal, Perhaps};
-use super::ring::Ring;
+use crate::base::ring::Ring;
 use super::rungs::passed_over;
 use super::slots::Slots;
 use crate::program::Program;

@@ -2,7 +2,7 @@
 
 use super::condition::Condition;
 use super::evaluate::Evaluation;
-use super::ring::Ring;
+use crate::base::ring::Ring;
 use super::slots::Slots;
 use crate::program::flow;
 use crate::program::meaning::{ChoiceKind, Target};

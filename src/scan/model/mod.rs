@@ -8,8 +8,9 @@ pub use circuit::{Atom, Circuit, Lit, Node, Values, VarId};
 pub use shared::Shared;
 
 use crate::base::time::Picos;
-use crate::program::{Cell, ChoiceId, ChoiceKey, Frame};
+use crate::program::{Cell, ChoiceId, ChoiceKey, Frame, Settled};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// What a free variable holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -172,6 +173,8 @@ pub struct ScanModel {
     pub iterations: BTreeMap<usize, u32>,
     /// The counts of these, each time control may get there.
     pub counts: Vec<Iterations>,
+    /// What was settled where operations could be carried out.
+    pub settled: Arc<Settled>,
 }
 
 /// The count of a summarised loop.

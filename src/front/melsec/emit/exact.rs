@@ -97,12 +97,18 @@ impl Emitter<'_> {
             },
             _ => return None,
         };
-        // Whether an index to a file register has 16 or 32 bits is a parameter.
-        let count = certain_points(self.family, cells, device.name)?;
+        let count = self.points(cells, device.name)?;
+        let at = |register| {
+            WordSource::Cell(Cell { area: const { self::area("Z") }, index: register })
+        };
         let term = match letters {
-            "Z" => {
-                Term::signed(WordSource::Cell(Cell { area: const { area("Z") }, index: register }))
-            }
+            // Whether an index to a file register has 16 or 32 bits is a parameter.
+            "Z" if matches!(device.name, "R" | "ZR") => match self.options.facts.index_bits? {
+                16 => Term::signed(at(register)),
+                _ if device.name == "R" => return None,
+                _ => Term { words: vec![at(register), at(register + 1)], ..Term::signed(at(register)) },
+            },
+            "Z" => Term::signed(at(register)),
             "V" => Term::signed(WordSource::Cell(Cell {
                 area: const { area("V index ") },
                 index: register,
@@ -333,8 +339,19 @@ impl Emitter<'_> {
     }
 }
 
+impl Emitter<'_> {
+    /// The number of devices that an area surely has: every CPU of the family has so many, or the program names the last.
+    pub(super) fn points(&self, cells: AreaId, letters: &str) -> Option<u32> {
+        let named = match (letters, self.is_switched(letters)) {
+            ("D" | "W", _) | (_, true) => None,
+            _ => self.quirks.named.get(&cells).copied(),
+        };
+        named.max(certain_points(self.family, cells, letters))
+    }
+}
+
 /// The number of devices of an area that every CPU of the family surely has.
-pub(super) fn certain_points(family: Family, cells: AreaId, letters: &str) -> Option<u32> {
+fn certain_points(family: Family, cells: AreaId, letters: &str) -> Option<u32> {
     if family == Family::Fx || family == Family::Fx5 {
         return match letters {
             "D" => Some(256),

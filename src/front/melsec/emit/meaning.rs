@@ -3,7 +3,6 @@
 
 use super::Emitter;
 use super::access::{BitPlace, WordPlace};
-use super::exact::certain_points;
 use crate::front::melsec::catalog::Entry;
 use crate::front::melsec::memory::{Family, Kind};
 use crate::front::melsec::operand::Place;
@@ -161,7 +160,7 @@ impl Emitter<'_> {
         let value = self.value(from, 1)?;
         let &[WordSource::Cell(count)] = &self.cells(table, 1)?[..] else { return None };
         let letters = self.device(table)?.name;
-        let points = certain_points(self.family, count.area, letters)?;
+        let points = self.points(count.area, letters)?;
         let term = Term::unsigned(WordSource::Cell(count));
         let all = Cell { index: 0, ..count };
         let behind = Address::within(all, points, i64::from(count.index) + 1, vec![term]);
@@ -494,7 +493,7 @@ impl Emitter<'_> {
             return self.indexed(&device, 0).filter(|_| !is_wide);
         }
         let &[WordSource::Cell(cell)] = &self.cells(text, 1)?[..] else { return None };
-        let points = certain_points(self.family, cell.area, device.name)?;
+        let points = self.points(cell.area, device.name)?;
         let first = Cell { index: 0, ..cell };
         Some(Address::within(first, points, i64::from(cell.index), Vec::new()))
     }

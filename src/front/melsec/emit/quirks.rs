@@ -3,6 +3,8 @@
 use crate::front::melsec::memory::{Family, Kind};
 use crate::front::melsec::operand::{Device, Operand, Place};
 use crate::front::melsec::resolve::Item;
+use crate::program::AreaId;
+use std::collections::BTreeMap;
 
 /// What the project's instructions may switch.
 pub(super) struct Quirks {
@@ -18,6 +20,9 @@ pub(super) struct Quirks {
     pub states_may_stay: bool,
     /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
     pub counts_elsewhere: bool,
+    /// How many devices of an area there are at least, since the program names the last of them: areas whose devices lie
+    /// one behind the other.
+    pub named: BTreeMap<AreaId, u32>,
 }
 
 impl Quirks {
@@ -33,8 +38,25 @@ impl Quirks {
             searches_by_halves: touches(&[702]),
             states_may_stay: is_fx && (touches(&[8040]) || has(&["IST"])),
             counts_elsewhere: family == Family::Fx && touches(&[8164]),
+            named: named(items),
         }
     }
+}
+
+/// How many devices the program names of areas that are one piece. D and W are not: beyond the CPU's own lie extended ones.
+fn named(items: &[Item<'_>]) -> BTreeMap<AreaId, u32> {
+    let mut named: BTreeMap<AreaId, u32> = BTreeMap::new();
+    for operand in items.iter().flat_map(|item| &item.operands) {
+        let Ok(Operand::Device(device)) = operand else { continue };
+        let (area, number) = match device.place {
+            Place::At(Kind::Bit(area), number) => (area, number),
+            Place::At(Kind::Word(area), number) if matches!(device.name, "R" | "ZR") => (area, number),
+            _ => continue,
+        };
+        let known = named.entry(area).or_default();
+        *known = (*known).max(number.saturating_add(1));
+    }
+    named
 }
 
 /// Whether an instruction names one of these special relays of the FX (`M8023`) or FX5 (`SM8023`), alone, among digits or

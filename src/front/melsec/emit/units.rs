@@ -1,7 +1,6 @@
 //! How many units an application instruction handles, and what its counting operands can say.
 
 use super::Emitter;
-use super::exact::certain_points;
 use crate::front::melsec::catalog::{Amount, Entry, Extent, Operation, Role};
 use crate::front::melsec::memory::{Family, Kind};
 use crate::front::melsec::operand::{Operand, Place};
@@ -84,7 +83,7 @@ impl Emitter<'_> {
             let room = match self.parsed(text) {
                 Ok(Operand::Device(device)) => match device.place {
                     Place::At(kind @ Kind::Word(_), index) => kind.cell(index).and_then(|cell| {
-                        certain_points(self.family, cell.area, device.name)?.checked_sub(cell.index)
+                        self.points(cell.area, device.name)?.checked_sub(cell.index)
                     }),
                     _ => None,
                 },

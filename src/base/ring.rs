@@ -43,7 +43,31 @@ impl Ring {
         if high > i64::from(u16::MAX) { (0, u16::MAX.into()) } else { (low, high) }
     }
 
-    fn holds(self, other: Ring) -> bool {
+    /// All values but those from one to another, both included.
+    #[must_use]
+    pub fn but(low: u16, high: u16) -> Ring {
+        Ring { low: high.wrapping_add(1), span: low.wrapping_sub(high).wrapping_sub(2) }
+    }
+
+    /// Each value and another, modulo 65,536.
+    #[must_use]
+    pub fn plus(self, other: Ring) -> Ring {
+        let low = self.low.wrapping_add(other.low);
+        match self.span.checked_add(other.span) {
+            Some(span) if span < u16::MAX => Ring { low, span },
+            _ => Ring::TOP,
+        }
+    }
+
+    /// Whether no value is in both.
+    #[must_use]
+    pub fn is_apart(self, other: Ring) -> bool {
+        self.low.wrapping_sub(other.low) > other.span && other.low.wrapping_sub(self.low) > self.span
+    }
+
+    /// Whether it has all of the other's values.
+    #[must_use]
+    pub fn holds(self, other: Ring) -> bool {
         let from = u32::from(other.low.wrapping_sub(self.low));
         self.span == u16::MAX || from + u32::from(other.span) <= u32::from(self.span)
     }
@@ -111,6 +135,19 @@ impl Ring {
         let (least, largest) = if signed { self.signed() } else { self.unsigned() };
         let (low, high) = (low.max(least), high.min(largest));
         (low <= high).then(|| Ring::of(low, high))
+    }
+}
+
+/// The least and largest value of a signed number of one or two words.
+#[must_use]
+pub fn ends(words: &[Ring]) -> Option<(i64, i64)> {
+    match words {
+        [word] => Some(word.signed()),
+        [low, high] => {
+            let ((low, most), (upper, uppermost)) = (low.unsigned(), high.signed());
+            Some((upper * 65_536 + low, uppermost * 65_536 + most))
+        }
+        _ => None,
     }
 }
 

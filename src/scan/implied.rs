@@ -1,0 +1,220 @@
+//! What a condition implies, as far as its form shows.
+
+use super::term::{Carry, Gate, Node, Range, Word};
+use super::word::Words;
+use crate::base::ring::Ring;
+use crate::scan::model::{self, Atom, Circuit, Lit, VarId};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+/// So many parts of a condition are looked at.
+const MOST_PARTS: usize = 256;
+/// So deep is looked into what may be implied.
+const DEEPEST: u32 = 5;
+/// So deep choices between two values lie in each other.
+const MOST_CHOICES: usize = 64;
+
+/// A condition's parts, all of which hold where it does.
+#[derive(Debug, Default, Clone)]
+pub struct Implied {
+    parts: FxHashSet<Lit>,
+    /// Between which values free words lie, unsigned.
+    ranges: FxHashMap<VarId, (u16, u16)>,
+    /// What words hold that were asked for.
+    words: FxHashMap<Word, Ring>,
+}
+
+impl Implied {
+    /// Those of a condition.
+    pub fn by(circuit: &Circuit, words: &Words, condition: Lit) -> Implied {
+        let mut given = Implied::default();
+        let mut open = vec![condition];
+        while let Some(part) = open.pop() {
+            if part == Lit::TRUE || given.parts.len() >= MOST_PARTS || !given.parts.insert(part) {
+                continue;
+            }
+            given.keep(words, part);
+            match (circuit.node(part), part.is_negated()) {
+                (model::Node::And(a, b), false) => open.extend([a, b]),
+                (model::Node::Atom(Atom::AtLeast(word, least)), is_below) => {
+                    let (low, high) = given.ranges.entry(word).or_insert((0, u16::MAX));
+                    match is_below {
+                        false => *low = least.max(*low),
+                        true => *high = least.saturating_sub(1).min(*high),
+                    }
+                }
+                _ => {}
+            }
+        }
+        given
+    }
+
+    /// Notes what a part says of a word.
+    fn keep(&mut self, words: &Words, part: Lit) {
+        if let Some((word, ring)) = said(words, part) {
+            let known = self.words.entry(word).or_insert(Ring::TOP);
+            *known = known.closer(ring);
+        }
+    }
+
+    /// What a word holds that was asked for.
+    pub fn word(&self, word: Word) -> Ring {
+        self.words.get(&word).copied().unwrap_or(Ring::TOP)
+    }
+
+    /// What a word may hold.
+    pub fn span(&self, circuit: &Circuit, words: &Words, word: Word) -> Ring {
+        let mut looked = 0;
+        self.span_where(circuit, words, word, &mut Vec::new(), &mut looked)
+    }
+
+    /// The same where more is said of words than is given.
+    fn span_where(
+        &self,
+        circuit: &Circuit,
+        words: &Words,
+        word: Word,
+        said_more: &mut Vec<(Word, Ring)>,
+        looked: &mut usize,
+    ) -> Ring {
+        *looked += 1;
+        if *looked > MOST_PARTS || said_more.len() > MOST_CHOICES {
+            return Ring::TOP;
+        }
+        let more = said_more.iter().filter(|(of, _)| *of == word).map(|(_, ring)| *ring);
+        let known = more.fold(self.word(word), Ring::closer);
+        let found = match words.node(word) {
+            Node::Const(value) => Ring::constant(value),
+            Node::Free(variable) => {
+                let (low, high) = self.range(variable);
+                Ring::of(low.into(), high.into())
+            }
+            Node::Plus(inner, addend) => {
+                let inner = self.span_where(circuit, words, inner, said_more, looked);
+                inner.plus(Ring::constant(addend))
+            }
+            Node::Sum(a, b, Carry::NONE) => {
+                let a = self.span_where(circuit, words, a, said_more, looked);
+                a.plus(self.span_where(circuit, words, b, said_more, looked))
+            }
+            Node::Either(condition, then, other) => {
+                let mut both: Option<Ring> = None;
+                for (condition, word) in [(condition, then), (!condition, other)] {
+                    let condition = self.within(circuit, words, condition);
+                    if condition == Lit::FALSE {
+                        continue;
+                    }
+                    let before = said_more.len();
+                    conjuncts(circuit, condition, 3, &mut |part| said_more.extend(said(words, part)));
+                    let one = self.span_where(circuit, words, word, said_more, looked);
+                    said_more.truncate(before);
+                    both = Some(both.map_or(one, |both| both.join(one)));
+                }
+                both.unwrap_or(Ring::TOP)
+            }
+            Node::Bitwise(Gate::And, a, b) => {
+                let [a, b] = [a, b].map(|word| words.as_constant(word));
+                a.or(b).map_or(Ring::TOP, |mask| Ring::of(0, mask.into()))
+            }
+            Node::Bits(number) => {
+                let bits = words.bits_of_number(number);
+                let most = bits.iter().enumerate().filter(|(_, bit)| **bit != Lit::FALSE);
+                Ring::of(0, most.map(|(place, _)| 1 << place).sum())
+            }
+            Node::Bitwise(..) | Node::Sum(..) | Node::Carried(..) => Ring::TOP,
+        };
+        found.closer(known)
+    }
+
+    /// Between which values a free word lies.
+    pub fn range(&self, word: VarId) -> (u16, u16) {
+        self.ranges.get(&word).copied().unwrap_or((0, u16::MAX))
+    }
+
+    /// Whether this surely holds.
+    pub fn holds(&self, circuit: &Circuit, words: &Words, lit: Lit) -> bool {
+        self.value(circuit, words, lit, DEEPEST) == Some(true)
+    }
+
+    /// What a literal surely is.
+    fn value(&self, circuit: &Circuit, words: &Words, lit: Lit, depth: u32) -> Option<bool> {
+        if lit.is_constant() {
+            return Some(lit == Lit::TRUE);
+        }
+        if self.parts.contains(&lit) {
+            return Some(true);
+        }
+        if self.parts.contains(&!lit) {
+            return Some(false);
+        }
+        for (asked, is) in [(lit, true), (!lit, false)] {
+            let Some(Range(word, low, high)) = words.asked(asked) else { continue };
+            let (known, asked) = (self.word(word), Ring::of(low.into(), high.into()));
+            if asked.holds(known) {
+                return Some(is);
+            }
+            if asked.is_apart(known) {
+                return Some(!is);
+            }
+        }
+        let value = match circuit.node(lit) {
+            model::Node::And(a, b) if depth > 0 => {
+                match self.value(circuit, words, a, depth - 1) {
+                    Some(false) => Some(false),
+                    first => match (first, self.value(circuit, words, b, depth - 1)) {
+                        (_, Some(false)) => Some(false),
+                        (Some(true), Some(true)) => Some(true),
+                        _ => None,
+                    },
+                }
+            }
+            model::Node::Atom(Atom::AtLeast(word, least)) => {
+                let (low, high) = self.range(word);
+                match () {
+                    () if low >= least => Some(true),
+                    () if high < least => Some(false),
+                    () => None,
+                }
+            }
+            _ => None,
+        };
+        value.map(|value| value != lit.is_negated())
+    }
+
+    /// The same as a literal wherever the condition holds, of a shorter form if one is seen.
+    pub fn within(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Lit {
+        let mut lit = lit;
+        for _ in 0..MOST_CHOICES {
+            if let Some(value) = self.value(circuit, words, lit, DEEPEST) {
+                return Lit::constant(value);
+            }
+            let model::Node::And(a, b) = circuit.node(lit) else { return lit };
+            let rest = match (self.holds(circuit, words, a), self.holds(circuit, words, b)) {
+                (true, _) => b,
+                (_, true) => a,
+                _ => return lit,
+            };
+            lit = if lit.is_negated() { !rest } else { rest };
+        }
+        lit
+    }
+}
+
+/// What a literal says of a word, if it says that it lies in a range or does not.
+fn said(words: &Words, part: Lit) -> Option<(Word, Ring)> {
+    if let Some(Range(word, low, high)) = words.asked(part) {
+        return Some((word, Ring::of(low.into(), high.into())));
+    }
+    let Range(word, low, high) = words.asked(!part)?;
+    Some((word, Ring::but(low, high)))
+}
+
+/// Shows the parts of a condition, to some depth.
+fn conjuncts(circuit: &Circuit, condition: Lit, depth: u32, see: &mut dyn FnMut(Lit)) {
+    see(condition);
+    if let (false, model::Node::And(a, b), 1..) =
+        (condition.is_negated(), circuit.node(condition), depth)
+    {
+        conjuncts(circuit, a, depth - 1, see);
+        conjuncts(circuit, b, depth - 1, see);
+    }
+}

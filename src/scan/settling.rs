@@ -1,0 +1,491 @@
+//! Choices that an operation gives, carried out where what they read is known well enough: above all indexed devices
+//! whose index is known in this call and iteration.
+
+use super::Run;
+use super::word::{Word, Words};
+use crate::base::ring::{Ring, ends};
+use crate::program::meaning::{
+    Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Shape, Target, Term, Unary,
+};
+use crate::program::{
+    BitSource, BitTarget, Cell, ChoiceId, Indexed, Length, Logic, Number, Region,
+    Settling, WordSource, WordTarget,
+};
+use crate::scan::model::Lit;
+use std::sync::Arc;
+
+/// An address may be one of so many cells.
+const MOST_CASES: usize = 8;
+/// Numbers are put together from so many cases of their words.
+const MOST_PAIRS: usize = 64;
+/// Lists of more words are not followed word by word.
+const MOST_WORDS: usize = 64;
+
+/// Values, each with the condition under which it is the one; of those that can be, exactly one holds.
+type Cases<T> = Vec<(Lit, T)>;
+
+/// Where results go: an operation's target with its addresses worked out.
+enum Placed<'p> {
+    At(&'p Target),
+    Cells(Vec<(Lit, Vec<Spot>)>),
+}
+
+/// Where a word of a list stands: a cell, a bit of a word, or bits, the least first.
+#[derive(Clone)]
+enum Spot {
+    Cell(Cell),
+    WordBit(Cell, u8),
+    Bits(Vec<Cell>),
+}
+
+impl<'p> Run<'p> {
+    /// The word that an operation gives where this choice is read now.
+    pub(super) fn settled_word(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
+        let program = self.program;
+        let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };
+        let results = self.carried_out(meaning, at)?;
+        let word = *results.first()?.first()?;
+        Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Exact);
+        Some(word)
+    }
+
+    /// Writes what an operation gives where `guard` holds; whether it is known.
+    pub(super) fn write_settled(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> bool {
+        let program = self.program;
+        let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return false };
+        if meaning.outputs.is_empty() {
+            return false;
+        }
+        let Some(results) = self.carried_out(meaning, at) else { return false };
+        let places: Option<Vec<Placed<'p>>> = meaning
+            .outputs
+            .iter()
+            .zip(&results)
+            .map(|(target, result)| self.placed(target, result.len(), at))
+            .collect();
+        let Some(places) = places else { return false };
+        Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Exact);
+        for (place, result) in places.into_iter().zip(results) {
+            match place {
+                Placed::At(target) => self.put(target, guard, &result),
+                Placed::Cells(cases) => {
+                    for (holds, spots) in cases {
+                        let guard = self.memory.circuit().and(guard, holds);
+                        for (spot, &word) in spots.iter().zip(&result) {
+                            self.put_spot(spot, guard, word);
+                        }
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    /// The cells that a write by an index may reach in this call and iteration, if they are fewer than `region`.
+    pub(super) fn reached(&mut self, choice: ChoiceId, region: Region, at: usize) -> Region {
+        let program = self.program;
+        let Some(indexed) = program.indexed.get(&choice) else { return region };
+        let Some((first, count)) = self.reach(indexed, at) else { return region };
+        let closer = Region::Range { first, count };
+        let is_closer = match region {
+            Region::Range { count: more, .. } => count < more,
+            Region::Area(area) => area == first.area,
+            Region::Everything => false,
+        };
+        if !is_closer {
+            return region;
+        }
+        Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Within(closer));
+        closer
+    }
+
+    fn reach(&mut self, indexed: &Indexed, at: usize) -> Option<(Cell, u32)> {
+        let (mut low, mut high) = (i64::MAX, i64::MIN);
+        for reading in &indexed.readings {
+            let index = self.may_hold(reading, at)?;
+            let (least, largest) = ends(&index)?;
+            (low, high) = (low.min(least), high.max(largest));
+        }
+        let more = match indexed.length {
+            Length::Exactly(count) => i64::from(count),
+            Length::Counted(word, unit) => {
+                self.may_hold(&[word], at)?[0].unsigned().1.checked_mul(unit.into())?
+            }
+            Length::Unknown => return None,
+        };
+        let from = u32::try_from(i64::from(indexed.first.index).checked_add(low)?).ok()?;
+        let count = u32::try_from((high - low).checked_add(more.max(1))?).ok()?;
+        from.checked_add(count)?;
+        Some((Cell { index: from, ..indexed.first }, count))
+    }
+
+    /// The results of an operation, each a list of words, where its inputs are known well enough.
+    fn carried_out(&mut self, meaning: &Meaning, at: usize) -> Option<Vec<Vec<Word>>> {
+        let interrupted = self.frames.first().is_some_and(|frame| {
+            self.program.interrupts.iter().any(|interrupt| interrupt.entry == frame.at)
+        });
+        if interrupted || !can_be_carried_out(&meaning.operation) {
+            return None;
+        }
+        let inputs: Option<Vec<Vec<Word>>> =
+            meaning.inputs.iter().map(|operand| self.operand(operand, at)).collect();
+        self.operate(&meaning.operation, inputs?)
+    }
+
+    fn operate(&mut self, operation: &Operation, inputs: Vec<Vec<Word>>) -> Option<Vec<Vec<Word>>> {
+        let numbers = |words: &Words, input: &[Word]| -> Option<i64> {
+            let known = input.iter().map(|&word| words.as_constant(word));
+            signed(&known.collect::<Option<Vec<u16>>>()?)
+        };
+        let words = &mut self.memory.words;
+        match (operation, &inputs[..]) {
+            (Operation::Copy, _) => Some(inputs),
+            (Operation::Repeat, [list, count]) => {
+                let count = usize::try_from(numbers(words, count)?).ok().filter(|&n| n > 0)?;
+                let all = count.checked_mul(list.len()).filter(|&all| all <= MOST_WORDS)?;
+                Some(vec![list.iter().copied().cycle().take(all).collect()])
+            }
+            (Operation::Multiply { signed: true }, [a, b]) if a.len() == b.len() && a.len() <= 2 => {
+                let product = i128::from(numbers(words, a)?) * i128::from(numbers(words, b)?);
+                let word = |place| words.constant((product >> (16 * place)) as u16);
+                Some(vec![(0..2 * a.len()).map(word).collect()])
+            }
+            (Operation::Divide { signed: true }, [a, b]) if a.len() == b.len() && a.len() <= 2 => {
+                let (of, by) = (numbers(words, a)?, numbers(words, b)?);
+                let least = -(1i64 << (16 * a.len() - 1));
+                if by == 0 || (of == least && by == -1) {
+                    return None;
+                }
+                let mut split = |number: i64| -> Vec<Word> {
+                    (0..a.len()).map(|n| words.constant((number >> (16 * n)) as u16)).collect()
+                };
+                Some(vec![split(of / by), split(of % by)])
+            }
+            (Operation::Resize(to), [from]) => {
+                let (number, bits) = (numbers(words, from)?, 16 * u32::from(*to));
+                let fits = bits >= 64 || (-(1i64 << (bits - 1))..1i64 << (bits - 1)).contains(&number);
+                let word = |n: u8| words.constant((number >> (16 * n.min(3))) as u16);
+                fits.then(|| vec![(0..*to).map(word).collect()])
+            }
+            (Operation::Each(Unary::Negate), [a]) if a.len() <= 2 => {
+                let number = numbers(words, a)?.wrapping_neg();
+                let word = |n| words.constant((number >> (16 * n)) as u16);
+                Some(vec![(0..a.len()).map(word).collect()])
+            }
+            _ => None,
+        }
+    }
+
+    fn operand(&mut self, operand: &Operand, at: usize) -> Option<Vec<Word>> {
+        match operand {
+            Operand::Words(sources) => {
+                if sources.len() > MOST_WORDS || !sources.iter().all(|&one| self.is_steady_word(one)) {
+                    return None;
+                }
+                Some(sources.iter().map(|&source| self.word(source, at)).collect())
+            }
+            Operand::Bits(sources) => {
+                if sources.len() > MOST_WORDS || !sources.iter().all(|&one| self.is_steady_bit(one)) {
+                    return None;
+                }
+                let bit = |run: &mut Self, source| run.logic(&Logic::Bit(source), Lit::TRUE, at);
+                Some(sources.iter().map(|&source| {
+                    let lit = bit(self, source);
+                    self.bit_word(lit)
+                }).collect())
+            }
+            Operand::Number(number) => {
+                self.is_steady_number(number).then(|| self.number(number, at))
+            }
+            Operand::Truth(logic) => {
+                if !self.program.volatile.is_empty() {
+                    return None;
+                }
+                let condition = self.known.condition();
+                let truth = self.logic(logic, condition, at);
+                Some(vec![self.bit_word(truth)])
+            }
+            Operand::Run(address, shape, count) => {
+                let count = match count {
+                    Count::Exactly(count) => *count,
+                    Count::Of { term, least, most } => match self.term(term, MOST_CASES, at)?[..] {
+                        [(_, count)] => u32::try_from(count)
+                            .ok()
+                            .filter(|count| (*least..=*most).contains(count))?,
+                        _ => return None,
+                    },
+                    Count::Text(_) => return None,
+                };
+                let mut found: Option<Vec<Word>> = None;
+                for (holds, spots) in self.spots(address, *shape, count as usize, at)? {
+                    let words: Option<Vec<Word>> =
+                        spots.iter().map(|spot| self.read_spot(spot)).collect();
+                    let words = words?;
+                    found = Some(match found {
+                        None => words,
+                        Some(before) => {
+                            let both = words.into_iter().zip(before);
+                            both.map(|(now, before)| self.memory.words.either(holds, now, before)).collect()
+                        }
+                    });
+                }
+                found
+            }
+        }
+    }
+
+    /// The places that a list of words from an address on may have.
+    fn spots(
+        &mut self,
+        address: &Address,
+        shape: Shape,
+        count: usize,
+        at: usize,
+    ) -> Option<Cases<Vec<Spot>>> {
+        if count > MOST_WORDS {
+            return None;
+        }
+        let sums = self.address(address, at)?;
+        let place = |(holds, from): (Lit, i64)| {
+            let cell = |offset: usize| {
+                let at = from.checked_add(i64::try_from(offset).ok()?)?;
+                address.stretches.iter().find_map(|stretch| {
+                    let offset = u32::try_from(at.checked_sub(stretch.from)?).ok()?;
+                    (offset < stretch.count).then(|| stretch.first.plus(offset))
+                })
+            };
+            let spot = |n: usize| match shape {
+                Shape::Cells => cell(n).map(Spot::Cell),
+                Shape::WordBits(first) => {
+                    let bit = usize::from(first) + n;
+                    Some(Spot::WordBit(cell(bit / 16)?, (bit % 16) as u8))
+                }
+                Shape::Packed(last) => {
+                    let bits = if n + 1 == count { usize::from(last) } else { 16 };
+                    let cells: Option<Vec<Cell>> = (0..bits).map(|bit| cell(16 * n + bit)).collect();
+                    Some(Spot::Bits(cells?))
+                }
+            };
+            Some((holds, (0..count).map(spot).collect::<Option<Vec<Spot>>>()?))
+        };
+        sums.into_iter().map(place).collect()
+    }
+
+    fn address(&mut self, address: &Address, at: usize) -> Option<Cases<i64>> {
+        let mut sums = vec![(Lit::TRUE, address.base)];
+        for term in &address.terms {
+            let more = self.term(term, MOST_CASES, at)?;
+            sums = self.all_pairs(&sums, &more, |sum, more| sum.checked_add(more))?;
+        }
+        Some(sums)
+    }
+
+    fn all_pairs(
+        &mut self,
+        first: &Cases<i64>,
+        second: &Cases<i64>,
+        join: impl Fn(i64, i64) -> Option<i64>,
+    ) -> Option<Cases<i64>> {
+        if first.len() * second.len() > MOST_PAIRS {
+            return None;
+        }
+        let mut all = Vec::with_capacity(first.len() * second.len());
+        for &(one, a) in first {
+            for &(other, b) in second {
+                all.push((self.memory.circuit().and(one, other), join(a, b)?));
+            }
+        }
+        Some(all)
+    }
+
+    fn term(&mut self, term: &Term, most: usize, at: usize) -> Option<Cases<i64>> {
+        let is_signed = match term.reading {
+            Digits::Signed => true,
+            Digits::Unsigned => false,
+            Digits::Bcd => return None,
+        };
+        let numbers = self.numbers(&term.words, is_signed, most, at)?;
+        numbers.into_iter().map(|(holds, n)| Some((holds, n.checked_mul(term.times)?))).collect()
+    }
+
+    /// What words may hold.
+    fn may_hold(&mut self, sources: &[WordSource], at: usize) -> Option<Vec<Ring>> {
+        let mut found = Vec::with_capacity(sources.len());
+        for &source in sources {
+            if !self.is_steady_word(source) {
+                return None;
+            }
+            let word = self.word(source, at);
+            let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
+            found.push(self.known.given(circuit, words).span(circuit, words, word));
+        }
+        Some(found)
+    }
+
+    /// The numbers that one or two words, the least first, may make.
+    fn numbers(
+        &mut self,
+        sources: &[WordSource],
+        is_signed: bool,
+        most: usize,
+        at: usize,
+    ) -> Option<Cases<i64>> {
+        if !sources.iter().all(|&source| self.is_steady_word(source)) {
+            return None;
+        }
+        let mut all = vec![(Lit::TRUE, 0i64)];
+        for (place, &source) in sources.iter().enumerate() {
+            let word = self.word(source, at);
+            let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+            let given = self.known.given(circuit, words);
+            let cases = words.cases(circuit, word, given, most)?;
+            let is_top = place + 1 == sources.len();
+            let cases = cases.into_iter().map(|(holds, value)| {
+                let value = if is_top && is_signed { i64::from(value.cast_signed()) } else { value.into() };
+                (holds, value << (16 * place))
+            });
+            let cases = cases.collect();
+            all = self.all_pairs(&all, &cases, i64::checked_add)?;
+        }
+        (all.len() <= most).then_some(all)
+    }
+
+    fn read_spot(&mut self, spot: &Spot) -> Option<Word> {
+        let is_steady = match spot {
+            Spot::Cell(cell) | Spot::WordBit(cell, _) => self.is_steady(*cell),
+            Spot::Bits(cells) => cells.iter().all(|&cell| self.is_steady(cell)),
+        };
+        if !is_steady {
+            return None;
+        }
+        Some(match spot {
+            Spot::Cell(cell) if self.is_bit(*cell) => {
+                let bit = self.known_bit(*cell);
+                self.bit_word(bit)
+            }
+            Spot::Cell(cell) => self.known_word(*cell),
+            Spot::WordBit(cell, bit) => {
+                let word = self.known_word(*cell);
+                let bit = self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)];
+                self.bit_word(bit)
+            }
+            Spot::Bits(cells) => {
+                let mut bits = [Lit::FALSE; 16];
+                for (bit, &cell) in bits.iter_mut().zip(cells) {
+                    *bit = self.known_bit(cell);
+                }
+                self.memory.words.of_bits(&self.memory.model.circuit, bits)
+            }
+        })
+    }
+
+    fn placed(&mut self, target: &'p Target, count: usize, at: usize) -> Option<Placed<'p>> {
+        match target {
+            Target::Run(address, shape) => {
+                Some(Placed::Cells(self.spots(address, *shape, count, at)?))
+            }
+            target => Some(Placed::At(target)),
+        }
+    }
+
+    fn put(&mut self, target: &Target, guard: Lit, result: &[Word]) {
+        match target {
+            Target::Words(targets) => {
+                for (&target, &word) in targets.iter().zip(result) {
+                    self.memory.write_word(target, guard, word);
+                }
+            }
+            Target::Bits(targets) => {
+                for (&target, &word) in targets.iter().zip(result) {
+                    let bit = self.memory.words.bits(&mut self.memory.model.circuit, word)[0];
+                    self.memory.write_bit(target, guard, bit);
+                }
+            }
+            Target::Run(..) | Target::Nowhere => {}
+        }
+    }
+
+    fn put_spot(&mut self, spot: &Spot, guard: Lit, word: Word) {
+        match spot {
+            Spot::Cell(cell) if !self.is_bit(*cell) => {
+                self.memory.write_word(WordTarget::Cell(*cell), guard, word);
+                return;
+            }
+            _ => {}
+        }
+        let bits = self.memory.words.bits(&mut self.memory.model.circuit, word);
+        match spot {
+            Spot::Cell(cell) => self.memory.write_bit(BitTarget::Cell(*cell), guard, bits[0]),
+            Spot::WordBit(cell, bit) => {
+                self.memory.write_bit(BitTarget::WordBit(*cell, *bit), guard, bits[0]);
+            }
+            Spot::Bits(cells) => {
+                for (&cell, bit) in cells.iter().zip(bits) {
+                    self.memory.write_bit(BitTarget::Cell(cell), guard, bit);
+                }
+            }
+        }
+    }
+
+    /// A word that is 1 or 0.
+    fn bit_word(&mut self, bit: Lit) -> Word {
+        let mut bits = [Lit::FALSE; 16];
+        bits[0] = bit;
+        self.memory.words.of_bits(&self.memory.model.circuit, bits)
+    }
+
+    /// Whether nothing but the scan changes a cell while it runs.
+    fn is_steady(&self, cell: Cell) -> bool {
+        !self.program.volatile.iter().any(|region| region.holds(cell))
+    }
+
+    fn is_steady_bit(&self, source: BitSource) -> bool {
+        match source {
+            BitSource::Cell(cell) | BitSource::WordBit(cell, _) => self.is_steady(cell),
+            BitSource::Const(_) | BitSource::Free(_) => true,
+        }
+    }
+
+    fn is_steady_word(&self, source: WordSource) -> bool {
+        match source {
+            WordSource::Cell(cell) => self.is_steady(cell),
+            WordSource::Bits { first, count } => {
+                (0..count).all(|n| self.is_steady(first.plus(n.into())))
+            }
+            WordSource::Const(_) | WordSource::Free(_) => true,
+        }
+    }
+
+    fn is_steady_number(&self, number: &Number) -> bool {
+        match number {
+            Number::Words(words) => words.iter().all(|&word| self.is_steady_word(word)),
+            Number::Add(a, b)
+            | Number::Sub(a, b)
+            | Number::And(a, b)
+            | Number::Or(a, b)
+            | Number::Xor(a, b) => self.is_steady_number(a) && self.is_steady_number(b),
+        }
+    }
+}
+
+/// Whether an operation is one that can be carried out here at all, so that no other's operands are looked at.
+fn can_be_carried_out(operation: &Operation) -> bool {
+    matches!(
+        operation,
+        Operation::Copy
+            | Operation::Repeat
+            | Operation::Multiply { signed: true }
+            | Operation::Divide { signed: true }
+            | Operation::Resize(_)
+            | Operation::Each(Unary::Negate)
+    )
+}
+
+/// One or two words, the least first, as a signed number.
+fn signed(words: &[u16]) -> Option<i64> {
+    match *words {
+        [word] => Some(word.cast_signed().into()),
+        [low, high] => Some((u32::from(high) << 16 | u32::from(low)).cast_signed().into()),
+        _ => None,
+    }
+}
