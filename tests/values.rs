@@ -110,6 +110,61 @@ fn counts_keep_within_what_instructions_can_give() {
     assert_eq!(of("LIMIT K9 K1 D0 D50"), 32_767);
 }
 
+/// An index is known anew in each call and each iteration: what is read and written by it is that cell and no other.
+#[test]
+fn what_an_index_is_known_to_be_is_the_cell_itself() {
+    let called = |body: &str| {
+        format!(
+            "LD SM400; MOV K3 D103; MOV K5 D105; MOV K3 Z0; CALL P1; MOV K5 Z0; CALL P1; FEND; P1; \
+             LD SM400; {body}; FOR D50; LD X0; Op1; NEXT; RET; END"
+        )
+    };
+    assert_eq!(none(&called("MOV D100Z0 D50")), 8, "3 in the first call, 5 in the second");
+    // A product of what is known, and a double word.
+    assert_eq!(none(&called("* Z0 K35 D60; MOV K4 D175; MOV D60 Z1; MOV D0Z1 D50")), 5 + 4);
+    // Written in one call, asked for in the next: it is the same cell or it is not.
+    let asked = |from: u16| {
+        format!(
+            "LD SM400; MOV K3 Z0; CALL P1; MOV K{from} Z0; CALL P1; FEND; P1; \
+             LD= D100Z0 K7; MOV K1 D100Z0; Op100; RET; END"
+        )
+    };
+    assert_eq!((none(&asked(3)), none(&asked(4))), (100, 200));
+    let bits = |from: u16| {
+        format!(
+            "LD SM400; MOV K3 Z0; CALL P1; MOV K{from} Z0; CALL P1; FEND; P1; \
+             LD M100Z0; RST M100Z0; Op100; RET; END"
+        )
+    };
+    assert_eq!((none(&bits(3)), none(&bits(4))), (100, 200));
+    // Blocks that are moved carry what they hold.
+    let moved = "LD SM400; MOV K9 D15; MOV K10 Z2; BMOV D0Z2 D40Z2 K8; MOV D55 D50; FOR D50; LD X0; Op1; NEXT; END";
+    assert_eq!(none(moved), 9 + 8);
+    let turns = "LD SM400; MOV K0 Z0; FOR K4; LD= D100Z0 K7; Op100; LD SM400; MOV K0 D101Z0; + K1 Z0; NEXT; END";
+    assert_eq!(none(turns), 100, "each iteration clears what the next asks for");
+}
+
+/// A guard says what an index is, or between which ends it lies.
+#[test]
+fn what_a_guard_says_of_an_index_holds_behind_it() {
+    let text = |guard: &str, write: &str| {
+        format!("LD SM400; MOV K2 D50; {guard}; MOV D0 Z0; {write}; FOR D50; LD X0; Op1; NEXT; END")
+    };
+    // D10 to D49 are written, then D50 too.
+    let between = |most: u16| format!("LD>= D0 K0; AND<= D0 K{most}");
+    assert_eq!(none(&text(&between(39), "MOV K9 D10Z0")), 2);
+    assert_eq!(none(&text(&between(40), "MOV K9 D10Z0")), 9);
+    assert_eq!(none(&text("LD= D0 K40", "MOV K9 D10Z0")), 9);
+    assert_eq!(none(&text("LD= D0 K41", "MOV K9 D10Z0")), 2);
+    assert_eq!(none(&text(&between(39), "FMOV K9 D10Z0 K1")), 3);
+    assert_eq!(none(&text(&between(39), "FMOV K9 D10Z0 K2")), 2 + 9);
+    let wider = |bits: &str| {
+        let text = "LD SM400; MOV K7 ZR50; MOV D0 Z0; LD= ZR5Z0 K1; MOV K0 ZR5Z0; Op100; LD= ZR5Z0 K1; Op100; LD ZR99.0; OUT Y0; END";
+        with_facts(Trust::None, bits, text).map(|bound| bound.0)
+    };
+    assert_eq!(wider(""), Ok(200));
+}
+
 #[test]
 fn guards_bound_what_stands_behind_them() {
     let moved = |contacts: &str| none(&format!("LD X0; {contacts}; FMOV K0 D100 D50; END"));

@@ -62,7 +62,8 @@ impl Ring {
     /// Whether no value is in both.
     #[must_use]
     pub fn is_apart(self, other: Ring) -> bool {
-        self.low.wrapping_sub(other.low) > other.span && other.low.wrapping_sub(self.low) > self.span
+        self.low.wrapping_sub(other.low) > other.span
+            && other.low.wrapping_sub(self.low) > self.span
     }
 
     /// Whether it has all of the other's values.
@@ -207,5 +208,35 @@ mod tests {
         assert_eq!(Ring::of(-5, 70).within(true, 0, 20), Some(Ring::of(0, 20)));
         assert_eq!(Ring::of(-5, -1).within(true, 0, 20), None);
         assert_eq!(Ring::of(0, 65_535), Ring::TOP);
+    }
+
+    #[test]
+    fn sums_and_complements_hold_what_they_should_and_no_more() {
+        let values: Vec<u16> = ENDS.iter().map(|&value| value as u16).collect();
+        for (a, b) in rings().into_iter().flat_map(|a| rings().into_iter().map(move |b| (a, b))) {
+            let sum = a.plus(b);
+            let of = |ring: Ring| values.iter().copied().filter(move |&v| has(ring, v.into()));
+            for x in of(a) {
+                for y in of(b) {
+                    assert!(has(sum, x.wrapping_add(y).into()), "{a:?} {b:?}");
+                }
+            }
+            let shared = values.iter().any(|&v| has(a, v.into()) && has(b, v.into()));
+            assert!(!(shared && a.is_apart(b)), "{a:?} {b:?}");
+        }
+        for low in [0u16, 1, 300, 0x7FFF, 0xFFFE] {
+            for high in [1u16, 300, 0x7FFF, 0x8000, 0xFFFE].into_iter().filter(|&high| high >= low)
+            {
+                let but = Ring::but(low, high);
+                for value in values.iter().copied().chain([low, high]) {
+                    let inside = (low..=high).contains(&value);
+                    assert_eq!(has(but, value.into()), !inside, "{value} {low} {high}");
+                }
+            }
+        }
+        assert!(
+            Ring::of(0, 5).is_apart(Ring::of(6, 9)) && !Ring::of(0, 5).is_apart(Ring::of(5, 9))
+        );
+        assert_eq!(Ring::of(1, 5).plus(Ring::of(-1, 2)), Ring::of(0, 7));
     }
 }

@@ -5,9 +5,8 @@ use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    Settling,
-    ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Step, Summary, When,
-    WordSource, Write,
+    ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Settling, Step, Summary,
+    When, WordSource, Write,
 };
 use std::collections::BTreeMap;
 
@@ -367,7 +366,9 @@ impl<'p, F: Free> Machine<'p, F> {
                     Some(gave) => gave,
                     None => {
                         let gave = match self.state.mode {
-                            Mode::Model if self.state.settling(*choice) == Some(Settling::Exact) => {
+                            Mode::Model
+                                if self.state.settling(*choice) == Some(Settling::Exact) =>
+                            {
                                 self.state.write_exactly(*choice, meaning, fired)
                             }
                             Mode::Model => self.state.write_learned(*choice),

@@ -104,7 +104,9 @@ impl Implied {
                         continue;
                     }
                     let before = said_more.len();
-                    conjuncts(circuit, condition, 3, &mut |part| said_more.extend(said(words, part)));
+                    conjuncts(circuit, condition, 3, &mut |part| {
+                        said_more.extend(said(words, part))
+                    });
                     let one = self.span_where(circuit, words, word, said_more, looked);
                     said_more.truncate(before);
                     both = Some(both.map_or(one, |both| both.join(one)));
@@ -157,16 +159,14 @@ impl Implied {
             }
         }
         let value = match circuit.node(lit) {
-            model::Node::And(a, b) if depth > 0 => {
-                match self.value(circuit, words, a, depth - 1) {
-                    Some(false) => Some(false),
-                    first => match (first, self.value(circuit, words, b, depth - 1)) {
-                        (_, Some(false)) => Some(false),
-                        (Some(true), Some(true)) => Some(true),
-                        _ => None,
-                    },
-                }
-            }
+            model::Node::And(a, b) if depth > 0 => match self.value(circuit, words, a, depth - 1) {
+                Some(false) => Some(false),
+                first => match (first, self.value(circuit, words, b, depth - 1)) {
+                    (_, Some(false)) => Some(false),
+                    (Some(true), Some(true)) => Some(true),
+                    _ => None,
+                },
+            },
             model::Node::Atom(Atom::AtLeast(word, least)) => {
                 let (low, high) = self.range(word);
                 match () {
@@ -216,5 +216,128 @@ fn conjuncts(circuit: &Circuit, condition: Lit, depth: u32, see: &mut dyn FnMut(
     {
         conjuncts(circuit, a, depth - 1, see);
         conjuncts(circuit, b, depth - 1, see);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::model::Assignment;
+
+    /// The next number of a simple sequence, below `most`.
+    fn next(seed: &mut u64, most: u64) -> u64 {
+        *seed =
+            seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 33) % most
+    }
+
+    const VALUES: [u16; 10] = [0, 1, 3, 4, 5, 7, 100, 0x7FFF, 0x8000, 0xFFFF];
+
+    fn value(seed: &mut u64) -> u16 {
+        VALUES[next(seed, 10) as usize]
+    }
+
+    /// Words and literals worked out from two free words and three bits, some from others.
+    fn grown(seed: &mut u64) -> (Words, Circuit, Vec<Word>, Vec<Lit>) {
+        let (mut words, mut circuit) = (Words::default(), Circuit::default());
+        let mut all: Vec<Word> = (0..2).map(|variable| words.free(VarId(variable))).collect();
+        let mut lits: Vec<Lit> =
+            (2..5).map(|variable| circuit.atom(Atom::Bit(VarId(variable)))).collect();
+        for _ in 0..24 {
+            let lit = |seed: &mut u64| {
+                let lit = lits[next(seed, lits.len() as u64) as usize];
+                if next(seed, 2) == 0 { lit } else { !lit }
+            };
+            let word = |seed: &mut u64| all[next(seed, all.len() as u64) as usize];
+            match next(seed, 8) {
+                0 | 1 => {
+                    let (a, b) = (lit(seed), lit(seed));
+                    let lit = circuit.and(a, b);
+                    lits.push(lit);
+                }
+                2..=4 => {
+                    let (a, b) = (value(seed), value(seed));
+                    let asked = word(seed);
+                    let lit = words.in_range(&mut circuit, asked, a.min(b), a.max(b));
+                    lits.push(lit);
+                }
+                5 | 6 => {
+                    let (condition, then) = (lit(seed), word(seed));
+                    let other =
+                        if next(seed, 2) == 0 { words.constant(value(seed)) } else { word(seed) };
+                    all.push(words.either(condition, other, then));
+                }
+                _ => {
+                    let (a, b) = (word(seed), word(seed));
+                    let sum = match next(seed, 3) {
+                        0 => words.sum(a, b, Carry::NONE).0,
+                        1 => words.bitwise(Gate::And, a, b),
+                        _ => words.plus(a, value(seed)),
+                    };
+                    all.push(sum);
+                }
+            }
+        }
+        (words, circuit, all, lits)
+    }
+
+    /// What is said to hold where a condition does holds in every such assignment.
+    #[test]
+    fn what_a_condition_implies_holds_wherever_it_does() {
+        let mut seed = 7;
+        let (mut met, mut closer, mut shorter, mut told) = (0, 0, 0, 0);
+        for _ in 0..400 {
+            let (mut words, mut circuit, all, lits) = grown(&mut seed);
+            let condition = lits[next(&mut seed, lits.len() as u64) as usize];
+            let other = lits[next(&mut seed, lits.len() as u64) as usize];
+            let condition = circuit.and(condition, other);
+            let given = Implied::by(&circuit, &words, condition);
+            let lits: Vec<(Lit, Lit)> =
+                lits.iter().map(|&lit| (lit, given.within(&circuit, &words, lit))).collect();
+            shorter += lits.iter().filter(|(lit, within)| lit != within).count();
+            let mut asked = Vec::new();
+            for &word in &all {
+                let within = words.within(&circuit, word, &given);
+                let cases = words.cases(&mut circuit, word, &given, 8);
+                let span = given.span(&circuit, &words, word);
+                closer += usize::from(span != Ring::TOP);
+                told += usize::from(cases.is_some());
+                let [bits, same] = [word, within].map(|word| words.bits(&mut circuit, word));
+                asked.push((bits, same, cases, span));
+            }
+            for _ in 0..60 {
+                let bit = |seed: &mut u64| next(seed, 2) as u16;
+                let assignment = Assignment(vec![
+                    value(&mut seed),
+                    value(&mut seed),
+                    bit(&mut seed),
+                    bit(&mut seed),
+                    bit(&mut seed),
+                ]);
+                let values = circuit.evaluate(&assignment);
+                if !values.get(condition) {
+                    continue;
+                }
+                met += 1;
+                for &(lit, within) in &lits {
+                    assert_eq!(values.get(lit), values.get(within));
+                }
+                let number = |bits: &[Lit; 16]| {
+                    (0..16).fold(0, |n, i| n | u16::from(values.get(bits[i])) << i)
+                };
+                for (bits, same, cases, span) in &asked {
+                    let value = number(bits);
+                    assert_eq!(value, number(same));
+                    assert!(span.holds(Ring::constant(value)), "{value} is not in {span:?}");
+                    let Some(cases) = cases else { continue };
+                    let holding = cases.iter().filter(|(holds, _)| values.get(*holds));
+                    assert_eq!(holding.map(|case| case.1).collect::<Vec<u16>>(), [value]);
+                }
+            }
+        }
+        assert!(
+            met > 2_000 && closer > 1_000 && shorter > 500 && told > 500,
+            "{met} {closer} {shorter} {told}"
+        );
     }
 }

@@ -8,8 +8,8 @@ use crate::program::meaning::{
     Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Shape, Target, Term, Unary,
 };
 use crate::program::{
-    BitSource, BitTarget, Cell, ChoiceId, Indexed, Length, Logic, Number, Region,
-    Settling, WordSource, WordTarget,
+    BitSource, BitTarget, Cell, ChoiceId, Indexed, Length, Logic, Number, Region, Settling,
+    WordSource, WordTarget,
 };
 use crate::scan::model::Lit;
 use std::sync::Arc;
@@ -95,7 +95,11 @@ impl<'p> Run<'p> {
         if !is_closer {
             return region;
         }
-        Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Within(closer));
+        Arc::make_mut(&mut self.memory.model.settled).settle(
+            &self.frames,
+            choice,
+            Settling::Within(closer),
+        );
         closer
     }
 
@@ -145,7 +149,9 @@ impl<'p> Run<'p> {
                 let all = count.checked_mul(list.len()).filter(|&all| all <= MOST_WORDS)?;
                 Some(vec![list.iter().copied().cycle().take(all).collect()])
             }
-            (Operation::Multiply { signed: true }, [a, b]) if a.len() == b.len() && a.len() <= 2 => {
+            (Operation::Multiply { signed: true }, [a, b])
+                if a.len() == b.len() && a.len() <= 2 =>
+            {
                 let product = i128::from(numbers(words, a)?) * i128::from(numbers(words, b)?);
                 let word = |place| words.constant((product >> (16 * place)) as u16);
                 Some(vec![(0..2 * a.len()).map(word).collect()])
@@ -163,7 +169,8 @@ impl<'p> Run<'p> {
             }
             (Operation::Resize(to), [from]) => {
                 let (number, bits) = (numbers(words, from)?, 16 * u32::from(*to));
-                let fits = bits >= 64 || (-(1i64 << (bits - 1))..1i64 << (bits - 1)).contains(&number);
+                let fits =
+                    bits >= 64 || (-(1i64 << (bits - 1))..1i64 << (bits - 1)).contains(&number);
                 let word = |n: u8| words.constant((number >> (16 * n.min(3))) as u16);
                 fits.then(|| vec![(0..*to).map(word).collect()])
             }
@@ -179,20 +186,28 @@ impl<'p> Run<'p> {
     fn operand(&mut self, operand: &Operand, at: usize) -> Option<Vec<Word>> {
         match operand {
             Operand::Words(sources) => {
-                if sources.len() > MOST_WORDS || !sources.iter().all(|&one| self.is_steady_word(one)) {
+                if sources.len() > MOST_WORDS
+                    || !sources.iter().all(|&one| self.is_steady_word(one))
+                {
                     return None;
                 }
                 Some(sources.iter().map(|&source| self.word(source, at)).collect())
             }
             Operand::Bits(sources) => {
-                if sources.len() > MOST_WORDS || !sources.iter().all(|&one| self.is_steady_bit(one)) {
+                if sources.len() > MOST_WORDS || !sources.iter().all(|&one| self.is_steady_bit(one))
+                {
                     return None;
                 }
                 let bit = |run: &mut Self, source| run.logic(&Logic::Bit(source), Lit::TRUE, at);
-                Some(sources.iter().map(|&source| {
-                    let lit = bit(self, source);
-                    self.bit_word(lit)
-                }).collect())
+                Some(
+                    sources
+                        .iter()
+                        .map(|&source| {
+                            let lit = bit(self, source);
+                            self.bit_word(lit)
+                        })
+                        .collect(),
+                )
             }
             Operand::Number(number) => {
                 self.is_steady_number(number).then(|| self.number(number, at))
@@ -225,7 +240,8 @@ impl<'p> Run<'p> {
                         None => words,
                         Some(before) => {
                             let both = words.into_iter().zip(before);
-                            both.map(|(now, before)| self.memory.words.either(holds, now, before)).collect()
+                            both.map(|(now, before)| self.memory.words.either(holds, now, before))
+                                .collect()
                         }
                     });
                 }
@@ -262,7 +278,8 @@ impl<'p> Run<'p> {
                 }
                 Shape::Packed(last) => {
                     let bits = if n + 1 == count { usize::from(last) } else { 16 };
-                    let cells: Option<Vec<Cell>> = (0..bits).map(|bit| cell(16 * n + bit)).collect();
+                    let cells: Option<Vec<Cell>> =
+                        (0..bits).map(|bit| cell(16 * n + bit)).collect();
                     Some(Spot::Bits(cells?))
                 }
             };
@@ -341,7 +358,8 @@ impl<'p> Run<'p> {
             let cases = words.cases(circuit, word, given, most)?;
             let is_top = place + 1 == sources.len();
             let cases = cases.into_iter().map(|(holds, value)| {
-                let value = if is_top && is_signed { i64::from(value.cast_signed()) } else { value.into() };
+                let value =
+                    if is_top && is_signed { i64::from(value.cast_signed()) } else { value.into() };
                 (holds, value << (16 * place))
             });
             let cases = cases.collect();
@@ -366,7 +384,8 @@ impl<'p> Run<'p> {
             Spot::Cell(cell) => self.known_word(*cell),
             Spot::WordBit(cell, bit) => {
                 let word = self.known_word(*cell);
-                let bit = self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)];
+                let bit =
+                    self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)];
                 self.bit_word(bit)
             }
             Spot::Bits(cells) => {

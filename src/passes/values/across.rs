@@ -1,8 +1,8 @@
 //! What scans from power-up on keep to, where some words are trusted: a least fixpoint over scans.
 
-use crate::base::ring::Ring;
 use super::run::{Found, Run};
 use super::state::Followed;
+use crate::base::ring::Ring;
 use crate::program::Program;
 
 /// So many scans follow each other until nothing new comes; what grows beyond some of them grows to an end.

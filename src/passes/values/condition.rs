@@ -1,6 +1,5 @@
 //! What is known while a condition holds: ranges of words, and which contacts it was seen from.
 
-
 use crate::base::ring::Ring;
 use std::rc::Rc;
 

@@ -1,9 +1,9 @@
 //! What words may hold at one place of the scan, and what is known of the bits on which it hangs whether they are written.
 
 use super::condition::{Condition, Happened, Known, Literal, Perhaps};
-use crate::base::ring::Ring;
 use super::rungs::passed_over;
 use super::slots::Slots;
+use crate::base::ring::Ring;
 use crate::program::Program;
 use rustc_hash::FxHashSet;
 use std::ops::Range;

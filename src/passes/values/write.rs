@@ -2,8 +2,8 @@
 
 use super::condition::Condition;
 use super::evaluate::Evaluation;
-use crate::base::ring::Ring;
 use super::slots::Slots;
+use crate::base::ring::Ring;
 use crate::program::flow;
 use crate::program::meaning::{ChoiceKind, Target};
 use crate::program::{BitTarget, Cell, ChoiceId, Region, WordTarget, Write};

@@ -98,15 +98,17 @@ impl Emitter<'_> {
             _ => return None,
         };
         let count = self.points(cells, device.name)?;
-        let at = |register| {
-            WordSource::Cell(Cell { area: const { self::area("Z") }, index: register })
-        };
+        let at =
+            |register| WordSource::Cell(Cell { area: const { self::area("Z") }, index: register });
         let term = match letters {
             // Whether an index to a file register has 16 or 32 bits is a parameter.
             "Z" if matches!(device.name, "R" | "ZR") => match self.options.facts.index_bits? {
                 16 => Term::signed(at(register)),
                 _ if device.name == "R" => return None,
-                _ => Term { words: vec![at(register), at(register + 1)], ..Term::signed(at(register)) },
+                _ => Term {
+                    words: vec![at(register), at(register + 1)],
+                    ..Term::signed(at(register))
+                },
             },
             "Z" => Term::signed(at(register)),
             "V" => Term::signed(WordSource::Cell(Cell {

@@ -50,7 +50,9 @@ fn named(items: &[Item<'_>]) -> BTreeMap<AreaId, u32> {
         let Ok(Operand::Device(device)) = operand else { continue };
         let (area, number) = match device.place {
             Place::At(Kind::Bit(area), number) => (area, number),
-            Place::At(Kind::Word(area), number) if matches!(device.name, "R" | "ZR") => (area, number),
+            Place::At(Kind::Word(area), number) if matches!(device.name, "R" | "ZR") => {
+                (area, number)
+            }
             _ => continue,
         };
         let known = named.entry(area).or_default();
