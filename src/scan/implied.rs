@@ -48,6 +48,97 @@ impl Implied {
         given
     }
 
+    /// The same as a word wherever the condition holds, of a shorter form if one is seen.
+    pub fn word_within(&self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
+        let single = |(low, high): (u16, u16)| (low == high).then_some(low);
+        if let Some(value) = self.word(word).as_constant() {
+            return words.constant(value);
+        }
+        let mut word = word;
+        while let Node::Either(condition, then, other) = words.node(word) {
+            word = match () {
+                () if self.holds(circuit, words, condition) => then,
+                () if self.holds(circuit, words, !condition) => other,
+                () => break,
+            };
+        }
+        match words.node(word) {
+            Node::Free(variable) => match single(self.range(variable)) {
+                Some(value) => words.constant(value),
+                None => word,
+            },
+            _ => word,
+        }
+    }
+
+    /// The values that a word may have where the condition holds, each with the condition under which it has it, if all its
+    /// parts are known and there are no more than so many.
+    pub fn cases(
+        &self,
+        circuit: &mut Circuit,
+        words: &mut Words,
+        word: Word,
+        most: usize,
+    ) -> Option<Vec<(Lit, u16)>> {
+        let mut found: Vec<(Lit, u16)> = Vec::new();
+        let mut open = vec![(Lit::TRUE, self.word_within(circuit, words, word), 0u16)];
+        let mut looked = 0;
+        while let Some((holds, word, addend)) = open.pop() {
+            looked += 1;
+            if looked > 4 * most {
+                return None;
+            }
+            match words.node(word) {
+                Node::Const(value) => {
+                    add_case(circuit, &mut found, most, (holds, value.wrapping_add(addend)))?;
+                }
+                Node::Plus(inner, more) => {
+                    let inner = self.word_within(circuit, words, inner);
+                    open.push((holds, inner, addend.wrapping_add(more)));
+                }
+                Node::Either(condition, then, other) => {
+                    for (condition, word) in [(condition, then), (!condition, other)] {
+                        let holds = circuit.and(holds, condition);
+                        if holds != Lit::FALSE {
+                            open.push((holds, self.word_within(circuit, words, word), addend));
+                        }
+                    }
+                }
+                Node::Free(variable) => {
+                    let (low, high) = self.range(variable);
+                    if low > high || usize::from(high - low) >= most {
+                        return None;
+                    }
+                    for value in low..=high {
+                        let from = circuit.atom(Atom::AtLeast(variable, value));
+                        let beyond = match value.checked_add(1) {
+                            Some(next) => circuit.atom(Atom::AtLeast(variable, next)),
+                            None => Lit::FALSE,
+                        };
+                        let here = circuit.and(from, !beyond);
+                        let holds = circuit.and(holds, here);
+                        add_case(circuit, &mut found, most, (holds, value.wrapping_add(addend)))?;
+                    }
+                }
+                Node::Sum(a, b, Carry::NONE) => {
+                    let few = most.min(8);
+                    let (first, second) =
+                        (self.cases(circuit, words, a, few)?, self.cases(circuit, words, b, few)?);
+                    for &(one, a) in &first {
+                        for &(other, b) in &second {
+                            let both = circuit.and(one, other);
+                            let holds = circuit.and(holds, both);
+                            let value = a.wrapping_add(b).wrapping_add(addend);
+                            add_case(circuit, &mut found, most, (holds, value))?;
+                        }
+                    }
+                }
+                _ => return None,
+            }
+        }
+        Some(found)
+    }
+
     /// Notes what a part says of a word.
     fn keep(&mut self, words: &Words, part: Lit) {
         if let Some((word, ring)) = said(words, part) {
@@ -199,6 +290,21 @@ impl Implied {
     }
 }
 
+/// Adds a value to those that a word may have, if that does not make too many.
+fn add_case(
+    circuit: &mut Circuit,
+    cases: &mut Vec<(Lit, u16)>,
+    most: usize,
+    (holds, value): (Lit, u16),
+) -> Option<()> {
+    match cases.iter().position(|&(_, known)| known == value) {
+        Some(place) => cases[place].0 = circuit.or(cases[place].0, holds),
+        None if cases.len() < most => cases.push((holds, value)),
+        None => return None,
+    }
+    Some(())
+}
+
 /// What a literal says of a word, if it says that it lies in a range or does not.
 fn said(words: &Words, part: Lit) -> Option<(Word, Ring)> {
     if let Some(Range(word, low, high)) = words.asked(part) {
@@ -297,8 +403,8 @@ mod tests {
             shorter += lits.iter().filter(|(lit, within)| lit != within).count();
             let mut asked = Vec::new();
             for &word in &all {
-                let within = words.within(&circuit, word, &given);
-                let cases = words.cases(&mut circuit, word, &given, 8);
+                let within = given.word_within(&circuit, &mut words, word);
+                let cases = given.cases(&mut circuit, &mut words, word, 8);
                 let span = given.span(&circuit, &words, word);
                 closer += usize::from(span != Ring::TOP);
                 told += usize::from(cases.is_some());

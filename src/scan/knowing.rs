@@ -109,7 +109,7 @@ impl Run<'_> {
     pub(super) fn known_word(&mut self, cell: Cell) -> Word {
         let word = self.memory.read_word(cell);
         let (words, circuit) = (&mut self.memory.words, &self.memory.model.circuit);
-        words.within(circuit, word, self.known.given(circuit, words))
+        self.known.given(circuit, words).word_within(circuit, words, word)
     }
 
     /// A choice read as a bit.

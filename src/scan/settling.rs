@@ -355,7 +355,7 @@ impl<'p> Run<'p> {
             let word = self.word(source, at);
             let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
             let given = self.known.given(circuit, words);
-            let cases = words.cases(circuit, word, given, most)?;
+            let cases = given.cases(circuit, words, word, most)?;
             let is_top = place + 1 == sources.len();
             let cases = cases.into_iter().map(|(holds, value)| {
                 let value =

@@ -3,7 +3,6 @@
 //! Only how a word comes about is kept here. Its bits, or whether it lies in a range, are worked out where a guard asks
 //! for them (`answer`): most results of a plant's arithmetic decide nothing, so they cost nothing.
 
-use super::implied::Implied;
 use super::term::{Answers, CarryOf, Node};
 pub use super::term::{Carry, Gate, Word};
 use crate::scan::model::{self, Atom, Circuit, Lit, Shared, VarId};
@@ -231,97 +230,6 @@ impl Words {
         Some(most)
     }
 
-    /// The same as a word wherever a condition holds that implies what is given.
-    pub fn within(&mut self, circuit: &Circuit, word: Word, given: &Implied) -> Word {
-        let single = |(low, high): (u16, u16)| (low == high).then_some(low);
-        if let Some(value) = given.word(word).as_constant() {
-            return self.constant(value);
-        }
-        let mut word = word;
-        while let Node::Either(condition, then, other) = self.node(word) {
-            word = match () {
-                () if given.holds(circuit, self, condition) => then,
-                () if given.holds(circuit, self, !condition) => other,
-                () => break,
-            };
-        }
-        match self.node(word) {
-            Node::Free(variable) => match single(given.range(variable)) {
-                Some(value) => self.constant(value),
-                None => word,
-            },
-            _ => word,
-        }
-    }
-
-    /// The values that a word may have where this is given, each with the condition under which it has it, if all its
-    /// parts are known and there are no more than so many.
-    pub fn cases(
-        &mut self,
-        circuit: &mut Circuit,
-        word: Word,
-        given: &Implied,
-        most: usize,
-    ) -> Option<Vec<(Lit, u16)>> {
-        let mut found: Vec<(Lit, u16)> = Vec::new();
-        let mut open = vec![(Lit::TRUE, self.within(circuit, word, given), 0u16)];
-        let mut looked = 0;
-        while let Some((holds, word, addend)) = open.pop() {
-            looked += 1;
-            if looked > 4 * most {
-                return None;
-            }
-            match self.node(word) {
-                Node::Const(value) => {
-                    add_case(circuit, &mut found, most, (holds, value.wrapping_add(addend)))?;
-                }
-                Node::Plus(inner, more) => {
-                    let inner = self.within(circuit, inner, given);
-                    open.push((holds, inner, addend.wrapping_add(more)));
-                }
-                Node::Either(condition, then, other) => {
-                    for (condition, word) in [(condition, then), (!condition, other)] {
-                        let holds = circuit.and(holds, condition);
-                        if holds != Lit::FALSE {
-                            open.push((holds, self.within(circuit, word, given), addend));
-                        }
-                    }
-                }
-                Node::Free(variable) => {
-                    let (low, high) = given.range(variable);
-                    if low > high || usize::from(high - low) >= most {
-                        return None;
-                    }
-                    for value in low..=high {
-                        let from = circuit.atom(Atom::AtLeast(variable, value));
-                        let beyond = match value.checked_add(1) {
-                            Some(next) => circuit.atom(Atom::AtLeast(variable, next)),
-                            None => Lit::FALSE,
-                        };
-                        let here = circuit.and(from, !beyond);
-                        let holds = circuit.and(holds, here);
-                        add_case(circuit, &mut found, most, (holds, value.wrapping_add(addend)))?;
-                    }
-                }
-                Node::Sum(a, b, Carry::NONE) => {
-                    let few = most.min(8);
-                    let (first, second) =
-                        (self.cases(circuit, a, given, few)?, self.cases(circuit, b, given, few)?);
-                    for &(one, a) in &first {
-                        for &(other, b) in &second {
-                            let both = circuit.and(one, other);
-                            let holds = circuit.and(holds, both);
-                            let value = a.wrapping_add(b).wrapping_add(addend);
-                            add_case(circuit, &mut found, most, (holds, value))?;
-                        }
-                    }
-                }
-                _ => return None,
-            }
-        }
-        Some(found)
-    }
-
     /// Takes off what is allowed; false if that is used up.
     pub(super) fn spend(&mut self, work: usize) -> bool {
         self.spent += work;
@@ -349,21 +257,6 @@ impl Words {
     fn shared(&mut self, node: Node) -> Word {
         Word(self.nodes.number(node))
     }
-}
-
-/// Adds a value to those that a word may have, if that does not make too many.
-fn add_case(
-    circuit: &mut Circuit,
-    cases: &mut Vec<(Lit, u16)>,
-    most: usize,
-    (holds, value): (Lit, u16),
-) -> Option<()> {
-    match cases.iter().position(|&(_, known)| known == value) {
-        Some(place) => cases[place].0 = circuit.or(cases[place].0, holds),
-        None if cases.len() < most => cases.push((holds, value)),
-        None => return None,
-    }
-    Some(())
 }
 
 #[cfg(test)]
