@@ -46,6 +46,7 @@ fn program(files: &[Vec<String>], facts: &Facts) -> Result<Program, String> {
         family: Family::Q,
         is_user_instruction: &|name| name.starts_with("SwOp"),
         facts,
+        incomplete: false,
     };
     decode(&project, &options).and_then(passed).map_err(told)
 }

@@ -1,7 +1,7 @@
 //! What the user stated and the bound rests on, and the words for it.
 
 use super::request::Request;
-use crate::base::facts::StatedFactor;
+use crate::base::facts::{StatedCall, StatedFactor};
 use crate::base::time::Picos;
 use crate::program::Program;
 use crate::timing::table::{Override, StatedClock};
@@ -27,6 +27,15 @@ pub enum Fact {
         low: i64,
         /// The largest one.
         high: i64,
+    },
+    /// A routine that is not there.
+    Call {
+        /// The routine.
+        name: String,
+        /// What it takes.
+        time: Picos,
+        /// What it writes, if that is stated.
+        writes: Option<Vec<String>>,
     },
     /// How many bits an index to file registers has.
     IndexBits(u32),
@@ -69,12 +78,19 @@ impl Fact {
             let at = at.clone();
             Fact::Count { at, low, high }
         });
+        let lacked = |name: &String| program.absent.iter().any(|one| one.name == *name);
+        let calls = facts.calls.iter().filter(|(name, _)| lacked(name));
+        let calls = calls.map(|(_, call)| {
+            let StatedCall { name, time, writes } = call.clone();
+            Fact::Call { name, time, writes }
+        });
         let interrupts = program.interrupts.iter().filter(|one| one.stated);
         let interrupts =
             interrupts.map(|one| Fact::Interrupts { name: one.name.clone(), times: one.times });
         let factor = facts.factor.iter().map(|StatedFactor { text, .. }| text.clone());
         ranges
             .chain(counts)
+            .chain(calls)
             .chain(facts.index_bits.map(Fact::IndexBits))
             .chain(facts.indirect.clone().map(Fact::Indirect))
             .chain((!facts.external.is_empty()).then(|| Fact::External(facts.external.clone())))
@@ -100,6 +116,14 @@ impl fmt::Display for Fact {
                 write!(f, "the count at {at} is {low}")
             }
             Fact::Count { at, low, high } => write!(f, "the count at {at} is {low} to {high}"),
+            Fact::Call { name, time, writes } => {
+                write!(f, "the routine {name} is not there: it takes {time} at most, and ")?;
+                match writes.as_deref() {
+                    None => f.write_str("may write anything"),
+                    Some([]) => f.write_str("writes nothing"),
+                    Some(devices) => write!(f, "writes {} only", devices.join(", ")),
+                }
+            }
             Fact::IndexBits(bits) => write!(f, "an index to file registers has {bits} bits"),
             Fact::Indirect(devices) if devices.is_empty() => {
                 f.write_str("nothing is written through @")

@@ -31,6 +31,9 @@ pub struct Request<'a> {
     pub clock: Option<&'a StatedClock>,
     /// What the user stated about the plant.
     pub facts: &'a Facts,
+    /// Whether routines that are not there, and of which nothing is stated, are let pass as if they took no time. What is
+    /// found then is no bound.
+    pub incomplete: bool,
     /// Whose writes between scans are reckoned with.
     pub trust: Trust,
     /// Whether assumed times are refused.
@@ -76,6 +79,7 @@ impl<'a> Request<'a> {
             clock: None,
             facts,
             trust: Trust::default(),
+            incomplete: false,
             strict_times: false,
             method: Method::Auto,
             trace: false,

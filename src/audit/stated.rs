@@ -2,7 +2,7 @@
 
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
-use crate::base::facts::{Facts, Part};
+use crate::base::facts::{Facts, Part, StatedCall, plain};
 use crate::program::{
     AreaId, BitSource, Cell, Program, Radix, Region, Role, Source, StartRange, WordSource, flow,
 };
@@ -81,6 +81,40 @@ fn cell(program: &Program, name: &str) -> Option<Cell> {
     known.max_by_key(|cell| program.area(cell.area).name.len())
 }
 
+/// Warns of routines that are stated not to be there, where no call lacks one.
+#[must_use]
+pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
+    let lacked: BTreeSet<&str> = program.absent.iter().map(|one| one.name.as_str()).collect();
+    let unused = facts.calls.iter().filter(|(name, _)| !lacked.contains(name.as_str()));
+    let warning = |(plain_name, call): (&String, &StatedCall)| {
+        let StatedCall { name, .. } = call;
+        let (message, help) = match label(program, plain_name) {
+            Some(place) => (
+                format!("what is stated of {name} is not used: the routine stands in {place}"),
+                "it is followed as it stands there: leave the line out",
+            ),
+            None => (
+                format!("what is stated of {name} is not used: nothing calls it"),
+                "write the routine as the call does; leave the line out if it is not called",
+            ),
+        };
+        facts.fault(["calls", name], Part::Key, Code::UnusedFact, message, help).warning()
+    };
+    unused.take(MOST_TOLD).map(warning).collect()
+}
+
+/// Where a routine of this name begins.
+fn label(program: &Program, name: &str) -> Option<String> {
+    let (of, name) = name.rsplit_once(':').map_or((None, name), |(of, name)| (Some(of), name));
+    let found = program.instructions.iter().find(|one| {
+        let file = &one.place.of(&program.files).name;
+        let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
+        let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
+        plain(&one.text) == name && of.is_none_or(|of| stem.eq_ignore_ascii_case(of))
+    })?;
+    Some(format!("{}:{}", found.place.of(&program.files).name, found.place.line))
+}
+
 /// Warns of ranges of words that the program does not name, and of fewer points than it names.
 #[must_use]
 pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
@@ -146,14 +180,6 @@ pub fn forget_unnamed(program: &mut Program) {
         kept.extend(say.iter().flat_map(|range| range.cells.iter().copied()));
         program.ranges.extend(say);
     }
-}
-
-/// A word's name without what one may write in several ways: letter case, blanks, zeros in front of the number.
-fn plain(word: &str) -> String {
-    let name: String = word.split_whitespace().collect::<String>().to_ascii_uppercase();
-    let at = name.find(|c: char| c.is_ascii_digit()).unwrap_or(name.len());
-    let (letters, number) = name.split_at(at);
-    format!("{letters}{}", number.trim_start_matches('0'))
 }
 
 /// The cells that instructions read, write, or have among their operands.

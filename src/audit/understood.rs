@@ -28,7 +28,8 @@ impl Understood {
         (request.progress)(Progress::Stage("reading"));
         let project = request.fronts.read(request.inputs, request.dialect)?;
         let (mut program, table) = understand(&*project, request)?;
-        let warnings = project.warnings();
+        let mut warnings = project.warnings();
+        warnings.extend(stated::unused_calls(&program, request.facts));
         // The source takes as much memory as the program, which is all that the stages behind look at.
         drop(project);
         know_interrupts(&program, request)?;
@@ -73,6 +74,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         family: table.family.as_deref(),
         is_user_instruction: &|name| table.knows(name),
         facts: request.facts,
+        incomplete: request.incomplete,
     })?;
     for area in program.areas.iter().filter(|area| !area.aliases.is_empty()) {
         table.join_cells(&[&[area.name.as_str()], area.aliases].concat());

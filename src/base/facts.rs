@@ -1,5 +1,6 @@
 //! What the user states about the plant and the source does not say: ranges of words, interrupts a scan, points, networks.
 
+mod calls;
 mod places;
 
 use crate::base::code::Code;
@@ -12,6 +13,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+pub use calls::{StatedCall, plain};
 pub use places::Part;
 
 /// The user's statements. They are believed: a wrong one can make the bound too low, so reports list them.
@@ -22,6 +24,8 @@ pub struct Facts {
     /// Place as written (`MAIN.csv:543`) to the least and the largest count that an instruction there has, wherever it is
     /// executed: a loop's iterations, a block's length. Or a word (`D100`): wherever it counts.
     pub counts: BTreeMap<String, (i64, i64)>,
+    /// Routine that is not among the files, as [`plain`] has its name (`P153`), to what is known of it.
+    pub calls: BTreeMap<String, StatedCall>,
     /// Interrupt label in upper case (`I0`) to how often its routine runs in one scan at most.
     pub interrupts: BTreeMap<String, u32>,
     /// Input points that the CPU refreshes.
@@ -61,11 +65,21 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] (devices = [\"D100-D199\"]) and [start] (download = true)";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] (devices = [\"D100-D199\"]) and [start] (download = true)";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 /// The tables of a facts file.
-const TABLES: [&str; 9] =
-    ["ranges", "counts", "interrupts", "io", "network", "index", "scan", "external", "start"];
+const TABLES: [&str; 10] = [
+    "ranges",
+    "counts",
+    "calls",
+    "interrupts",
+    "io",
+    "network",
+    "index",
+    "scan",
+    "external",
+    "start",
+];
 /// More faults than this are counted, not listed.
 const MOST_FAULTS: usize = 100;
 /// No network's refresh takes longer, nor is any scan multiplied by more.
@@ -167,6 +181,7 @@ impl Reader<'_> {
         match table {
             "ranges" => self.range(key.get_ref(), value),
             "counts" => self.counted(key.get_ref(), value),
+            "calls" => self.call(key.get_ref(), value),
             "index" => self.index(key, value),
             "interrupts" => {
                 if let Some(times) = self.count(key.get_ref(), value) {
@@ -416,13 +431,16 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[start]\ndownload = true\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[start]\ndownload = true\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
+        let writes = Some(vec!["D1-D9".to_owned()]);
+        let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
         assert_eq!(
             facts,
             Facts {
                 ranges: [("D100".to_owned(), (0, 10)), ("Z0".to_owned(), (-1, 31))].into(),
                 counts: [("A.csv:7".to_owned(), (0, 9)), ("A.csv:9".to_owned(), (3, 3))].into(),
+                calls: [("P7".to_owned(), call)].into(),
                 index_bits: Some(32),
                 indirect: Some(vec!["D1-D9".to_owned(), "W5".to_owned()]),
                 external: vec!["D5".to_owned()],

@@ -234,6 +234,7 @@ impl ProjectOptions {
             times: &self.time,
             clock: self.clock.as_ref(),
             facts: &facts,
+            incomplete: false,
             trust: match self.trust {
                 TrustName::None => Trust::None,
                 TrustName::Counts => Trust::Counts,

@@ -3,12 +3,20 @@
 use std::sync::Arc;
 
 use crate::base::location::Location;
+use crate::base::time::Picos;
 use crate::program::cell_budget::CellBudget;
 use crate::program::meaning::Meaning;
 use crate::program::{
-    Approximated, BitSource, ChoiceId, ChoiceKind, Effect, Instruction, Interrupt, Logic, Operand,
-    Program, Step, TimingKey, When, WordSource, Write,
+    Absent, Approximated, BitSource, ChoiceId, ChoiceKind, Effect, Instruction, Interrupt, Logic,
+    Operand, Program, Region, Step, TimingKey, When, WordSource, Write,
 };
+
+/// What is stated of a routine that is not there.
+pub(crate) struct Known {
+    pub(crate) time: Picos,
+    /// All that it may write.
+    pub(crate) writes: Vec<Region>,
+}
 
 /// A program while it is put together.
 pub(crate) struct Builder {
@@ -74,6 +82,36 @@ impl Builder {
     pub(crate) fn interrupt(&mut self, name: String, entry: usize, stated: Option<u32>) {
         let (times, stated) = (stated.unwrap_or(1), stated.is_some());
         self.program.interrupts.push(Interrupt { name, entry, times, stated });
+    }
+
+    /// Lets a call lead to a routine that is not there: to what stands in for it, behind all that was added. What is not
+    /// stated to be written by it may be anything.
+    pub(crate) fn call_absent(&mut self, call: usize, name: &str, known: Option<Known>) {
+        let entry = self.next();
+        let stated = known.is_some();
+        let Known { time, writes } =
+            known.unwrap_or_else(|| Known { time: Picos::ZERO, writes: vec![Region::Everything] });
+        let effects = writes.into_iter().map(|region| always(Write::Havoc(region, self.choice())));
+        let effects = effects.collect();
+        let own = &mut self.program.instructions[call];
+        if let Step::Call { target, .. } = &mut own.step {
+            *target = entry;
+        }
+        let (place, block) = (own.place, own.block);
+        let part = |effects, step| Instruction {
+            place,
+            block,
+            text: name.into(),
+            operands: Arc::default(),
+            timing: None,
+            effects,
+            step,
+        };
+        let parts = [part(effects, Step::Nothing), part(Vec::new(), Step::Return)];
+        self.program.instructions.extend(parts);
+        let what = "the routine is not there: what it may write takes any value";
+        self.program.approximate(entry, what);
+        self.program.absent.push(Absent { name: name.to_owned(), entry, time, stated });
     }
 
     /// Whether so many cells can still be followed one by one.

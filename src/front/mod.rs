@@ -2,6 +2,7 @@
 //!
 //! A front is a directory and its line in `fronts!`. What is behind a [`Program`] knows none of them.
 
+mod absent;
 mod builder;
 mod catalog;
 mod encoding;
@@ -155,13 +156,22 @@ pub struct Options<'a> {
     pub is_user_instruction: &'a dyn Fn(&str) -> bool,
     /// What the user states.
     pub facts: &'a Facts,
+    /// Whether calls of routines that are not there, and of which nothing is stated, are taken to take no time, to see what
+    /// else a bound hangs on. Otherwise each is a fault.
+    pub incomplete: bool,
 }
 
 impl<'a> Options<'a> {
     /// Nothing but what the user states.
     #[must_use]
     pub fn new(facts: &'a Facts) -> Options<'a> {
-        Options { cpu: None, family: None, is_user_instruction: &|_| false, facts }
+        Options {
+            cpu: None,
+            family: None,
+            is_user_instruction: &|_| false,
+            facts,
+            incomplete: false,
+        }
     }
 }
 

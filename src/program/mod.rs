@@ -521,6 +521,20 @@ pub struct Interrupt {
     pub stated: bool,
 }
 
+/// A routine that a call asks for and that is not in the project. What is known of it stands behind the programs, and is
+/// called in its place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Absent {
+    /// Its name, as [`crate::base::facts::plain`] has names.
+    pub name: String,
+    /// The instruction that takes its time and writes what it may write.
+    pub entry: usize,
+    /// What it takes.
+    pub time: Picos,
+    /// Whether the user stated that; else nothing is known of it, and what is found with it is no bound.
+    pub stated: bool,
+}
+
 /// One source file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceFile {
@@ -635,6 +649,8 @@ pub struct Program {
     /// The `ForBegin`s of loops of which nothing says how many iterations they make. They are summarised, however few
     /// instructions they have.
     pub uncounted: BTreeSet<usize>,
+    /// The routines that are not there, one for each call.
+    pub absent: Vec<Absent>,
     /// How many rungs there are.
     pub blocks: u32,
     /// How many nondeterministic values there are: ids are below this.

@@ -156,7 +156,19 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     let mut faults = Vec::new();
     let mut instructions = Vec::with_capacity(program.instructions.len());
     let mut block = 0;
+    let absent: BTreeMap<usize, Picos> =
+        program.absent.iter().map(|one| (one.entry, one.time)).collect();
     for (at, instruction) in program.instructions.iter().enumerate() {
+        if let Some(&time) = absent.get(&at) {
+            instructions.push(match stated_time(table, time) {
+                Ok(price) => Some(Arc::new(price)),
+                Err(why) => {
+                    faults.push(fault(program, table, instruction, why));
+                    None
+                }
+            });
+            continue;
+        }
         // A rung costs where it begins, so that it costs nothing where it is jumped over and again in a loop.
         let begins = rung.filter(|_| instruction.block != block);
         // An interrupt costs where its routine is entered: once an occurrence.
@@ -201,6 +213,22 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     };
     let factor = table.factor.clone();
     Ok(Prices { instructions, overhead, factor, points, bases, networks })
+}
+
+/// The price of what the user states a time of.
+fn stated_time(table: &Table, time: Picos) -> Result<Price, NoPrice> {
+    let row = Row {
+        name: "stated".to_owned(),
+        on: time,
+        off: time,
+        per_unit: Picos::ZERO,
+        unit: String::new(),
+        evidence: Evidence::Stated,
+        source: String::new(),
+        table: String::new(),
+        amends: true,
+    };
+    Sum::new(&row, 0).price(table)
 }
 
 /// An instruction's price, and whether it holds the cost of the rung that begins there.

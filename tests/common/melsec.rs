@@ -28,7 +28,12 @@ pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<
     let project = read(&inputs, Some("melsec-list")).map_err(told)?;
     let project: RawProject = project.into_of().ok_or("not read as MELSEC")?;
     let is_user_instruction = |name: &str| name.starts_with("Op");
-    let options = DecodeOptions { family, is_user_instruction: &is_user_instruction, facts };
+    let options = DecodeOptions {
+        family,
+        is_user_instruction: &is_user_instruction,
+        facts,
+        incomplete: false,
+    };
     decode(&project, &options).and_then(passed).map_err(told)
 }
 

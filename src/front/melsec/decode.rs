@@ -25,7 +25,7 @@ pub fn decode(
     let mut faults: Vec<Faults<'_>> =
         project.files.iter().map(|file| Faults::new(&file.name)).collect();
     let resolved = resolve(project, options, &mut faults);
-    let frame = frame(&resolved, options.family, &mut faults);
+    let frame = frame(&resolved, options, &mut faults);
     let mut overwritten = BTreeSet::new();
     loop {
         let mut emitter = Emitter::new(&resolved, &frame, options, &overwritten, faults.clone());

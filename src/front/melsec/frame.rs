@@ -8,9 +8,10 @@ use std::mem::take;
 
 use super::memory::Family;
 use super::operand::{HOW_TO_WRITE, Operand, Place};
-use super::resolve::{Category, Control, Item, Resolved, fault, miscounted};
+use super::resolve::{Category, Control, DecodeOptions, Item, Resolved, fault, miscounted};
 use crate::base::code::Code;
-use crate::front::Faults;
+use crate::base::facts::plain;
+use crate::front::{Faults, absent};
 use crate::program::Cell;
 
 /// Loops in each other beyond this are refused: no CPU can follow them either.
@@ -30,6 +31,8 @@ pub(super) enum Part {
     Jump(usize),
     /// A call of the routine at a label.
     Call(usize),
+    /// A call of a routine that is not there, by its name in the facts.
+    Absent(String),
     /// The end of a routine.
     Return,
     /// The end of a step ladder.
@@ -87,10 +90,14 @@ impl Frame {
 }
 
 /// Works the frame out, and tells all that is wrong with it.
-pub(super) fn frame(resolved: &Resolved<'_>, family: Family, faults: &mut [Faults<'_>]) -> Frame {
+pub(super) fn frame(
+    resolved: &Resolved<'_>,
+    options: &DecodeOptions<'_>,
+    faults: &mut [Faults<'_>],
+) -> Frame {
     let mut walk = Walk {
         resolved,
-        family,
+        options,
         faults,
         frame: Frame::default(),
         file: 0,
@@ -130,6 +137,14 @@ impl Region {
     }
 }
 
+/// A routine's name in the facts.
+fn routine(program: Option<&str>, label: u32) -> String {
+    // What stands behind a dot says a program's kind.
+    let stem = |program: &str| program.split('.').next().unwrap_or(program).to_owned();
+    let program = program.map_or(String::new(), |program| stem(program) + ":");
+    plain(&format!("{program}P{label}"))
+}
+
 /// A jump or call whose label is to be found.
 struct Wanted {
     item: usize,
@@ -152,7 +167,7 @@ struct Leap {
 
 struct Walk<'r, 'f> {
     resolved: &'r Resolved<'r>,
-    family: Family,
+    options: &'r DecodeOptions<'r>,
     faults: &'r mut [Faults<'f>],
     frame: Frame,
     /// The file under way.
@@ -311,7 +326,7 @@ impl<'r> Walk<'r, '_> {
 
     fn jump(&mut self, at: usize) -> Option<Part> {
         let label = self.pointer(at, 0)?;
-        if label == END_OF_FX && self.family == Family::Fx {
+        if label == END_OF_FX && self.options.family == Family::Fx {
             return self.jump_to_end(at);
         }
         self.wanted.push(Wanted { item: at, label, file: self.file, only: true, is_call: false });
@@ -343,26 +358,39 @@ impl<'r> Walk<'r, '_> {
             self.takes(at, first + 1);
             return None;
         }
-        let file = if by_file { self.file_of(at) } else { Some(self.file) };
+        let program = if by_file { self.program(at).map(Some) } else { Some(None) };
         let label = self.pointer(at, first);
-        let (Some(file), Some(label)) = (file, label) else { return None };
+        let (Some(program), Some(label)) = (program, label) else { return None };
+        let file = program.map_or(Some(self.file), |program| self.resolved.named(program));
+        let Some(file) = file else { return self.without_program(at, program?, label) };
         self.wanted.push(Wanted { item: at, label, file, only: by_file, is_call: true });
         None
     }
 
-    /// The file whose program the first operand names.
-    fn file_of(&mut self, at: usize) -> Option<usize> {
-        let Operand::Text(name) = self.operand(at, 0)? else {
-            return self.wrong(at, 0, "program's name", "write the name in quotes");
-        };
-        let found = self.resolved.named(name);
-        if found.is_none() {
-            let message = format!("the program `{name}` is not among the files given");
-            let text = &self.item(at).raw.operands[0];
-            let help = "give all files of the project, each named as its program";
-            self.fault(at, Code::NoProgram, text, message, help);
+    /// The program that the first operand names.
+    fn program(&mut self, at: usize) -> Option<&'r str> {
+        match self.operand(at, 0)? {
+            Operand::Text(name) => Some(name),
+            _ => self.wrong(at, 0, "program's name", "write the name in quotes"),
         }
-        found
+    }
+
+    /// A call into a program that is not there.
+    fn without_program(&mut self, at: usize, program: &str, label: u32) -> Option<Part> {
+        let name = routine(Some(program), label);
+        if self.may_lack(&name) {
+            return Some(Part::Absent(name));
+        }
+        let message = format!("the program `{program}` is not among the files given");
+        let text = &self.item(at).raw.operands[0];
+        let help = absent::help("give all files of the project, each named as its program", &name);
+        self.fault(at, Code::NoProgram, text, message, &help);
+        None
+    }
+
+    /// Whether a routine may be called that is not there.
+    fn may_lack(&self, name: &str) -> bool {
+        self.options.incomplete || self.options.facts.calls.contains_key(name)
     }
 
     fn loop_begins(&mut self, at: usize) {

@@ -95,11 +95,12 @@ impl Project for RawProject {
     }
 
     fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
-        let Options { facts, is_user_instruction, .. } = *options;
+        let Options { facts, is_user_instruction, incomplete, .. } = *options;
         let cpu = options.cpu.or(self.cpu());
         let named = || options.family.and_then(Family::named);
         let family = cpu.and_then(Family::of_cpu).or_else(named).unwrap_or(Family::Q);
-        decode::decode(self, &DecodeOptions { family, is_user_instruction, facts })
+        let options = DecodeOptions { family, is_user_instruction, facts, incomplete };
+        decode::decode(self, &options)
     }
 }
 

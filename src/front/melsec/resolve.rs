@@ -28,6 +28,8 @@ pub struct DecodeOptions<'a> {
     pub is_user_instruction: &'a dyn Fn(&str) -> bool,
     /// What the user states.
     pub facts: &'a Facts,
+    /// As [`crate::front::Options`] has it.
+    pub incomplete: bool,
 }
 
 /// A project's instructions, each understood by itself.
@@ -56,9 +58,12 @@ impl Resolved<'_> {
             if !SWITCH_PROGRAMS.iter().any(is_named) {
                 continue;
             }
+            let is_call = matches!(item.category, Category::Control(Control::Call));
             let text = item.raw.operands.first().map_or("", String::as_str).trim_matches('"');
             match self.named(text) {
                 Some(file) => rests[file] = true,
+                // A call that names a program calls no other: this one is not there.
+                None if is_call && !text.is_empty() => {}
                 None => rests.fill(true),
             }
         }

@@ -48,8 +48,12 @@ fn decode_files(
         files: files.iter().map(|(name, text)| raw_file(name, text)).collect(),
         ..RawProject::default()
     };
-    let options =
-        DecodeOptions { family, is_user_instruction: &|name| name.starts_with("FB"), facts };
+    let options = DecodeOptions {
+        family,
+        is_user_instruction: &|name| name.starts_with("FB"),
+        facts,
+        incomplete: false,
+    };
     decode(&project, &options).and_then(passed)
 }
 

@@ -15,7 +15,7 @@ use super::resolve::{Item, resolve};
 use super::source::{Family, RawFile, RawProgram, RawProject, Symbols, Task};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
-use crate::front::{Faults, Options};
+use crate::front::{Faults, Options, absent};
 use crate::program::{
     BitSource, Cell, Effect, Logic, Program, Region, SourceFile, StartRange, Step, When, Write,
     flow,
@@ -70,7 +70,7 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
     for file in &project.files {
         decoder.file(file, options);
     }
-    decoder.connect();
+    decoder.connect(project, options);
     decoder.ranges(project, options);
     super::loops::settle(&mut decoder.asm);
     decoder.arrange(project, options);
@@ -85,7 +85,8 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
         faults.sort_by_key(|fault| (position(project, &fault.file), fault.line));
         return Err(faults);
     }
-    asm.out.program.blocks = asm.out.program.instructions.last().map_or(0, |last| last.block);
+    let blocks = asm.out.program.instructions.iter().map(|one| one.block);
+    asm.out.program.blocks = blocks.max().unwrap_or(0);
     asm.out.program.cpu = project.files.iter().find_map(|file| file.cpu.clone());
     asm.out.program.approximations.sort();
     asm.out.program.approximations.dedup();
@@ -370,15 +371,25 @@ impl Decoder {
                 raw.line,
                 crate::front::shown(&raw.text),
                 format!("subroutine {} is not in the project", call.number),
-                "give the file that holds it as well, or correct the number",
+                absent::help(
+                    "give the file that holds it as well, correct the number",
+                    &call.routine(),
+                ),
             );
             self.calls.push((program, call, fault.at_step(raw.step)));
         }
     }
 
     /// Leads each call to its subroutine, and finds those that come back to themselves.
-    fn connect(&mut self) {
+    fn connect(&mut self, project: &RawProject, options: &Options<'_>) {
         let shared = self.shared;
+        let nothing = Symbols::new();
+        let symbols = project.files.first().map_or(&nothing, |file| &file.symbols);
+        let fast = BTreeSet::new();
+        let memory = self.asm.memory;
+        let reader = Reader { memory, symbols: [symbols, &nothing], fast: &fast };
+        let written = |text: &str| written(&reader, text);
+        self.faults.extend(absent::faults(options.facts, written));
         let mut graph: BTreeSet<(usize, usize)> = BTreeSet::new();
         let mut entries: Vec<(usize, usize, usize)> = Vec::new();
         for (program, call, fault) in &self.calls {
@@ -390,7 +401,17 @@ impl Decoder {
                 others.map(|(_, first)| first).next().filter(|_| shared || call.global)
             });
             let Some(&first) = found else {
-                self.faults.push(fault.clone());
+                let name = call.routine();
+                let stated = options.facts.calls.get(&name);
+                if stated.is_none() && !options.incomplete {
+                    self.faults.push(fault.clone());
+                    continue;
+                }
+                // Whatever it does leaves its condition flags behind.
+                let (first, count) = memory.flags();
+                let flags = [Region::Range { first, count }];
+                let known = stated.map(|stated| absent::known(stated, written, &flags));
+                self.asm.out.call_absent(call.at, &name, known);
                 continue;
             };
             if let Step::Call { target, .. } = &mut self.asm.out.program.instructions[call.at].step
@@ -542,6 +563,28 @@ impl Decoder {
                 )),
             }
         }
+    }
+}
+
+/// What may be read and written of the devices that a text names: one, or all from the first to the last.
+fn written(reader: &Reader<'_>, text: &str) -> Option<Vec<Region>> {
+    let ends = |want| {
+        let (first, last) = text.split_once('-').unwrap_or((text, text));
+        let cell = |text| match reader.read(text, want).ok()? {
+            Operand::Word(cell) | Operand::Bit(cell, _) | Operand::Flag(cell) => Some(cell),
+            _ => None,
+        };
+        let (first, last): (Cell, Cell) = (cell(first)?, cell(last)?);
+        (first.area == last.area && first.index <= last.index)
+            .then(|| Region::Range { first, count: last.index - first.index + 1 })
+    };
+    let is_flag = |text: &str| matches!(reader.read(text, Want::Bit), Ok(Operand::Flag(_)));
+    let first = text.split('-').next().unwrap_or(text);
+    match (ends(Want::Word), ends(Want::Bit)) {
+        // A timer's or counter's present value and its flag.
+        (Some(words), Some(bits)) if is_flag(first) => Some(vec![words, bits]),
+        (Some(region), _) | (None, Some(region)) => Some(vec![region]),
+        (None, None) => None,
     }
 }
 

@@ -28,6 +28,13 @@ pub(super) struct CallSite {
     pub(super) global: bool,
 }
 
+impl CallSite {
+    /// The routine's name in the facts.
+    pub(super) fn routine(&self) -> String {
+        format!("{}SBN{}", if self.global { "G" } else { "" }, self.number)
+    }
+}
+
 /// Emits one program.
 pub(super) struct Emitter<'a> {
     pub(super) asm: &'a mut Assembly,

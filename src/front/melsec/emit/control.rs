@@ -10,7 +10,7 @@ use crate::front::melsec::memory::area;
 use crate::front::melsec::resolve::{Control, Item};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{
-    AreaId, ChoiceKind, Logic, Number, Region, Step, TimingKey, Units, WordSource, Write,
+    AreaId, ChoiceKind, Effect, Logic, Number, Region, Step, TimingKey, Units, WordSource, Write,
 };
 
 /// The most iterations that a loop can have.
@@ -38,7 +38,7 @@ impl Emitter<'_> {
             Part::Label | Part::Interrupt => self.label(mnemonic, part),
             &Part::Jump(to) if control == Control::Break => self.breaks(mnemonic, raw, to),
             &Part::Jump(to) => self.jump(mnemonic, to),
-            &Part::Call(to) => self.call(mnemonic, raw, to),
+            Part::Call(_) | Part::Absent(_) => self.call(mnemonic, raw, part),
             Part::Return => self.plain(mnemonic, "call", Step::Return),
             Part::LadderEnd => self.plain(mnemonic, "set", Step::Nothing),
             Part::End => self.plain(mnemonic, "nothing", Step::End),
@@ -93,7 +93,7 @@ impl Emitter<'_> {
         self.routes.leads(at, to);
     }
 
-    fn call(&mut self, mnemonic: &str, raw: &RawInstruction, to: usize) {
+    fn call(&mut self, mnemonic: &str, raw: &RawInstruction, to: &Part) {
         let pulsed = mnemonic.ends_with('P');
         let label = usize::from(mnemonic.starts_with('E'));
         let mut effects = Vec::new();
@@ -113,20 +113,40 @@ impl Emitter<'_> {
             let before = self.memory();
             effects.push(remember(before, Logic::Condition));
             let runs = Logic::Any(vec![Logic::Condition, Logic::cell(before)]);
-            self.approximate(format!(
-                "{mnemonic} with its condition off is taken to leave any value in every device"
-            ));
-            let at = self.add(Some(timing), effects, Step::Call { fires: runs, target: OPEN });
-            self.routes.calls_with_coils_off.push(at);
-            let choice = self.choice();
-            let havoc = always(Write::Havoc(Region::Everything, choice));
-            self.add(None, vec![havoc], Step::Nothing);
-            at
+            let call = Step::Call { fires: runs, target: OPEN };
+            match to {
+                // What it writes with its coils off is stated, too.
+                Part::Absent(_) => self.add(Some(timing), effects, call),
+                _ => self.call_with_coils_off(mnemonic, timing, effects, call),
+            }
         } else {
             self.add(Some(timing), effects, Step::Call { fires, target: OPEN })
         };
-        self.routes.leads(at, to);
+        match to {
+            &Part::Call(to) => self.routes.leads(at, to),
+            Part::Absent(name) => self.routes.absent.push((at, name.clone())),
+            _ => {}
+        }
         self.havoc_passed(&passed);
+    }
+
+    /// A call that may run its routine with all its coils off.
+    fn call_with_coils_off(
+        &mut self,
+        mnemonic: &str,
+        timing: TimingKey,
+        effects: Vec<Effect>,
+        call: Step,
+    ) -> usize {
+        self.approximate(format!(
+            "{mnemonic} with its condition off is taken to leave any value in every device"
+        ));
+        let at = self.add(Some(timing), effects, call);
+        self.routes.calls_with_coils_off.push(at);
+        let choice = self.choice();
+        let havoc = always(Write::Havoc(Region::Everything, choice));
+        self.add(None, vec![havoc], Step::Nothing);
+        at
     }
 
     /// What a routine may hand back behind its call takes any value.

@@ -1,9 +1,9 @@
 //! What can only be settled when all files are emitted: where jumps, calls and loops lead, and what runs again.
 
 use super::Emitter;
-use super::ranges::Counts;
+use super::ranges::{self, Counts};
 use crate::base::diagnostic::{Diagnostic, Severity};
-use crate::front::Faults;
+use crate::front::{Faults, absent};
 use crate::program::{Program, Step};
 use std::collections::BTreeMap;
 
@@ -12,6 +12,8 @@ use std::collections::BTreeMap;
 pub(super) struct Routes {
     stands: BTreeMap<usize, usize>,
     leads: Vec<(usize, usize)>,
+    /// Calls of routines that are not there, and their names.
+    pub(super) absent: Vec<(usize, String)>,
     /// Calls that may run their routine with all its coils off.
     pub(super) calls_with_coils_off: Vec<usize>,
 }
@@ -58,6 +60,13 @@ impl Emitter<'_> {
                 Step::ForBegin { end, .. } => *end = to,
                 _ => {}
             }
+        }
+        let switches = self.quirks.switches_file_register;
+        for (at, name) in std::mem::take(&mut self.routes.absent) {
+            let known = self.options.facts.calls.get(&name).map(|stated| {
+                absent::known(stated, |text| ranges::written(text, self.family, switches), &[])
+            });
+            self.out.call_absent(at, &name, known);
         }
     }
 }

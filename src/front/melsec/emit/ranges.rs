@@ -4,7 +4,8 @@ use super::{DecodeOptions, Emitter};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
-use crate::front::melsec::memory::{Family, Kind};
+use crate::front::absent;
+use crate::front::melsec::memory::{Family, Kind, area};
 use crate::front::melsec::operand::{Device, Operand, Place, parse, upper};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{Approximated, Cell, Effect, Region, StartRange, Write};
@@ -24,8 +25,28 @@ pub(super) struct Stated<'a> {
     pub counts: Counts,
 }
 
-/// The devices that a text names: one, or all from the first to the last.
-fn devices(text: &str, family: Family) -> Option<Vec<Region>> {
+/// What may be read and written of the devices that a text names: one, or all from the first to the last. Where the block
+/// of the file register is switched, `R` may be any of its words.
+pub(super) fn written(text: &str, family: Family, switches: bool) -> Option<Vec<Region>> {
+    let (kind, first, count) = devices(text, family)?;
+    let is_switched = switches && upper(text.trim()).starts_with('R');
+    let region = |area| match is_switched {
+        true => Region::Area(area),
+        false => Region::Range { first: Cell { area, index: first }, count },
+    };
+    Some(match kind {
+        Kind::Bit(area) | Kind::Word(area) => vec![region(area)],
+        Kind::Timed(timed) => [timed.value, timed.contact, timed.coil].map(region).to_vec(),
+        // Some of the FX's special registers are its index registers.
+        Kind::VolatileWord if family == Family::Fx => {
+            [area("Z"), area("V index ")].map(Region::Area).to_vec()
+        }
+        Kind::VolatileBit | Kind::VolatileWord => Vec::new(),
+    })
+}
+
+/// The devices that a text names: one, or all from the first to the last. Their kind, the first, and how many.
+fn devices(text: &str, family: Family) -> Option<(Kind, u32, u32)> {
     let place = |text: &str| match parse(text.trim(), family) {
         Ok(Operand::Device(Device { place: Place::At(kind, number), .. })) => Some((kind, number)),
         _ => None,
@@ -35,27 +56,20 @@ fn devices(text: &str, family: Family) -> Option<Vec<Region>> {
     if kind != other || first > last {
         return None;
     }
-    let count = last - first + 1;
-    let region = |area| Region::Range { first: Cell { area, index: first }, count };
-    match kind {
-        Kind::Bit(area) | Kind::Word(area) => Some(vec![region(area)]),
-        // Timers and counters have no addresses of one sort.
-        Kind::Timed(_) | Kind::VolatileBit | Kind::VolatileWord => None,
-    }
+    Some((kind, first, last - first + 1))
+}
+
+/// The same where an address names them: timers and counters have none of one sort.
+fn addressed(text: &str, family: Family, switches: bool) -> Option<Vec<Region>> {
+    let (kind, ..) = devices(text, family)?;
+    let has_one = matches!(kind, Kind::Bit(_) | Kind::Word(_));
+    written(text, family, switches).filter(|_| has_one)
 }
 
 /// All that may be written through indirect addresses, if that is stated; what is no device is a fault later.
-/// Where the block of the file register is switched, `R` may be any of its words.
 pub(super) fn indirect(options: &DecodeOptions<'_>, switches: bool) -> Option<Vec<Region>> {
     let stated = options.facts.indirect.as_ref()?;
-    let regions = stated.iter().filter_map(|text| {
-        let is_switched = switches && upper(text.trim()).starts_with('R');
-        let whole = move |region| match region {
-            Region::Range { first, .. } if is_switched => Region::Area(first.area),
-            region => region,
-        };
-        Some(devices(text, options.family)?.into_iter().map(whole))
-    });
+    let regions = stated.iter().filter_map(|text| addressed(text, options.family, switches));
     Some(regions.flatten().collect())
 }
 
@@ -123,10 +137,10 @@ impl Emitter<'_> {
     /// Makes the user's stated ranges of words constraints on the scan's start. Faults are those of what is no
     /// word, and those that leave open whether one word or two are meant.
     pub(super) fn start_ranges(&mut self) -> Vec<Diagnostic> {
-        let mut faults = Vec::new();
         let facts = self.options.facts;
+        let mut faults = absent::faults(facts, |text| written(text, self.family, false));
         for text in facts.indirect.iter().flatten() {
-            if devices(text, self.family).is_none() {
+            if addressed(text, self.family, false).is_none() {
                 faults.push(facts.fault(
                     ["index", "indirect"],
                     Part::Value,

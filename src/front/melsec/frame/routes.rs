@@ -4,8 +4,9 @@
 use std::collections::BTreeMap;
 use std::mem::take;
 
-use super::{Frame, Leap, Part, Walk, Wanted};
+use super::{Frame, Leap, Part, Walk, Wanted, routine};
 use crate::base::code::Code;
+use crate::front::absent;
 
 impl Walk<'_, '_> {
     /// Finds the label of every jump and call: in the own file, else, for calls, in the one other file that has it.
@@ -23,6 +24,7 @@ impl Walk<'_, '_> {
                     let masters = [item, to].map(|at| self.frame.sites[at].master);
                     self.leaps.push(Leap { from: item, to, masters });
                 }
+                [] if is_call => self.without_label(item, label, only),
                 [] => {
                     let message = format!("the label P{label} does not stand in this program");
                     let help = "check the label, or give all files of the project";
@@ -35,6 +37,19 @@ impl Walk<'_, '_> {
                 }
             }
         }
+    }
+
+    /// A call of a label that stands in no file where it may; `by_file`: in the one that the call names.
+    fn without_label(&mut self, item: usize, label: u32, by_file: bool) {
+        let text = self.item(item).raw.operands[0].trim_matches('"');
+        let name = routine(by_file.then_some(text), label);
+        if self.may_lack(&name) {
+            self.frame.parts.insert(item, Part::Absent(name));
+            return;
+        }
+        let message = format!("the label P{label} does not stand in this program");
+        let help = absent::help("check the label, give all files of the project", &name);
+        self.fault_at(item, Code::NoLabel, message, &help);
     }
 
     /// Where programs go that need not run in every scan.

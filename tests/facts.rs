@@ -1,0 +1,135 @@
+//! What the user states beside the program: believed where it has use, told where it has none, refused where it is wrong.
+
+mod common;
+
+use common::audited::{audited, table};
+use scanbound::audit::Concluded;
+use scanbound::base::facts::Facts;
+
+/// Audits programs of one dialect with facts, by times of one's own.
+fn with(dialect: &str, files: &[(&str, &str)], facts: &str) -> Result<Concluded, String> {
+    let facts = Facts::parse("facts.toml", facts).map_err(|faults| faults[0].message.clone())?;
+    let table = table("CALL,2,1,0\nECALL,2,1,0\nSBS(91),2,1,0\nSBS,2,1,0\nOp1,1,0,0\nOp9,9,0,0\n");
+    let cpu = (dialect == "melsec-list").then_some("Q26UDV");
+    audited(dialect, cpu, files, &table, &facts)
+}
+
+/// What a MELSEC list takes beside its overhead, at most and at least, in microseconds.
+fn bounds(text: &str, facts: &str) -> Result<(u64, u64), String> {
+    let text = text.replace("; ", "\n") + "\n";
+    let bound = with("melsec-list", &[("a.il", &text)], facts)?.audit.bound;
+    let us = |time: scanbound::base::time::Picos| (time.0 - bound.overhead.0) / 1_000_000;
+    Ok((us(bound.upper), us(bound.lower)))
+}
+
+#[test]
+fn a_routine_that_is_not_there_takes_what_is_stated_wherever_it_is_called() {
+    let once = "LD X0; CALL P153; END";
+    let stated = "[calls]\nP153 = { time = '50us', writes = [] }";
+    assert_eq!(bounds(once, stated), Ok((52, 52)));
+    assert_eq!(bounds("LD X0; CALL P153; LD X1; CALL P153; END", stated), Ok((104, 104)));
+    assert_eq!(bounds("LD X0; CALL P153; LDI X0; CALL P153; END", stated), Ok((53, 53)));
+    assert_eq!(bounds("FOR K3; LD X0; CALL P153; NEXT; END", stated), Ok((156, 156)));
+    let within = "LD X0; CALL P1; FEND; P1; LD X1; CALL P153; RET; END";
+    assert_eq!(bounds(within, stated), Ok((54, 54)));
+    let file = "[calls]\n'SUB:p03' = { time = '1.5us', writes = [] }";
+    assert_eq!(bounds("LD X0; ECALL \"Sub\" P3; END", file), Ok((3, 3)));
+}
+
+#[test]
+fn what_a_routine_writes_takes_any_value_and_nothing_else_does() {
+    let program = "LD X0; OUT M5; LD SM400; MOV K1 D100; MOV K1 D5; LD SM400; CALL P1; LDI M5; AND X0; Op1; LD= D100 K2; Op9; LD= D5 K2; Op9; LD T3; Op9; LDI X0; OUT T3 K5; END";
+    let takes =
+        |writes: &str| bounds(program, &format!("[calls]\nP1 = {{ time = '1us'{writes} }}"));
+    let of = |found: Result<(u64, u64), String>| found.map(|(upper, _)| upper);
+    // The call and its routine, and T3, which may have run out.
+    assert_eq!(takes(", writes = []"), Ok((12, 12)));
+    assert_eq!(of(takes(", writes = ['M5']")), Ok(13));
+    assert_eq!(of(takes(", writes = ['D100-D199']")), Ok(21));
+    assert_eq!(of(takes(", writes = ['D0-D199', 'M0-M9']")), Ok(31));
+    assert_eq!(of(takes("")), Ok(31));
+    // A lower bound rests on nothing that only nobody knows.
+    assert!(takes("").is_ok_and(|(_, lower)| lower < 31));
+    let off = "LD SM400; RST T3; CALL P1; LD T3; Op9; END";
+    let timer = |writes: &str| {
+        of(bounds(off, &format!("[calls]\nP1 = {{ time = '1us', writes = [{writes}] }}")))
+    };
+    assert_eq!((timer(""), timer("'T0-T9'"), timer("'T4'")), (Ok(3), Ok(12), Ok(3)));
+}
+
+#[test]
+fn the_error_offers_the_line_to_state() {
+    let refused = |text: &str, stated: &str| {
+        let text = text.replace("; ", "\n");
+        let facts = Facts::parse("facts.toml", stated).expect("facts");
+        let table = table("");
+        let inputs =
+            [scanbound::front::Input { name: "a.il".to_owned(), bytes: text.into_bytes() }];
+        let request = scanbound::audit::Request {
+            dialect: Some("melsec-list"),
+            table: Some(&table),
+            ..scanbound::audit::Request::new(&inputs, &facts)
+        };
+        match scanbound::audit::audit(&request) {
+            Err(scanbound::audit::Failure::Input(faults)) => {
+                let fault = faults[0].clone();
+                (fault.file, fault.line, fault.help)
+            }
+            other => panic!("{:?}", other.map(|audit| audit.bound.upper)),
+        }
+    };
+    for (call, line) in [
+        ("CALL P153", "P153 = { time = \"50us\", writes = [\"D100-D199\"] }"),
+        ("ECALL \"SUB A\" P3", "\"SUBA:P3\" = { time = \"50us\", writes = [\"D100-D199\"] }"),
+    ] {
+        let program = format!("LD X0; {call}; END");
+        let (file, at, help) = refused(&program, "");
+        assert_eq!((&*file, at), ("a.il", Some(2)));
+        let (_, offered) = help.split_once("[calls] ").expect("a line is offered");
+        assert_eq!(offered, line);
+        // What is offered is taken.
+        assert!(bounds(&program, &format!("[calls]\n{offered}")).is_ok(), "{offered}");
+    }
+    let wrong = "[calls]\nP1 = { time = '1us', writes = ['D9-D1'] }";
+    assert_eq!(refused("LD X0; CALL P1; END", wrong).0, "facts.toml");
+}
+
+#[test]
+fn a_stated_routine_that_is_there_or_is_not_called_is_told() {
+    let told = |text: &str| {
+        let text = text.replace("; ", "\n");
+        let stated = "[calls]\nP1 = { time = '1us' }";
+        let found = with("melsec-list", &[("a.il", &text)], stated).expect("an audit");
+        assert!(found.audit.facts.is_empty(), "what is not used is not believed");
+        let warnings = found.audit.warnings.iter().filter(|one| one.file == "facts.toml");
+        warnings.map(|one| (one.line, one.message.clone())).collect::<Vec<_>>()
+    };
+    let is_there = "what is stated of P1 is not used: the routine stands in a.il:4";
+    assert_eq!(told("LD X0; CALL P1; FEND; P1; RET; END"), [(Some(2), is_there.to_owned())]);
+    let not_called = "what is stated of P1 is not used: nothing calls it";
+    assert_eq!(told("LD X0; OUT Y0; END"), [(Some(2), not_called.to_owned())]);
+}
+
+#[test]
+fn omrons_subroutines_are_stated_by_their_numbers() {
+    let us = |text: &str, facts: &str| {
+        let text = text.replace("; ", "\n") + "\n";
+        let bound = with("omron-c200h", &[("a.txt", &text)], facts)?.audit.bound;
+        Ok::<_, String>((bound.upper.0 - bound.overhead.0) / 1_000_000)
+    };
+    let program = "LD 00000; SBS(91) 010; LD 01000; Op1; END(01)";
+    assert!(us(program, "").expect_err("refused").contains("subroutine 10 is not in the project"));
+    for stated in ["SBN10", "'SBN 010'", "sbn010"] {
+        let facts = format!("[calls]\n{stated} = {{ time = '5us', writes = ['01000'] }}");
+        assert_eq!(us(program, &facts), Ok(8), "{stated}");
+    }
+    let sets = "LD 00000; OUT 01000; SBS(91) 010; LDNOT 01000; AND 00000; Op1; END(01)";
+    let writes = |writes: &str| us(sets, &format!("[calls]\nSBN10 = {{ time = '5us'{writes} }}"));
+    assert_eq!(writes(", writes = ['DM 0100-DM 0199']"), Ok(7));
+    assert_eq!(writes(", writes = ['010']"), Ok(8));
+    assert_eq!(writes(""), Ok(8));
+    let flags =
+        "LD 00000; CMP(20) DM0000 DM0000; SBS(91) 010; LDNOT 25506; AND 00000; Op1; END(01)";
+    let kept = |text: &str| us(text, "[calls]\nSBN10 = { time = '5us', writes = [] }");
+    assert_eq!(kept(flags), Ok(8), "a routine leaves its own condition flags");
+}
