@@ -133,3 +133,13 @@ fn omrons_subroutines_are_stated_by_their_numbers() {
     let kept = |text: &str| us(text, "[calls]\nSBN10 = { time = '5us', writes = [] }");
     assert_eq!(kept(flags), Ok(8), "a routine leaves its own condition flags");
 }
+
+#[test]
+fn a_stated_range_holds_where_the_scan_starts_and_no_longer_than_that() {
+    let stated = "[ranges]\nD0 = [1, 4]";
+    assert_eq!(bounds("FOR D0; LD X0; Op1; NEXT; END", stated), Ok((4, 4)));
+    let written = "LD X1; MOV K9 D0; FOR D0; LD X0; Op1; NEXT; END";
+    assert_eq!(bounds(written, stated), Ok((9, 9)));
+    // What is written behind the count is of the next scan, which starts with what is stated.
+    assert_eq!(bounds("FOR D0; LD X0; Op1; NEXT; LD X1; MOV K9 D0; END", stated), Ok((4, 4)));
+}

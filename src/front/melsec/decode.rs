@@ -1,7 +1,5 @@
 //! From a MELSEC project to a program: every instruction with its exact or widened meaning, all faults at once.
 
-use std::collections::BTreeSet;
-
 use super::emit::Emitter;
 use super::frame::frame;
 use super::memory::Family;
@@ -11,7 +9,7 @@ use super::source::RawProject;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::Faults;
-use crate::program::{Program, flow};
+use crate::program::Program;
 
 /// Decodes a project.
 ///
@@ -26,26 +24,11 @@ pub fn decode(
         project.files.iter().map(|file| Faults::new(&file.name)).collect();
     let resolved = resolve(project, options, &mut faults);
     let frame = frame(&resolved, options, &mut faults);
-    let mut overwritten = BTreeSet::new();
-    loop {
-        let mut emitter = Emitter::new(&resolved, &frame, options, &overwritten, faults.clone());
-        for file in 0..project.files.len() {
-            emitter.file(file);
-        }
-        let (program, counts) = emitter.finish()?;
-        // A stated range speaks of the scan's start. Where the program may write a word that it counts by,
-        // the range is worth nothing there, and emission begins again without it.
-        let before = overwritten.len();
-        overwritten.extend(
-            counts
-                .into_iter()
-                .filter(|(_, cell)| flow::is_written(&program, *cell))
-                .map(|(text, _)| text),
-        );
-        if overwritten.len() == before {
-            return Ok(program);
-        }
+    let mut emitter = Emitter::new(&resolved, &frame, options, faults);
+    for file in 0..project.files.len() {
+        emitter.file(file);
     }
+    emitter.finish()
 }
 
 /// Refuses a project of more instructions than any CPU of its family holds, at the first that is too many: each takes a

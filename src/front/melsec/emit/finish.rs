@@ -1,7 +1,7 @@
 //! What can only be settled when all files are emitted: where jumps, calls and loops lead, and what runs again.
 
 use super::Emitter;
-use super::ranges::{self, Counts};
+use super::ranges;
 use crate::base::diagnostic::{Diagnostic, Severity};
 use crate::front::{Faults, absent};
 use crate::program::{Program, Step};
@@ -31,8 +31,8 @@ impl Routes {
 }
 
 impl Emitter<'_> {
-    /// The program, if nothing is wrong with it, and the words whose stated range it counts by.
-    pub(in crate::front::melsec) fn finish(mut self) -> Result<(Program, Counts), Vec<Diagnostic>> {
+    /// The program, if nothing is wrong with it.
+    pub(in crate::front::melsec) fn finish(mut self) -> Result<Program, Vec<Diagnostic>> {
         if !self.faults.iter().any(Faults::any_error) {
             self.connect();
             self.hold_off();
@@ -48,7 +48,7 @@ impl Emitter<'_> {
         if found.iter().any(|fault| fault.severity == Severity::Error) {
             return Err(found);
         }
-        Ok((self.out.program, self.stated.counts))
+        Ok(self.out.program)
     }
 
     /// Fills in where each instruction leads, which the frame knows of items.

@@ -39,9 +39,7 @@ use finish::Routes;
 use masters::State;
 use now::Now;
 use quirks::Quirks;
-use ranges::Stated;
 use rungs::Rung;
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// A target still to be found.
@@ -64,8 +62,6 @@ pub struct Emitter<'a> {
     rung: Rung,
     /// Bits that remember something from one execution to the next.
     edges: Edges,
-    /// What is stated of words that count.
-    stated: Stated<'a>,
     /// What may be written through indirect addresses, if that is stated.
     indirect: Option<Vec<Region>>,
     /// Where control goes.
@@ -80,7 +76,6 @@ impl<'a> Emitter<'a> {
         resolved: &'a Resolved<'a>,
         frame: &'a Frame,
         options: &'a DecodeOptions<'a>,
-        overwritten: &'a BTreeSet<String>,
         faults: Vec<Faults<'a>>,
     ) -> Self {
         let project = resolved.project;
@@ -107,7 +102,6 @@ impl<'a> Emitter<'a> {
             now: Now::default(),
             rung: Rung::default(),
             edges: Edges::default(),
-            stated: Stated { overwritten, counts: Vec::new() },
             routes: Routes::default(),
             state: None,
         }

@@ -1,4 +1,4 @@
-//! What the user states of words, their ranges: where the scan starts, and where a word counts something.
+//! What the user states of words: their ranges where the scan starts, and what is written through indirect addresses.
 
 use super::{DecodeOptions, Emitter};
 use crate::base::code::Code;
@@ -9,21 +9,9 @@ use crate::front::melsec::memory::{Family, Kind, area};
 use crate::front::melsec::operand::{Device, Operand, Place, parse, upper};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{Approximated, Cell, Effect, Region, StartRange, Write};
-use std::collections::BTreeSet;
 
 /// More faults than this are counted, not listed.
 const MOST_FAULTS: usize = 100;
-
-/// Words that count something, as written, and their cells.
-pub(super) type Counts = Vec<(String, Cell)>;
-
-/// What is stated of words that count something.
-pub(super) struct Stated<'a> {
-    /// Words whose stated range does not hold where they count: the program may write them.
-    pub overwritten: &'a BTreeSet<String>,
-    /// Words that count and whose stated range was believed.
-    pub counts: Counts,
-}
 
 /// What may be read and written of the devices that a text names: one, or all from the first to the last. Where the block
 /// of the file register is switched, `R` may be any of its words.
@@ -97,34 +85,18 @@ impl Emitter<'_> {
         kept
     }
 
-    /// The least and largest value of a count that stands in an operand, and whether these are known: by a
-    /// constant, or by a stated range that holds there. Else it is 0 to `largest`.
+    /// The least and largest value of a count that stands in an operand, and whether it is a constant. What a word can
+    /// hold there is found later: here it is 0 to `largest`.
     pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {
         if let Some(value) = self.constant(text) {
             return (value, value, true);
         }
-        let upper = text.to_ascii_uppercase();
-        let stated = self.options.facts.ranges.get(&upper).or(self.options.facts.ranges.get(text));
-        let cell = self.word(text);
-        let word = i64::from(i16::MIN)..=i64::from(i16::MAX);
-        match (stated, cell) {
-            (Some(_), _) if self.stated.overwritten.contains(&upper) => {
-                self.approximate(format!("the count {text} may be written within the scan: its stated range does not hold here, and it is taken as up to {largest}"));
-                (0, largest, false)
-            }
-            (Some(&(low, high)), Some(cell)) if word.contains(&low) && word.contains(&high) => {
-                self.stated.counts.push((upper, cell));
-                (low, high, true)
-            }
-            _ => {
-                self.approximate(Approximated::UnknownCount {
-                    word: text.into(),
-                    most: largest,
-                    can_be_stated: true,
-                });
-                (0, largest, false)
-            }
-        }
+        self.approximate(Approximated::UnknownCount {
+            word: text.into(),
+            most: largest,
+            can_be_stated: true,
+        });
+        (0, largest, false)
     }
 
     /// The cell of a plain word device.
