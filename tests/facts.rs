@@ -143,3 +143,68 @@ fn a_stated_range_holds_where_the_scan_starts_and_no_longer_than_that() {
     // What is written behind the count is of the next scan, which starts with what is stated.
     assert_eq!(bounds("FOR D0; LD X0; Op1; NEXT; LD X1; MOV K9 D0; END", stated), Ok((4, 4)));
 }
+
+/// What `scanbound facts` writes, from the repository's directory.
+fn offered(arguments: &[&str]) -> String {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .arg("facts")
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// Takes the first `#` of each line away.
+fn uncommented(text: &str) -> String {
+    text.lines().map(|line| line.strip_prefix('#').unwrap_or(line).to_owned() + "\n").collect()
+}
+
+#[test]
+fn what_is_offered_is_a_facts_file_commented_out_or_not() {
+    let samples: [&[&str]; 5] = [
+        &["samples/recipes"],
+        &["samples/filler"],
+        &["samples/sorter/sorter.il", "--cpu", "CJ2M"],
+        &["samples/drives/drives.il", "--cpu", "FX3U"],
+        &["samples/minasec-u/test-program.asm"],
+    ];
+    for sample in samples {
+        let text = offered(sample);
+        let nothing = Facts::parse("facts.toml", &text).expect("a facts file");
+        assert_eq!(Facts { places: Default::default(), ..nothing }, Facts::default(), "{text}");
+        let all = uncommented(&text);
+        Facts::parse("facts.toml", &all).unwrap_or_else(|faults| panic!("{faults:?}\n{all}"));
+    }
+    let all = uncommented(&offered(samples[0]));
+    let all = Facts::parse("facts.toml", &all).expect("a facts file");
+    assert_eq!(all.counts.len(), 4);
+    assert_eq!((all.inputs, all.outputs), (Some(32), Some(48)));
+}
+
+#[test]
+fn what_is_stated_of_what_is_offered_is_not_offered_again() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("facts.toml");
+    std::fs::write(&file, uncommented(&offered(&["samples/recipes"]))).expect("written");
+    let file = file.to_str().expect("a name");
+    let left = offered(&["samples/recipes", "--facts", file]);
+    assert!(left.contains("Nothing is worth stating"), "{left}");
+}
+
+#[test]
+fn facts_are_offered_where_an_audit_is_refused_for_a_routine() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let program = directory.path().join("a.il");
+    let text = "LD X0\nCALL P153\nLD X1\nECALL \"SUB A\" P3\nFOR D0\nLD X2\nOUT Y0\nNEXT\nLD X3\nMOV K1 D100Z0\nFEND\nI0\nLD X4\nOUT Y1\nIRET\nEND\n";
+    std::fs::write(&program, text).expect("written");
+    let program = program.to_str().expect("a name");
+    let text = offered(&[program, "--cpu", "Q26UDV"]);
+    let all = Facts::parse("facts.toml", &uncommented(&text)).unwrap_or_else(|_| panic!("{text}"));
+    let names = |found: Vec<&String>| found.into_iter().cloned().collect::<Vec<_>>();
+    assert_eq!(names(all.calls.keys().collect()), ["P153", "SUBA:P3"]);
+    assert_eq!(names(all.interrupts.keys().collect()), ["I0"]);
+    assert_eq!(names(all.counts.keys().collect()), ["a.il:5"]);
+    assert!(text.contains("a.il:2  CALL P153"), "{text}");
+}

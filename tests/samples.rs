@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What is audited, by the arguments behind `audit`.
-const SAMPLES: [&[&str]; 7] = [
+const SAMPLES: [&[&str]; 8] = [
     &["samples/paper/program.il", "--table", "samples/paper/table.csv"],
     &["samples/transfer-line/line.il", "--cpu", "Q26UDV"],
     &["samples/filler"],
@@ -13,6 +13,7 @@ const SAMPLES: [&[&str]; 7] = [
     &["samples/snet/self-holding.il", "--cpu", "C200H"],
     &["samples/sorter/sorter.il", "--cpu", "CJ2M"],
     &["samples/sorter/sorter.cxt"],
+    &["samples/recipes", "--trust", "counts", "--facts", "samples/recipes/facts.toml"],
 ];
 
 fn json(arguments: &[&str]) -> Value {

@@ -19,6 +19,7 @@ pub mod method;
 mod model_search;
 mod modelling;
 mod names;
+pub mod offer;
 mod pipeline;
 mod power_up;
 mod priced;

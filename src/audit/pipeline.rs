@@ -17,6 +17,7 @@ use super::understood::Understood;
 use crate::base::budget::{Budget, Cut};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
+use crate::front::Open;
 use crate::passes::{self, values::Trust};
 use crate::program::Program;
 use crate::scan::groups;
@@ -40,6 +41,8 @@ pub struct Followed {
     pub model: ScanModel,
     /// Its slices.
     pub groups: Vec<Group>,
+    /// What of the machine the user may state.
+    pub open: Open,
     warnings: Vec<Diagnostic>,
     /// The stages that the time limit or the user cut short.
     cuts: Vec<Cut>,
@@ -67,6 +70,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let settings = passes::Settings { trust: request.trusted(), budget: Some(&budget) };
     let told = |name| (request.progress)(Progress::Stage(name));
     request.passes.run(&mut understood.program, &settings, told)?;
+    let open = understood.open;
     let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
     (request.progress)(Progress::Stage("following the scan"));
     let (mut model, whole) = model_of(&mut program, &mut prices, &budget)?;
@@ -79,7 +83,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     keep_in_range(&program, &table, &prices, &model)?;
     let groups = groups::groups(&model);
     let cuts = budget.cuts();
-    Ok(Followed { start, program, table, prices, model, groups, warnings, cuts, whole })
+    Ok(Followed { start, program, table, prices, model, groups, open, warnings, cuts, whole })
 }
 
 /// An audit and what it was found in.
@@ -97,8 +101,18 @@ pub struct Concluded {
 /// # Errors
 /// That the analysis and the interpreter disagree.
 pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, Failure> {
-    let Followed { start, mut program, table, mut prices, model, groups, warnings, cuts, whole } =
-        followed;
+    let Followed {
+        start,
+        mut program,
+        table,
+        mut prices,
+        model,
+        groups,
+        open,
+        warnings,
+        cuts,
+        whole,
+    } = followed;
     let delays = request.response.map(|given| Delays::of(given, &program, &table)).transpose()?;
     let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
     let deadline = budget.deadline();
@@ -108,14 +122,14 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     let (searched, found) = closing.search(&mut program, &mut prices, model, groups)?;
     let times = prices.times();
     let Searched { model, groups, maxima, assignment, replayed, ended_early, .. } = searched;
-    let open: Vec<&Maximum> = maxima.iter().filter(|found| found.lower < found.upper).collect();
-    if let (false, false) = (open.is_empty(), ended_early) {
-        let apart: Picos = open.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
+    let unsolved: Vec<&Maximum> = maxima.iter().filter(|found| found.lower < found.upper).collect();
+    if let (false, false) = (unsolved.is_empty(), ended_early) {
+        let apart: Picos = unsolved.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
         budget.cut(
             "searching",
             format!(
                 "the longest scan may be up to {apart} shorter: {} of {} groups are open",
-                open.len(),
+                unsolved.len(),
                 groups.len()
             ),
         );
@@ -164,6 +178,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         delays,
     };
     let audit = findings.audit(finished);
-    let followed = Followed { start, program, table, prices, model, groups, warnings, cuts, whole };
+    let followed =
+        Followed { start, program, table, prices, model, groups, open, warnings, cuts, whole };
     Ok(Concluded { audit, followed, maxima })
 }

@@ -24,7 +24,7 @@ impl Priced {
     /// Prices the program; notices what was stated and has no use.
     pub fn of(understood: Understood, request: &Request<'_>) -> Result<Priced, Failure> {
         (request.progress)(Progress::Stage("pricing"));
-        let Understood { mut program, table, warnings } = understood;
+        let Understood { mut program, table, warnings, .. } = understood;
         let prices = price::price(&program, &table, request.facts)?;
         let unused = unused_times(request.times, &program, &prices);
         let odd = stated::odd(&program, &table, request.facts);

@@ -6,7 +6,7 @@ use super::{counts, stated};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Part, StatedFactor};
-use crate::front::{Options, Project};
+use crate::front::{Open, Options, Project};
 use crate::program::Program;
 use crate::timing::table::{Evidence, Factor, StatedClock, Table};
 use std::collections::BTreeSet;
@@ -18,6 +18,8 @@ const MOST_TOLD: usize = 100;
 pub struct Understood {
     pub program: Program,
     pub table: Table,
+    /// What of the machine the user may state.
+    pub open: Open,
     /// What was noticed on the way.
     pub warnings: Vec<Diagnostic>,
 }
@@ -28,6 +30,7 @@ impl Understood {
         (request.progress)(Progress::Stage("reading"));
         let project = request.fronts.read(request.inputs, request.dialect)?;
         let (mut program, table) = understand(&*project, request)?;
+        let open = project.open();
         let mut warnings = project.warnings();
         warnings.extend(stated::unused_calls(&program, request.facts));
         // The source takes as much memory as the program, which is all that the stages behind look at.
@@ -36,7 +39,7 @@ impl Understood {
         stated::know_words(&program, request.facts)?;
         counts::state(&mut program, request.facts)?;
         program.external = stated::external(&program, request.facts)?;
-        Ok(Understood { program, table, warnings })
+        Ok(Understood { program, table, open, warnings })
     }
 }
 

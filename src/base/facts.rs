@@ -13,7 +13,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-pub use calls::{StatedCall, plain};
+pub use calls::{StatedCall, key, plain};
 pub use places::Part;
 
 /// The user's statements. They are believed: a wrong one can make the bound too low, so reports list them.

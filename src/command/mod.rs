@@ -6,6 +6,7 @@ mod compare;
 mod convert;
 mod emulate;
 mod export;
+mod facts;
 mod options;
 mod output;
 mod progress;
@@ -35,6 +36,8 @@ enum Command {
     Audit(audit::Arguments),
     /// Prove that no scan takes longer than a limit, or show one that does
     Check(check::Arguments),
+    /// Write a facts file that offers what is worth stating, with places and what it is worth
+    Facts(facts::Arguments),
     /// Write the question of a group for a MaxSAT or SMT solver
     Export(export::Arguments),
     /// Hold measured scan times against the bound; the last file holds them
@@ -149,6 +152,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
     match &cli.command {
         Command::Audit(arguments) => audit::run(arguments),
         Command::Check(arguments) => check::run(arguments),
+        Command::Facts(arguments) => facts::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Emulate(arguments) => emulate::run(arguments),

@@ -3,16 +3,14 @@
 use super::builder::Known;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
-use crate::base::facts::{Facts, Part, StatedCall};
+use crate::base::facts::{Facts, Part, StatedCall, key};
 use crate::program::Region;
 
 /// The help for a call whose routine is not there: what else may be wrong, and the line for a facts file.
 pub(super) fn help(first: &str, name: &str) -> String {
-    // A name in quotes: what TOML takes for an escape is one of Rust's, too.
-    let is_bare = name.bytes().all(|byte| byte.is_ascii_alphanumeric());
-    let key = if is_bare { name.to_owned() } else { format!("{name:?}") };
     format!(
-        "{first}, or state in a facts file (--facts) what the routine takes and writes: [calls] {key} = {{ time = \"50us\", writes = [\"D100-D199\"] }}"
+        "{first}, or state in a facts file (--facts) what the routine takes and writes: [calls] {} = {{ time = \"50us\", writes = [\"D100-D199\"] }}",
+        key(name)
     )
 }
 

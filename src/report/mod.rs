@@ -4,6 +4,7 @@
 
 mod columns;
 pub mod compare;
+pub mod facts;
 pub mod format;
 pub mod formats;
 pub mod method;

@@ -626,7 +626,7 @@ fn named(device: &str, comment: &str) -> String {
     if comment.is_empty() { device.to_owned() } else { format!("{device} {comment}") }
 }
 
-fn place(audit: &Audit, at: Location) -> String {
+pub(super) fn place(audit: &Audit, at: Location) -> String {
     let step = at.step.map_or(String::new(), |step| format!(" step {step}"));
     format!("{}:{}{step}", short(audit, at), at.line)
 }

@@ -37,6 +37,24 @@ pub fn plain(name: &str) -> String {
     format!("{letters}{}", &number[zeros..])
 }
 
+/// A name as a key of a facts file: in quotes where it must be.
+#[must_use]
+pub fn key(name: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !name.is_empty() && name.chars().all(is_bare) {
+        return name.to_owned();
+    }
+    let mut quoted = String::from("\"");
+    for c in name.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => quoted += &format!("\\u{:04X}", u32::from(c)),
+            c => quoted.push(c),
+        }
+    }
+    quoted + "\""
+}
+
 impl Reader<'_> {
     pub(super) fn call(&mut self, name: &str, value: &Value<'_>) {
         const HELP: &str = "write P153 = { time = \"50us\", writes = [\"D100-D199\"] }: what the routine takes at most, and all that it writes; without writes it may write anything";

@@ -1,0 +1,234 @@
+//! What of a project is worth stating: the lines of a facts file that an audit asks for.
+
+use super::names::Names;
+use super::pipeline::Concluded;
+use super::request::Request;
+use super::unknown::UnknownCount;
+use crate::base::facts::key;
+use crate::base::location::Location;
+use crate::base::time::Picos;
+use crate::program::{ChoiceId, Indexed, Program, Region, Step, WordSource, Write, flow};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// The end of the range that is offered for an index.
+const INDEX: i64 = 99;
+
+/// Something worth stating.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Offer {
+    /// The table of the facts file.
+    pub table: &'static str,
+    /// Its line there, the value to be replaced by what is true.
+    pub line: String,
+    /// What it is, and what is taken without it.
+    pub what: String,
+    /// Where it matters, and the instructions there, the dearest first.
+    pub places: Vec<(Location, Arc<str>)>,
+    /// What the bound loses by it at most.
+    pub worth: Option<Picos>,
+}
+
+/// All that is worth stating, as a facts file has its tables; within one the dearest first.
+#[must_use]
+pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
+    let program = &concluded.followed.program;
+    let audit = &concluded.audit;
+    let mut offers = ranges(program);
+    offers.extend(audit.unknowns.iter().map(|one| count(program, one)));
+    offers.extend(calls(program));
+    if concluded.followed.open.index {
+        offers.extend(index(program, request));
+    }
+    offers.extend(interrupts(program));
+    offers.extend(audit.points.iter().map(|side| Offer {
+        table: "io",
+        line: format!("{}s = {}", side.side, side.taken),
+        what: format!("{} points that the CPU refreshes: {}", side.side, side.why),
+        places: Vec::new(),
+        worth: None,
+    }));
+    offers.extend(audit.bases.first().map(|side| Offer {
+        table: "io",
+        line: format!("base = {:?}", side.least),
+        what: "the kind of base unit that all modules sit on: the dearest is taken".to_owned(),
+        places: Vec::new(),
+        worth: Some(audit.bases.iter().map(|side| side.saves).sum()),
+    }));
+    offers.extend(networks(audit, program));
+    // Two lines of one name are no TOML.
+    let mut known: BTreeSet<(&str, String)> = BTreeSet::new();
+    offers.retain(|one| {
+        let name = one.line.split(" = ").next().unwrap_or_default();
+        known.insert((one.table, name.to_owned()))
+    });
+    offers
+}
+
+fn place(program: &Program, at: usize) -> (Location, Arc<str>) {
+    let instruction = &program.instructions[at];
+    (instruction.place, instruction.text.clone())
+}
+
+/// Words of which each holds an index that is not known and that nobody but others write.
+fn ranges(program: &Program) -> Vec<Offer> {
+    let mut found: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        let indexed = instruction.effects.iter().filter_map(|effect| match effect.write {
+            Write::Havoc(region, choice) => unknown_index(program, region, choice),
+            _ => None,
+        });
+        for indexed in indexed.collect::<Vec<_>>() {
+            let words = indexed.readings.iter().filter_map(|reading| reading.first());
+            for word in words {
+                if let WordSource::Cell(cell) = *word {
+                    found.entry(cell).or_default().push(at);
+                }
+            }
+        }
+    }
+    let others = found.into_iter().filter(|(cell, _)| {
+        // Such a name is not one that a program has.
+        let has_name = !program.cell_name(*cell).contains(char::is_whitespace);
+        has_name && !flow::is_written(program, *cell)
+    });
+    let offer = |(cell, mut places): (_, Vec<usize>)| {
+        places.dedup();
+        let word = program.cell_name(cell);
+        let what = format!("{word}, an index: what is written by it may be any device of its kind");
+        Offer {
+            table: "ranges",
+            line: format!("{} = [0, {INDEX}]", key(&word)),
+            what,
+            places: places.into_iter().map(|at| place(program, at)).collect(),
+            worth: None,
+        }
+    };
+    others.map(offer).collect()
+}
+
+/// The index by which a region is written, where nothing is known of it.
+fn unknown_index(program: &Program, region: Region, choice: ChoiceId) -> Option<&Indexed> {
+    let indexed = program.indexed.get(&choice)?;
+    indexed.may_reach(region).then_some(indexed)
+}
+
+fn count(program: &Program, one: &UnknownCount) -> Offer {
+    let named = |comment: &String| comment.starts_with(&format!("{} ", one.word));
+    let names = Names::new(program);
+    let at = program.instructions.iter().find(|at| {
+        let (place, text) = &one.places[0];
+        at.place == *place && at.text == *text
+    });
+    let comments = at.map(|at| names.comments_in(at)).unwrap_or_default();
+    let word = comments.into_iter().find(named).unwrap_or_else(|| one.word.to_string());
+    Offer {
+        table: "counts",
+        line: one.fact.clone(),
+        what: format!("{word}, a count: taken as up to {}, {} each", one.most, one.each),
+        places: one.places.clone(),
+        worth: Some(one.cost),
+    }
+}
+
+/// Routines that are not there.
+fn calls(program: &Program) -> Vec<Offer> {
+    let calls = program.instructions.iter().enumerate();
+    let calls: BTreeMap<usize, usize> = calls
+        .filter_map(|(at, one)| match one.step {
+            Step::Call { target, .. } => Some((target, at)),
+            _ => None,
+        })
+        .collect();
+    let mut routines: BTreeMap<&str, Vec<(Location, Arc<str>)>> = BTreeMap::new();
+    for absent in program.absent.iter().filter(|absent| !absent.stated) {
+        let at = calls.get(&absent.entry).copied().unwrap_or(absent.entry);
+        routines.entry(&absent.name).or_default().push(place(program, at));
+    }
+    let offer = |(name, places): (&str, _)| Offer {
+        table: "calls",
+        line: format!("{} = {{ time = \"50us\" }}", key(name)),
+        what: format!(
+            "{name} is called and not there. It may write anything, unless it is stated what: {{ time = \"50us\", writes = [\"D100-D199\", \"M5\"] }}"
+        ),
+        places,
+        worth: None,
+    };
+    routines.into_iter().map(offer).collect()
+}
+
+/// How indices and indirect addresses work.
+fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
+    let mut offers = Vec::new();
+    let of = |matters: &dyn Fn(&Write) -> bool| -> Vec<(Location, Arc<str>)> {
+        let is_there = |at: &usize| !program.absent.iter().any(|absent| absent.entry == *at);
+        let writes = |at: &usize| {
+            program.instructions[*at].effects.iter().any(|effect| matters(&effect.write))
+        };
+        let found = (0..program.instructions.len()).filter(writes).filter(is_there);
+        found.map(|at| place(program, at)).collect()
+    };
+    let either = of(&|write| match *write {
+        Write::Havoc(region, choice) => {
+            unknown_index(program, region, choice).is_some_and(|indexed| indexed.readings.len() > 1)
+        }
+        _ => false,
+    });
+    if request.facts.index_bits.is_none() && !either.is_empty() {
+        offers.push(Offer {
+            table: "index",
+            line: "bits = 16".to_owned(),
+            what: "how many bits an index to file registers has, 16 or 32: a parameter of the CPU; both are reckoned with".to_owned(),
+            places: either,
+            worth: None,
+        });
+    }
+    let anywhere = of(&|write| matches!(write, Write::Havoc(Region::Everything, _)));
+    if request.facts.indirect.is_none() && !anywhere.is_empty() {
+        offers.push(Offer {
+            table: "index",
+            line: "indirect = [\"D0-D99\"]".to_owned(),
+            what: "all that is written through indirect addresses (@): without it, anything"
+                .to_owned(),
+            places: anywhere,
+            worth: None,
+        });
+    }
+    offers
+}
+
+fn interrupts(program: &Program) -> Vec<Offer> {
+    let unstated = program.interrupts.iter().filter(|one| !one.stated);
+    let offer = |one: &crate::program::Interrupt| {
+        // Of a routine of which nothing is known it can only be stated that it does not run.
+        let is_empty = program.instructions[one.entry].step == Step::Return;
+        let times = if is_empty { 0 } else { one.times };
+        Offer {
+            table: "interrupts",
+            line: format!("{} = {times}", key(&one.name)),
+            what: format!(
+                "how often {} interrupts a scan at most: {} is taken",
+                one.name, one.times
+            ),
+            places: vec![place(program, one.entry)],
+            worth: None,
+        }
+    };
+    unstated.map(offer).collect()
+}
+
+fn networks(audit: &super::Audit, program: &Program) -> Option<Offer> {
+    let what: Vec<&str> = audit.networks.iter().map(|one| one.what.as_str()).collect();
+    let first = audit.networks.iter().map(|one| one.first).min()?;
+    let text = program.instructions.iter().find(|one| one.place == first);
+    Some(Offer {
+        table: "network",
+        line: "refresh = \"1ms\"".to_owned(),
+        what: format!(
+            "what networks take to refresh {} in one scan, or \"none\" where nothing refreshes them: not in the bound",
+            what.join(", ")
+        ),
+        places: text.map(|one| vec![(first, one.text.clone())]).unwrap_or_default(),
+        worth: None,
+    })
+}

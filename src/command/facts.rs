@@ -1,0 +1,39 @@
+//! `scanbound facts`: a facts file that offers what is worth stating.
+
+use super::options::ProjectOptions;
+use super::output::{Target, apart};
+use super::{Failure, Outcome};
+use clap::Args;
+use scanbound::audit::{self, Request, offer};
+use scanbound::report::facts;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound facts PLC/ -o plant.toml         what to state of a project, commented out
+  scanbound facts PLC/ --facts plant.toml    what is still worth stating";
+
+/// The arguments of `facts`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    project: ProjectOptions,
+    /// Write the facts to a file, whole or not at all
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// Audits the project, routines that are not there let pass, and writes what is worth stating.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    apart(&arguments.project.reads(), &[("--output", arguments.output.as_deref())])?;
+    let target = Target::new(arguments.output.as_deref())?;
+    let text = arguments.project.with_request(|request| {
+        let request = Request { incomplete: true, ..*request };
+        let concluded = audit::conclude(audit::follow(&request)?, &request)?;
+        let offers = offer::offers(&concluded, &request);
+        Ok(facts::file(&concluded.audit, &offers, &concluded.followed.program.absent))
+    })?;
+    target.write(&text)?;
+    Ok(Outcome::Done)
+}
