@@ -138,10 +138,51 @@ fn omrons_subroutines_are_stated_by_their_numbers() {
 fn a_stated_range_holds_where_the_scan_starts_and_no_longer_than_that() {
     let stated = "[ranges]\nD0 = [1, 4]";
     assert_eq!(bounds("FOR D0; LD X0; Op1; NEXT; END", stated), Ok((4, 4)));
-    let written = "LD X1; MOV K9 D0; FOR D0; LD X0; Op1; NEXT; END";
+    let written = "LD X1; MOV K9 D0; FOR D0; LD X0; Op1; NEXT; LD SM400; MOV K2 D0; END";
     assert_eq!(bounds(written, stated), Ok((9, 9)));
     // What is written behind the count is of the next scan, which starts with what is stated.
-    assert_eq!(bounds("FOR D0; LD X0; Op1; NEXT; LD X1; MOV K9 D0; END", stated), Ok((4, 4)));
+    assert_eq!(bounds("FOR D0; LD X0; Op1; NEXT; LD X1; MOV K3 D0; END", stated), Ok((4, 4)));
+}
+
+/// The status of what is stated of D0, and what is warned of it.
+fn status(text: &str, facts: &str) -> Result<(&'static str, Vec<String>), String> {
+    let text = text.replace("; ", "\n") + "\n";
+    let audit = with("melsec-list", &[("a.il", &text)], facts)?.audit;
+    let told = audit.warnings.iter().filter(|one| one.file == "facts.toml");
+    let told = told.map(|one| one.message.clone()).collect();
+    Ok((audit.facts[0].status().word(), told))
+}
+
+#[test]
+fn a_stated_range_is_kept_or_broken_or_neither() {
+    let stated = "[ranges]\nD0 = [1, 4]";
+    let of = |text: &str| status(&format!("FOR D0; LD X0; Op1; NEXT; {text}; END"), stated);
+    let quiet = |status| Ok((status, Vec::new()));
+    // Nobody but others write it.
+    assert_eq!(of("LD X1; OUT Y0"), quiet("unproved"));
+    assert_eq!(of("LD X1; MOV K3 D0; LD X2; MOV K1 D0"), quiet("kept"));
+    assert_eq!(of("LD SM400; WAND K3 D5; LD> D5 K0; MOV D5 D0"), quiet("kept"));
+    // A constant outside of the range, which a scan leaves there.
+    let broken = "D0 = [1, 4]: the program breaks what is stated: `MOV K9 D0` (a.il:6) leaves 9 in D0 when the scan ends";
+    assert_eq!(of("LD X1; MOV K9 D0; Op1"), Err(broken.to_owned()));
+    // Only within the scan is it something else, which is not asked for, but the analysis cannot tell.
+    assert_eq!(of("LD X1; MOV K9 D0; LD SM400; MOV K2 D0"), quiet("unproved"));
+    // Nobody said what D5 holds.
+    let (status, told) = of("LD X1; MOV D5 D0").expect("an audit");
+    assert_eq!(status, "unproved");
+    let may = told.iter().all(|one| one.starts_with("a scan that nothing known here excludes"));
+    assert!(may, "{told:?}");
+    let both = "[ranges]\nD0 = [1, 4]\nD5 = [2, 3]";
+    let text = "FOR D0; LD X0; Op1; NEXT; LD X1; MOV D5 D0; END";
+    assert_eq!(self::status(text, both), quiet("kept"));
+}
+
+#[test]
+fn what_is_about_the_plant_is_neither_kept_nor_broken() {
+    let of = |facts: &str| status("LD X0; CALL P1; FOR D0; LD X1; Op1; NEXT; END", facts);
+    assert_eq!(of("[calls]\nP1 = { time = '1us' }"), Ok(("stated", Vec::new())));
+    let counts = "[counts]\nD0 = 5\n[calls]\nP1 = { time = '1us', writes = [] }";
+    assert_eq!(of(counts), Ok(("unproved", Vec::new())));
 }
 
 /// What `scanbound facts` writes, from the repository's directory.

@@ -1,11 +1,34 @@
 //! What the user stated and the bound rests on, and the words for it.
 
 use super::request::Request;
-use crate::base::facts::{StatedCall, StatedFactor};
+use crate::base::facts::{StatedCall, StatedFactor, plain};
 use crate::base::time::Picos;
-use crate::program::Program;
+use crate::program::{Cell, Program};
 use crate::timing::table::{Override, StatedClock};
 use std::fmt;
+
+/// How something stated stands to the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// The program writes nothing else into the word, if scans start as stated.
+    Kept,
+    /// Nothing here proves it.
+    Unproved,
+    /// It is about the plant or the PLC: nothing in a program could prove it.
+    Stated,
+}
+
+impl Status {
+    /// Its word in reports.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Status::Kept => "kept",
+            Status::Unproved => "unproved",
+            Status::Stated => "stated",
+        }
+    }
+}
 
 /// Something that the user stated.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,6 +41,8 @@ pub enum Fact {
         low: i64,
         /// Its largest one.
         high: i64,
+        /// Whether the program keeps it.
+        is_kept: bool,
     },
     /// What a count is at a place.
     Count {
@@ -67,12 +92,23 @@ pub enum Fact {
 }
 
 impl Fact {
+    /// How it stands to the program.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        match self {
+            Fact::Range { is_kept: true, .. } => Status::Kept,
+            Fact::Range { .. } | Fact::Count { .. } => Status::Unproved,
+            _ => Status::Stated,
+        }
+    }
+
     /// What the request states of the program.
     pub(super) fn all(request: &Request<'_>, program: &Program) -> Vec<Fact> {
         let facts = request.facts;
         let ranges = facts.ranges.iter().map(|(word, &(low, high))| {
-            let word = word.clone();
-            Fact::Range { word, low, high }
+            let own = |cell: &&Cell| plain(&program.cell_name(**cell)) == plain(word);
+            let is_kept = program.kept.iter().any(|cell| own(&cell));
+            Fact::Range { word: word.clone(), low, high, is_kept }
         });
         let counts = facts.counts.iter().map(|(at, &(low, high))| {
             let at = at.clone();
@@ -109,7 +145,7 @@ impl Fact {
 impl fmt::Display for Fact {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Fact::Range { word, low, high } => {
+            Fact::Range { word, low, high, .. } => {
                 write!(f, "{word} is {low} to {high} when the scan starts")
             }
             Fact::Count { at, low, high } if low == high => {

@@ -151,7 +151,7 @@ pub fn fixture() -> Audit {
         stands_between: None,
         path: Vec::new(),
         unbounded: Vec::new(),
-        facts: vec![Fact::Range { word: "D100".to_owned(), low: -10, high: 10 }],
+        facts: vec![Fact::Range { word: "D100".to_owned(), low: -10, high: 10, is_kept: false }],
         points: Vec::new(),
         bases: Vec::new(),
         networks: Vec::new(),

@@ -37,7 +37,7 @@ mod unknown;
 pub mod verdict;
 
 pub use doubt::Doubt;
-pub use fact::Fact;
+pub use fact::{Fact, Status};
 pub use failure::Failure;
 pub use pipeline::{Concluded, Followed, audit, conclude, follow};
 pub use questions::{File, Form, certificates, question};

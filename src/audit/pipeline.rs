@@ -12,6 +12,7 @@ use super::priced::Priced;
 use super::reachable;
 use super::request::{Progress, Request};
 use super::response::Delays;
+use super::stated;
 use super::unbounded::{self, loops};
 use super::understood::Understood;
 use crate::base::budget::{Budget, Cut};
@@ -120,6 +121,8 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     let doubtful_from = program.shortest_timer;
     let closing = Closing { request, budget: &budget, limits, doubtful_from, whole };
     let (searched, found) = closing.search(&mut program, &mut prices, model, groups)?;
+    let mut warnings = warnings;
+    warnings.extend(stated::left(&program, request.facts, &found.left)?);
     let times = prices.times();
     let Searched { model, groups, maxima, assignment, replayed, ended_early, .. } = searched;
     let unsolved: Vec<&Maximum> = maxima.iter().filter(|found| found.lower < found.upper).collect();

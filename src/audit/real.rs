@@ -2,7 +2,10 @@
 
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
-use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
+use crate::program::{
+    AreaKind, Cell, ChoiceId, ChoiceKey, Effect, Number, Program, Step, Witness, WordSource, Write,
+    flow,
+};
 use crate::replay::{Free, Real, Why, real};
 use crate::scan::fit::SizeLimits;
 use crate::scan::groups::{groups, unpriced, witness};
@@ -10,7 +13,7 @@ use crate::scan::model::certain::{Standing, certain};
 use crate::scan::model::{Assignment, Lit, Origin, ScanModel, VarId};
 use crate::scan::{Purpose, scan_model_knowing};
 use crate::solve::{Decisions, Limits, Method, maxima, maximum};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The most instructions of a real run.
 const MOST_RUN: u64 = 400_000;
@@ -29,6 +32,18 @@ pub struct Found {
     pub witness: Witness,
     /// What all runs taught.
     pub knowledge: Knowledge,
+    /// Of stated ranges that a run's end does not keep, by their places in the program: what was left, and the instruction
+    /// that wrote it.
+    pub left: BTreeMap<usize, Left>,
+}
+
+/// What a real run leaves in a word that is stated to hold something else whenever a scan starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Left {
+    /// What it holds.
+    pub value: i64,
+    /// The last instruction that wrote it.
+    pub by: usize,
 }
 
 /// The search.
@@ -50,11 +65,14 @@ impl Search<'_> {
         knowledge: Knowledge,
     ) -> Result<Found, String> {
         let best = self.real(dearest, upper)?;
-        let mut found = Found { best, witness: dearest.clone(), knowledge };
+        let left = BTreeMap::new();
+        let mut found = Found { best, witness: dearest.clone(), knowledge, left };
         learn(&mut found.knowledge, &mut found.best);
+        self.note_left(&mut found.left, &found.best);
         if !found.best.is_possible() || found.best.replay.total < upper {
             let mut one = self.real(other, upper)?;
             learn(&mut found.knowledge, &mut one);
+            self.note_left(&mut found.left, &one);
             better(&mut found, one, other.clone());
         }
         let summary = summary_choices(self.program);
@@ -93,6 +111,7 @@ impl Search<'_> {
             let start = witness(&model, &assignment);
             let mut one = self.real(&start, upper)?;
             let news = learn(&mut found.knowledge, &mut one);
+            self.note_left(&mut found.left, &one);
             let total = one.replay.total;
             // A run that was left for its length is not tried again from other starts: that takes as long each time.
             let left = one.stopped.as_ref().is_some_and(|stopped| stopped.why == Why::TooLong);
@@ -106,6 +125,31 @@ impl Search<'_> {
 
     fn is_late(&self) -> bool {
         self.limits.deadline.is_some_and(|end| std::time::Instant::now() >= end)
+    }
+
+    /// Notes the stated ranges that a scan leaves; what a program writes of itself comes before what it works out.
+    fn note_left(&self, left: &mut BTreeMap<usize, Left>, one: &Real) {
+        if !one.is_possible() {
+            return;
+        }
+        for &(range, value) in &one.left {
+            let cells = &self.program.ranges[range].cells;
+            let writes = |at: usize| {
+                let regions = flow::written(self.program, at);
+                regions.iter().any(|region| cells.iter().any(|&cell| region.holds(cell)))
+            };
+            let last = one
+                .replay
+                .events
+                .iter()
+                .rev()
+                .find(|event| event.fired && writes(event.instruction));
+            let Some(by) = last.map(|event| event.instruction) else { continue };
+            let known = left.entry(range).or_insert(Left { value, by });
+            if !writes_constant(self.program, known.by) {
+                *known = Left { value, by };
+            }
+        }
     }
 
     /// Makes a real run.
@@ -123,6 +167,17 @@ impl Search<'_> {
             return Err(format!(
                 "{} writes {cell}, the analysis says that it does not",
                 at(instruction)
+            ));
+        }
+        let kept = |(range, _): &&(usize, i64)| {
+            let cells = &self.program.ranges[*range].cells;
+            cells.len() == 1 && self.program.kept.contains(&cells[0])
+        };
+        if let Some(&(range, value)) = found.left.iter().find(kept).filter(|_| found.is_possible())
+        {
+            let cell = self.program.cell_name(self.program.ranges[range].cells[0]);
+            return Err(format!(
+                "a scan leaves {value} in {cell}, the analysis says that the program keeps its range"
             ));
         }
         if found.is_possible() && found.replay.total > upper {
@@ -154,6 +209,17 @@ impl Search<'_> {
         let values = model.circuit.evaluate(&all);
         model.constraints.iter().all(|&holds| values.get(holds)).then_some((all, most))
     }
+}
+
+/// Whether all that an instruction writes are constants of the program.
+pub fn writes_constant(program: &Program, at: usize) -> bool {
+    let is_constant = |effect: &Effect| match &effect.write {
+        Write::Words(_, Number::Words(words)) => {
+            words.iter().all(|word| matches!(word, WordSource::Const(_)))
+        }
+        _ => false,
+    };
+    program.instructions[at].effects.iter().all(is_constant)
 }
 
 /// Takes the better of two scans.

@@ -1,5 +1,6 @@
 //! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
 
+use super::real::{Left, writes_constant};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedCall, plain};
@@ -161,6 +162,44 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
         }
     }
     warnings
+}
+
+/// Tells of stated ranges that a scan leaves which nothing known here excludes.
+///
+/// # Errors
+/// Those where the program writes a constant outside of the range: such a range does not hold whenever a scan starts.
+pub fn left(
+    program: &Program,
+    facts: &Facts,
+    left: &BTreeMap<usize, Left>,
+) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+    let keys: BTreeMap<String, &String> =
+        facts.ranges.keys().map(|key| (plain(key), key)).collect();
+    let (mut broken, mut doubtful) = (Vec::new(), Vec::new());
+    for (&range, &Left { value, by }) in left {
+        let word = program.cell_name(program.ranges[range].cells[0]);
+        // What is trusted was proved.
+        let Some(key) = keys.get(&plain(&word)) else { continue };
+        let at = &program.instructions[by];
+        let file = &at.place.of(&program.files).name;
+        let wrote = format!("`{}` ({file}:{})", at.text, at.place.line);
+        let fact = ["ranges", key.as_str()];
+        if writes_constant(program, by) {
+            let message = format!(
+                "the program breaks what is stated: {wrote} leaves {value} in {word} when the scan ends"
+            );
+            let help = "state a range that holds this, too, or leave it out";
+            broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
+        } else {
+            let message = format!(
+                "a scan that nothing known here excludes ends with {word} = {value}, by {wrote}"
+            );
+            let help = "check the range; state also what keeps the program from that, such as the words that this is worked out from";
+            doubtful
+                .push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help).warning());
+        }
+    }
+    if broken.is_empty() { Ok(doubtful) } else { Err(broken) }
 }
 
 /// Leaves out the ranges of words that the program does not name, nor any range that shares a word with one that it

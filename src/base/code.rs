@@ -80,6 +80,8 @@ codes! {
     Encoding = "encoding",
     /// An instruction has an operand too many
     ExtraOperand = "extra-operand",
+    /// A scan ends outside of what is stated to hold whenever one starts
+    BrokenFact = "broken-fact",
     /// A stated fact does not fit the program or the machine
     Fact = "fact",
     /// The facts file cannot be taken, or no scan keeps what it states

@@ -688,6 +688,8 @@ pub struct Program {
     pub direct_links: Option<usize>,
     /// Ranges the user stated.
     pub ranges: Vec<StartRange>,
+    /// Words with a stated range into which the program writes, and nothing outside of that range, if a scan starts as stated.
+    pub kept: BTreeSet<Cell>,
     /// Ranges that the program keeps to, where it is trusted with its words; constraints on the scan's start like those that
     /// are stated.
     pub trusted: Vec<TrustedRange>,

@@ -97,7 +97,8 @@ impl<'p, F: Free> Machine<'p, F> {
         let replay = self.scan();
         let beyond = std::mem::take(&mut self.state.beyond);
         let learned = std::mem::take(&mut self.state.learned);
-        (Real { replay, stopped: self.stopped, learned, beyond }, self.asked)
+        let left = if self.stopped.is_none() { self.state.left_ranges() } else { Vec::new() };
+        (Real { replay, stopped: self.stopped, learned, left, beyond }, self.asked)
     }
 
     /// The same, and the state that the scan leaves. `asked` such loops count as met before: from `MOST_ASKED` on, a
@@ -107,7 +108,8 @@ impl<'p, F: Free> Machine<'p, F> {
         let replay = self.scan();
         let beyond = std::mem::take(&mut self.state.beyond);
         let learned = std::mem::take(&mut self.state.learned);
-        (Real { replay, stopped: self.stopped, learned, beyond }, self.state)
+        let left = if self.stopped.is_none() { self.state.left_ranges() } else { Vec::new() };
+        (Real { replay, stopped: self.stopped, learned, left, beyond }, self.state)
     }
 
     pub(super) fn scan(&mut self) -> Replay {

@@ -130,6 +130,9 @@ pub struct Real {
     pub stopped: Option<Stopped>,
     /// What was learned about exact choices.
     pub learned: Knowledge,
+    /// Indices into `Program::ranges` that the start keeps and the scan's end does not, and what the words hold then; empty
+    /// where it is not followed to its end.
+    pub left: Vec<(usize, i64)>,
     /// Writes of operations that their instruction's effects do not allow: instruction and cell. There must be none.
     pub beyond: Vec<(usize, Cell)>,
 }

@@ -442,6 +442,35 @@ impl<'p, F: Free> State<'p, F> {
         ranges.filter(|(_, range)| !self.meets(range)).map(|(index, _)| index).collect()
     }
 
+    /// The ranges that the scan's start keeps and its end does not, where both are known, and what the words hold then.
+    pub(super) fn left_ranges(&mut self) -> Vec<(usize, i64)> {
+        let number = |words: &[u16]| match *words {
+            [word] => Some(i64::from(word.cast_signed())),
+            [low, high] => Some(double(low, high)),
+            _ => None,
+        };
+        let mut left = Vec::new();
+        for (index, range) in self.program.ranges.iter().enumerate() {
+            let cells = range.cells.iter();
+            let mut is_known = true;
+            let (mut start, mut end) = (Vec::new(), Vec::new());
+            for &cell in cells {
+                start.push(self.free.start(cell, AreaKind::Word));
+                let (value, unknown) = self.after(cell);
+                is_known &= unknown == 0 && self.free.unknown(cell) == 0;
+                end.push(value);
+            }
+            let within = |value: i64| (range.low..=range.high).contains(&value);
+            if let (true, Some(start), Some(end)) = (is_known, number(&start), number(&end))
+                && within(start)
+                && !within(end)
+            {
+                left.push((index, end));
+            }
+        }
+        left
+    }
+
     fn meets(&self, range: &StartRange) -> bool {
         let read: Vec<Option<u16>> =
             range.cells.iter().map(|cell| self.started.get(cell).copied().flatten()).collect();

@@ -18,6 +18,13 @@ pub const FORMAT: Format = Format {
     compare: |found, out| out.write_all(compare::json::render(found).as_bytes()),
 };
 
+/// Something that the user stated.
+#[derive(Serialize)]
+struct Stated {
+    what: String,
+    status: &'static str,
+}
+
 #[derive(Serialize)]
 struct Report<'a> {
     schema: &'static str,
@@ -33,7 +40,7 @@ struct Report<'a> {
     path: Vec<PathStep<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     unbounded: Vec<Loop<'a>>,
-    facts: Vec<String>,
+    facts: Vec<Stated>,
     doubts: Vec<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     points: Vec<Points<'a>>,
@@ -360,7 +367,11 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
         deciding: audit.witness.iter().filter(|v| v.matters).map(|v| v.name.as_str()).collect(),
         path: audit.path.iter().map(step).collect(),
         unbounded: audit.unbounded.iter().map(endless).collect(),
-        facts: audit.facts.iter().map(ToString::to_string).collect(),
+        facts: audit
+            .facts
+            .iter()
+            .map(|fact| Stated { what: fact.to_string(), status: fact.status().word() })
+            .collect(),
         doubts: audit.all_doubts().iter().map(ToString::to_string).collect(),
         points: audit.points.iter().map(points).collect(),
         bases: audit

@@ -5,8 +5,8 @@ use super::format::{Extent, Format};
 use super::{compare, method, response};
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{
-    ApproximationUse, Assumption, Audit, Fate, FreeValue, GroupUse, Reason, RungUse, Share,
-    UnstatedPoints, Value,
+    ApproximationUse, Assumption, Audit, Fact, Fate, FreeValue, GroupUse, Reason, RungUse, Share,
+    Status, UnstatedPoints, Value,
 };
 use crate::base::budget::Cut;
 use crate::base::location::Location;
@@ -56,7 +56,7 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     text += &super::path::path(audit);
     text += &assumed(audit, extent);
     text += &list("What the table's times do not hold", &audit.table.notes);
-    text += &list("What was stated and is believed", &shown(&audit.facts));
+    text += &list("What was stated and is believed", &facts(audit));
     text += &list(
         "What is trusted: nobody but the program writes these (--trust none does without)",
         &trusted(audit),
@@ -474,6 +474,16 @@ fn assumption(audit: &Audit, one: &Assumption) -> String {
         }
         None => format!("of {} no two are on when a scan starts: written by {by}", one.name),
     }
+}
+
+/// What was stated, and whether the program keeps it.
+fn facts(audit: &Audit) -> Vec<String> {
+    let told = |fact: &Fact| match fact.status() {
+        Status::Kept => format!("{fact}: the program writes nothing else into it"),
+        Status::Unproved => format!("{fact}: nothing here proves it"),
+        Status::Stated => fact.to_string(),
+    };
+    audit.facts.iter().map(told).collect()
 }
 
 /// Counts of which nothing is known, and what to state of them.

@@ -90,6 +90,7 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
         cut("counts are taken as up to what their words can hold");
         return;
     };
+    let keeps = keeps(program, slots, &run.written);
     let mut found = run.found;
     let mut kept = Vec::new();
     if let Some(end) = end.filter(|_| settings.trust != Trust::None) {
@@ -116,6 +117,7 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
             found.closer(over.found);
         }
     }
+    program.kept = keeps;
     writers(program, &mut kept);
     for TrustedRange { cell, low, high, .. } in &kept {
         program.ranges.push(StartRange { cells: vec![*cell], low: *low, high: *high });
@@ -136,6 +138,19 @@ fn stated(program: &Program, slots: &Slots) -> Vec<Ring> {
         }
     }
     start
+}
+
+/// The stated words into which the program writes nothing else than what is stated, from whatever start keeps all of that.
+fn keeps(program: &Program, slots: &Slots, written: &[Option<Ring>]) -> BTreeSet<Cell> {
+    let is_kept = |range: &&StartRange| {
+        let [cell] = range.cells[..] else { return false };
+        let written = slots.slot(cell).and_then(|slot| written[slot]);
+        written.is_some_and(|written| {
+            let (low, high) = written.signed();
+            range.low <= low && high <= range.high
+        })
+    };
+    program.ranges.iter().filter(is_kept).map(|range| range.cells[0]).collect()
 }
 
 /// Whether nobody but the program has reason to write a cell, which is 0 at power-up.

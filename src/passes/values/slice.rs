@@ -45,6 +45,12 @@ pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell
             }
         }
     }
+    // What is stated of a word is held against what the program writes into it.
+    for range in &program.ranges {
+        if let [cell] = range.cells[..] {
+            slice.word(WordSource::Cell(cell));
+        }
+    }
     while let Some(cell) = slice.open.pop() {
         for at in slice.writers.get(&cell).cloned().unwrap_or_default() {
             for effect in &program.instructions[at].effects {
