@@ -363,6 +363,8 @@ impl Luck for &Start {
 /// Keeps memory from scan to scan, cleared at power-up. What comes from outside, and whatever is not trusted, is something
 /// else in each scan by chance.
 struct Between<'a> {
+    /// What is stated of words holds whenever a scan starts.
+    stated: &'a BTreeMap<String, (i64, i64)>,
     chance: &'a Start,
     trusted: &'a BTreeSet<String>,
     memory: &'a BTreeMap<Device, u16>,
@@ -371,6 +373,12 @@ struct Between<'a> {
 impl Luck for Between<'_> {
     fn value(&mut self, of: Device) -> u16 {
         let known = self.memory.get(&of).copied();
+        if let Some(&(low, high)) = self.stated.get(&format!("{}{}", of.0, of.1)) {
+            let chosen = low + (self.chance.draw() >> 16) as i64 % (high - low + 1);
+            let known =
+                known.filter(|value| (low..=high).contains(&i64::from(value.cast_signed())));
+            return known.unwrap_or(chosen as u16);
+        }
         if self.trusted.contains(&format!("{}{}", of.0, of.1)) {
             return known.unwrap_or(0);
         }
@@ -392,15 +400,31 @@ struct Tally {
     counts: Cell<u32>,
     small: Cell<u32>,
     trusted: Cell<u32>,
+    /// Words of which something was stated, and those of which that was found to be kept.
+    stated: Cell<u32>,
+    kept: Cell<u32>,
 }
 
-fn check(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String> {
+/// Some words' ranges.
+fn ranges(tape: &mut Tape<'_>) -> Facts {
+    let mut facts = Facts::default();
+    for word in ["D0", "D1", "D10", "D11", "D12", "D13"] {
+        if tape.percent(50) {
+            let low = tape.pick(&[0, 0, 1, -1, -40]);
+            let high = low + tape.pick(&[3, 20, 60, 3000]);
+            facts.ranges.insert(word.to_owned(), (low, high));
+        }
+    }
+    facts
+}
+
+fn check(tape: &[u16], trust: Trust, states: bool, tally: &Tally) -> Result<(), String> {
     let mut tape = Tape::new(tape);
+    let facts = if states { ranges(&mut tape) } else { Facts::default() };
     let lines = generate(&mut tape, trust != Trust::None);
     let text = lines.join("\n") + "\n";
     let table = table("");
     let inputs = [Input { name: "a.txt".to_owned(), bytes: text.clone().into_bytes() }];
-    let facts = Facts::default();
     let request = Request {
         dialect: Some("melsec-list"),
         cpu: Some("Q26UDV"),
@@ -428,6 +452,10 @@ fn check(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String> {
     let name = |one: &TrustedRange| followed.program.cell_name(one.cell);
     let trusted: BTreeSet<String> = ranges.iter().map(name).collect();
     tally.trusted.set(tally.trusted.get() + trusted.len() as u32);
+    tally.stated.set(tally.stated.get() + facts.ranges.len() as u32);
+    let kept = followed.program.kept.iter().map(|&cell| followed.program.cell_name(cell));
+    let kept: Vec<String> = kept.collect();
+    tally.kept.set(tally.kept.get() + kept.len() as u32);
     let program = [lines.iter().map(|text| line(text)).collect::<Vec<Line>>()];
     let chance = Start(Cell::new(0x9E37_79B9_7F4A_7C15));
     let mut memory: BTreeMap<Device, u16> = BTreeMap::new();
@@ -435,7 +463,8 @@ fn check(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String> {
         if scan.is_multiple_of(AFTER_POWER_UP) {
             memory.clear();
         }
-        let luck = Between { chance: &chance, trusted: &trusted, memory: &memory };
+        let stated = &facts.ranges;
+        let luck = Between { stated, chance: &chance, trusted: &trusted, memory: &memory };
         let (executed, left) = Plc::new(&program, luck, Vec::new()).both();
         let fault = |what: String| {
             let told: Vec<String> =
@@ -455,6 +484,15 @@ fn check(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String> {
                 return fault(format!("the loop in line {begin} runs more than {most} times"));
             }
         }
+        for ((area, n), value) in &left {
+            let word = format!("{area}{n}");
+            let Some((low, high)) = facts.ranges.get(&word).filter(|_| kept.contains(&word)) else {
+                continue;
+            };
+            if !(*low..=*high).contains(&i64::from(value.cast_signed())) {
+                return fault(format!("{word} is left as {value}, and its range as kept"));
+            }
+        }
         memory.extend(left);
         for one in ranges {
             let held = memory.iter().find(|((area, n), _)| format!("{area}{n}") == name(one));
@@ -471,7 +509,7 @@ fn check(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String> {
 #[allow(clippy::print_stdout)] // a long run's figures
 fn no_scan_counts_further_than_words_were_found_to_hold() {
     let tally = Tally::default();
-    on_tapes(cases(400), 160, |tape| check(tape, Trust::None, &tally));
+    on_tapes(cases(400), 160, |tape| check(tape, Trust::None, false, &tally));
     let (counts, small) = (tally.counts.get(), tally.small.get());
     println!("{counts} counts, {small} of them small");
     assert!(small > cases(400) / 4 && small * 10 > counts, "{small} of {counts}");
@@ -482,9 +520,19 @@ fn no_scan_counts_further_than_words_were_found_to_hold() {
 #[allow(clippy::print_stdout)] // a long run's figures
 fn no_run_from_power_up_breaks_what_words_are_trusted_to_hold() {
     let tally = Tally::default();
-    on_tapes(cases(60), 160, |tape| check(tape, Trust::Counts, &tally));
-    on_tapes(cases(60), 160, |tape| check(tape, Trust::All, &tally));
+    on_tapes(cases(60), 160, |tape| check(tape, Trust::Counts, false, &tally));
+    on_tapes(cases(60), 160, |tape| check(tape, Trust::All, false, &tally));
     let (counts, small, trusted) = (tally.counts.get(), tally.small.get(), tally.trusted.get());
     println!("{counts} counts, {small} of them small, {trusted} words trusted");
     assert!(trusted > cases(60) / 20, "{trusted} words trusted");
+}
+
+#[test]
+#[allow(clippy::print_stdout)] // a long run's figures
+fn what_is_stated_bounds_counts_and_is_kept_where_that_is_said() {
+    let tally = Tally::default();
+    on_tapes(cases(300), 160, |tape| check(tape, Trust::None, true, &tally));
+    let (stated, kept) = (tally.stated.get(), tally.kept.get());
+    println!("{kept} of {stated} stated ranges kept");
+    assert!(kept * 50 > stated, "{kept} of {stated}");
 }
