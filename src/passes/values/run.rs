@@ -536,7 +536,13 @@ impl<'p> Run<'p> {
             },
             word => (word, false),
         };
-        let (mut low, mut high) = evaluation.word(word).signed();
+        let (mut low, mut high) = match word {
+            // A front that says nothing of a count may read it otherwise than as a signed number.
+            WordSource::Free(choice) if !self.program.kinds.contains_key(&choice) => {
+                (i64::from(least), i64::from(most))
+            }
+            word => evaluation.word(word).signed(),
+        };
         if let Some(&(least, largest)) = self.program.counts.get(&at) {
             (low, high) = (low.max(least), high.min(largest));
             // A way on which the word holds something else is no scan's.
