@@ -220,7 +220,7 @@ fn what_is_offered_is_a_facts_file_commented_out_or_not() {
     }
     let all = uncommented(&offered(samples[0]));
     let all = Facts::parse("facts.toml", &all).expect("a facts file");
-    assert_eq!(all.counts.len(), 4);
+    assert_eq!(all.counts.len(), 3);
     assert_eq!((all.inputs, all.outputs), (Some(32), Some(48)));
 }
 

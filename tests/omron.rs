@@ -276,7 +276,7 @@ fn a_count_in_a_word_is_any_count_unless_its_range_is_stated() {
     assert!(seconds(CX, &written, "[ranges]\nD0 = [0, 7]") >= 65_535);
     // What is stated of another loop's word says nothing of this one.
     let other = ["FOR(512) D1", "LD P_On", "MOV(021) #1 D3", "NEXT(513)"];
-    let both = [&written[..5], &other[..], &["END(001)"]].concat();
+    let both = [&written[..6], &other[..], &["END(001)"]].concat();
     assert!(seconds(CX, &both, "[ranges]\nD1 = [0, 7]") >= 65_535);
     let large = ["FOR(512) &65535", "LD P_On", "Op1", "Op1", "NEXT(513)", "END(001)"];
     assert!(seconds(CX, &large, "") >= 131_070);

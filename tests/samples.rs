@@ -13,7 +13,7 @@ const SAMPLES: [&[&str]; 8] = [
     &["samples/snet/self-holding.il", "--cpu", "C200H"],
     &["samples/sorter/sorter.il", "--cpu", "CJ2M"],
     &["samples/sorter/sorter.cxt"],
-    &["samples/recipes", "--trust", "counts", "--facts", "samples/recipes/facts.toml"],
+    &["samples/recipes", "--facts", "samples/recipes/facts.toml"],
 ];
 
 fn json(arguments: &[&str]) -> Value {
