@@ -5,6 +5,7 @@ use super::word::Words;
 use crate::base::ring::Ring;
 use crate::scan::model::{self, Atom, Circuit, Lit, VarId};
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::rc::Rc;
 
 /// So many parts of a condition are looked at.
 const MOST_PARTS: usize = 256;
@@ -21,22 +22,35 @@ pub struct Implied {
     ranges: FxHashMap<VarId, (u16, u16)>,
     /// What words hold that were asked for.
     words: FxHashMap<Word, Ring>,
+    /// What holds in every scan.
+    always: Option<Rc<Implied>>,
 }
 
 impl Implied {
-    /// Those of a condition.
-    pub fn by(circuit: &Circuit, words: &Words, condition: Lit) -> Implied {
+    /// Those of what holds in every scan.
+    pub fn always(circuit: &Circuit, words: &Words, constraints: &[Lit]) -> Implied {
         let mut given = Implied::default();
-        let mut open = vec![condition];
+        given.take(circuit, words, constraints.to_vec(), MOST_PARTS + 8 * constraints.len());
+        given
+    }
+
+    /// Those of a condition.
+    pub fn by(circuit: &Circuit, words: &Words, always: &Rc<Implied>, condition: Lit) -> Implied {
+        let mut given = Implied { always: Some(always.clone()), ..Implied::default() };
+        given.take(circuit, words, vec![condition], MOST_PARTS);
+        given
+    }
+
+    fn take(&mut self, circuit: &Circuit, words: &Words, mut open: Vec<Lit>, most: usize) {
         while let Some(part) = open.pop() {
-            if part == Lit::TRUE || given.parts.len() >= MOST_PARTS || !given.parts.insert(part) {
+            if part == Lit::TRUE || self.parts.len() >= most || !self.parts.insert(part) {
                 continue;
             }
-            given.keep(words, part);
+            self.keep(words, part);
             match (circuit.node(part), part.is_negated()) {
                 (model::Node::And(a, b), false) => open.extend([a, b]),
                 (model::Node::Atom(Atom::AtLeast(word, least)), is_below) => {
-                    let (low, high) = given.ranges.entry(word).or_insert((0, u16::MAX));
+                    let (low, high) = self.ranges.entry(word).or_insert((0, u16::MAX));
                     match is_below {
                         false => *low = least.max(*low),
                         true => *high = least.saturating_sub(1).min(*high),
@@ -45,7 +59,10 @@ impl Implied {
                 _ => {}
             }
         }
-        given
+    }
+
+    fn has(&self, part: Lit) -> bool {
+        self.parts.contains(&part) || self.always.as_ref().is_some_and(|always| always.has(part))
     }
 
     /// The same as a word wherever the condition holds, of a shorter form if one is seen.
@@ -149,7 +166,8 @@ impl Implied {
 
     /// What a word holds that was asked for.
     pub fn word(&self, word: Word) -> Ring {
-        self.words.get(&word).copied().unwrap_or(Ring::TOP)
+        let known = self.words.get(&word).copied().unwrap_or(Ring::TOP);
+        self.always.as_ref().map_or(known, |always| known.closer(always.word(word)))
     }
 
     /// What a word may hold.
@@ -220,7 +238,9 @@ impl Implied {
 
     /// Between which values a free word lies.
     pub fn range(&self, word: VarId) -> (u16, u16) {
-        self.ranges.get(&word).copied().unwrap_or((0, u16::MAX))
+        let (low, high) = self.ranges.get(&word).copied().unwrap_or((0, u16::MAX));
+        let always = self.always.as_ref().map_or((0, u16::MAX), |always| always.range(word));
+        (low.max(always.0), high.min(always.1))
     }
 
     /// Whether this surely holds.
@@ -233,10 +253,10 @@ impl Implied {
         if lit.is_constant() {
             return Some(lit == Lit::TRUE);
         }
-        if self.parts.contains(&lit) {
+        if self.has(lit) {
             return Some(true);
         }
-        if self.parts.contains(&!lit) {
+        if self.has(!lit) {
             return Some(false);
         }
         for (asked, is) in [(lit, true), (!lit, false)] {
@@ -397,7 +417,9 @@ mod tests {
             let condition = lits[next(&mut seed, lits.len() as u64) as usize];
             let other = lits[next(&mut seed, lits.len() as u64) as usize];
             let condition = circuit.and(condition, other);
-            let given = Implied::by(&circuit, &words, condition);
+            let constraint = lits[next(&mut seed, lits.len() as u64) as usize];
+            let always = Rc::new(Implied::always(&circuit, &words, &[constraint]));
+            let given = Implied::by(&circuit, &words, &always, condition);
             let lits: Vec<(Lit, Lit)> =
                 lits.iter().map(|&lit| (lit, given.within(&circuit, &words, lit))).collect();
             shorter += lits.iter().filter(|(lit, within)| lit != within).count();
@@ -421,7 +443,7 @@ mod tests {
                     bit(&mut seed),
                 ]);
                 let values = circuit.evaluate(&assignment);
-                if !values.get(condition) {
+                if !values.get(condition) || !values.get(constraint) {
                     continue;
                 }
                 met += 1;

@@ -8,6 +8,7 @@ use crate::program::meaning::{ChoiceKind, Fact, Learned, Read};
 use crate::program::{AreaKind, BitTarget, Cell, ChoiceId, Frame, WordTarget};
 use crate::scan::model::{Circuit, Lit};
 use rustc_hash::FxHashMap;
+use std::rc::Rc;
 
 /// What choices of which something is known were found to be so far, so that each is worked out once.
 #[derive(Debug)]
@@ -26,6 +27,8 @@ pub(super) struct Known {
     reached: Lit,
     /// What that implies, once it was asked.
     implied: Option<(Lit, Implied)>,
+    /// What holds in every scan.
+    always: Rc<Implied>,
 }
 
 impl Default for Known {
@@ -38,6 +41,7 @@ impl Default for Known {
             condition: Lit::TRUE,
             reached: Lit::TRUE,
             implied: None,
+            always: Rc::default(),
         }
     }
 }
@@ -47,6 +51,12 @@ impl Known {
     pub(super) fn begin(&mut self, condition: Lit) {
         self.written.clear();
         self.condition = condition;
+    }
+
+    /// The constraints on the scan's start are all there.
+    pub(super) fn start(&mut self, circuit: &Circuit, words: &Words, constraints: &[Lit]) {
+        self.always = Rc::new(Implied::always(circuit, words, constraints));
+        self.implied = None;
     }
 
     /// The current instruction's condition.
@@ -65,7 +75,9 @@ impl Known {
         if self.implied.as_ref().is_none_or(|(by, _)| *by != reached) {
             self.implied = None;
         }
-        &self.implied.get_or_insert_with(|| (reached, Implied::by(circuit, words, reached))).1
+        let always = &self.always;
+        let implied = || (reached, Implied::by(circuit, words, always, reached));
+        &self.implied.get_or_insert_with(implied).1
     }
 }
 

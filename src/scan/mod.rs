@@ -160,6 +160,8 @@ fn run(
             run.memory.model.constraints.push(holds);
         }
     }
+    let model = &run.memory.model;
+    run.known.start(&model.circuit, &run.memory.words, &model.constraints);
     for main in &program.mains {
         let alive = !run.stopped;
         run.routine(main.start, main.end, alive)?;

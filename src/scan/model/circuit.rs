@@ -152,6 +152,16 @@ impl Circuit {
                 }
             }
         }
+        // Neither (p and q) nor (p and !q): not p. So paths that part and meet again are the path before.
+        if let (true, true, Node::And(p, q), Node::And(r, s)) =
+            (a.is_negated(), b.is_negated(), self.node(a), self.node(b))
+        {
+            match () {
+                () if (p == r && q == !s) || (p == s && q == !r) => return !p,
+                () if (q == r && p == !s) || (q == s && p == !r) => return !q,
+                () => {}
+            }
+        }
         self.order_and(a, b)
     }
 
