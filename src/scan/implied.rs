@@ -412,7 +412,7 @@ mod tests {
     fn what_a_condition_implies_holds_wherever_it_does() {
         let mut seed = 7;
         let (mut met, mut closer, mut shorter, mut told) = (0, 0, 0, 0);
-        for _ in 0..400 {
+        for _ in 0..800 {
             let (mut words, mut circuit, all, lits) = grown(&mut seed);
             let condition = lits[next(&mut seed, lits.len() as u64) as usize];
             let other = lits[next(&mut seed, lits.len() as u64) as usize];
