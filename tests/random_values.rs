@@ -4,12 +4,11 @@
 
 mod common;
 
-use common::audited::table;
+use common::audited::{asked, listed, table};
 use common::plc::{Device, Line, Luck, Plc, line};
 use common::tape::{Tape, cases, on_tapes};
-use scanbound::audit::{Request, follow};
+use scanbound::audit::follow;
 use scanbound::base::facts::Facts;
-use scanbound::front::Input;
 use scanbound::passes::values::Trust;
 use scanbound::program::{Step, TrustedRange};
 use std::cell::Cell;
@@ -424,14 +423,8 @@ fn check(tape: &[u16], trust: Trust, states: bool, tally: &Tally) -> Result<(), 
     let lines = generate(&mut tape, trust != Trust::None);
     let text = lines.join("\n") + "\n";
     let table = table("");
-    let inputs = [Input { name: "a.txt".to_owned(), bytes: text.clone().into_bytes() }];
-    let request = Request {
-        dialect: Some("melsec-list"),
-        cpu: Some("Q26UDV"),
-        table: Some(&table),
-        trust,
-        ..Request::new(&inputs, &facts)
-    };
+    let inputs = listed(text.clone());
+    let request = asked(&inputs, &table, &facts, trust);
     let followed = follow(&request).map_err(|why| format!("{why:?}\n{text}"))?;
     // By line: the most units, and of loops the most iterations with the line of their end.
     let mut most: BTreeMap<usize, u64> = BTreeMap::new();

@@ -4,12 +4,11 @@
 
 mod common;
 
-use common::audited::table;
+use common::audited::{asked, listed, table};
 use common::plc::{Device, Line, Luck, Plc, line};
 use common::tape::{Tape, cases, on_tapes};
-use scanbound::audit::{Concluded, Request, conclude, follow};
+use scanbound::audit::{Concluded, conclude, follow};
 use scanbound::base::facts::Facts;
-use scanbound::front::Input;
 use scanbound::passes::values::Trust;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -94,15 +93,9 @@ struct Tally {
 
 fn audited(trust: Trust, text: &str) -> Concluded {
     let table = table("INC,1,0,0\n");
-    let inputs = [Input { name: "a.txt".to_owned(), bytes: text.as_bytes().to_vec() }];
+    let inputs = listed(text);
     let facts = Facts::default();
-    let request = Request {
-        dialect: Some("melsec-list"),
-        cpu: Some("Q26UDV"),
-        table: Some(&table),
-        trust,
-        ..Request::new(&inputs, &facts)
-    };
+    let request = asked(&inputs, &table, &facts, trust);
     conclude(follow(&request).expect("followed"), &request).expect("an audit")
 }
 
@@ -214,14 +207,8 @@ fn what_others_write_and_scans_after_a_download_are_covered_if_stated() {
     let stated = |facts: &str| {
         let facts = Facts::parse("facts.toml", facts).expect("facts");
         let table = table("INC,1,0,0\n");
-        let inputs = [Input { name: "a.txt".to_owned(), bytes: text.as_bytes().to_vec() }];
-        let request = Request {
-            dialect: Some("melsec-list"),
-            cpu: Some("Q26UDV"),
-            table: Some(&table),
-            trust: Trust::All,
-            ..Request::new(&inputs, &facts)
-        };
+        let inputs = listed(text);
+        let request = asked(&inputs, &table, &facts, Trust::All);
         let followed = follow(&request).ok()?;
         let concluded = conclude(followed, &request).expect("an audit");
         Some(concluded.audit.bound.upper.0 / 1_000_000)

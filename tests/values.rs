@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::audited::table;
+use common::audited::{asked, listed, table};
 use scanbound::audit::{Failure, Request, audit, follow};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
@@ -19,15 +19,9 @@ fn bounds(trust: Trust, text: &str) -> (u64, u64) {
 fn with_facts(trust: Trust, facts: &str, text: &str) -> Result<(u64, u64), String> {
     let table = table("Op1,1,0,0\nOp100,100,0,0\nFMOV,0,0,1\nBMOV,0,0,1\n");
     let lines = text.replace("; ", "\n") + "\n";
-    let inputs = [Input { name: "a.txt".to_owned(), bytes: lines.into_bytes() }];
+    let inputs = listed(lines);
     let facts = Facts::parse("facts.toml", facts).map_err(|faults| faults[0].message.clone())?;
-    let request = Request {
-        dialect: Some("melsec-list"),
-        cpu: Some("Q26UDV"),
-        table: Some(&table),
-        trust,
-        ..Request::new(&inputs, &facts)
-    };
+    let request = asked(&inputs, &table, &facts, trust);
     let bound = match audit(&request) {
         Ok(audit) => audit.bound,
         Err(Failure::Input(faults)) => return Err(faults[0].message.clone()),
@@ -291,13 +285,7 @@ fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
     let told = |text: &str, facts: &str| {
         let inputs = [Input { name: "dir/a b.txt".to_owned(), bytes: text.as_bytes().to_vec() }];
         let facts = Facts::parse("facts.toml", facts).expect("facts");
-        let request = Request {
-            dialect: Some("melsec-list"),
-            cpu: Some("Q26UDV"),
-            table: Some(&table),
-            trust: Trust::None,
-            ..Request::new(&inputs, &facts)
-        };
+        let request = asked(&inputs, &table, &facts, Trust::None);
         audit(&request).expect("an audit").unknowns
     };
     let unknowns = told(text, "");
@@ -343,14 +331,9 @@ fn a_count_may_be_stated_by_its_step() {
 fn what_is_written_and_read_under_the_same_contacts_is_what_was_written() {
     let most = |text: &str| {
         let lines = text.replace("; ", "\n") + "\n";
-        let inputs = [Input { name: "a.txt".to_owned(), bytes: lines.into_bytes() }];
+        let inputs = listed(lines);
         let (facts, table) = (Facts::default(), table(""));
-        let request = Request {
-            dialect: Some("melsec-list"),
-            cpu: Some("Q26UDV"),
-            table: Some(&table),
-            ..Request::new(&inputs, &facts)
-        };
+        let request = asked(&inputs, &table, &facts, Trust::default());
         let followed = follow(&request).unwrap_or_else(|why| panic!("{text}\n{why:?}"));
         let counted = followed.program.instructions.iter().filter_map(|one| one.counted());
         counted.map(|counted| counted.most).max().expect("something is counted")
@@ -404,14 +387,10 @@ fn a_block_reaches_as_far_as_its_count() {
     let long = |to: &str| {
         let text =
             format!("LD SM400\nMOV K19 D50\nWAND K7 D70\nBMOVL W0 {to} D70\nFOR D50\nNEXT\nEND\n");
-        let inputs = [Input { name: "a.txt".to_owned(), bytes: text.into_bytes() }];
+        let inputs = listed(text);
         let (facts, table) = (Facts::default(), table(""));
-        let request = Request {
-            dialect: Some("melsec-list"),
-            cpu: Some("R04CPU"),
-            table: Some(&table),
-            ..Request::new(&inputs, &facts)
-        };
+        let request =
+            Request { cpu: Some("R04CPU"), ..asked(&inputs, &table, &facts, Trust::default()) };
         let followed = follow(&request).expect("followed");
         let most = followed.program.instructions.iter().filter_map(|one| match one.step {
             Step::ForBegin { most, .. } => Some(most),

@@ -71,13 +71,11 @@ impl Known {
 
     /// What is given wherever what is read now matters.
     pub(super) fn given(&mut self, circuit: &Circuit, words: &Words) -> &Implied {
-        let reached = self.reached;
-        if self.implied.as_ref().is_none_or(|(by, _)| *by != reached) {
-            self.implied = None;
-        }
-        let always = &self.always;
-        let implied = || (reached, Implied::by(circuit, words, always, reached));
-        &self.implied.get_or_insert_with(implied).1
+        let Known { reached, ref always, ref mut implied, .. } = *self;
+        let known = implied.take().filter(|(by, _)| *by == reached);
+        let known =
+            known.unwrap_or_else(|| (reached, Implied::by(circuit, words, always, reached)));
+        &implied.insert(known).1
     }
 }
 

@@ -640,6 +640,10 @@ impl Run<'_> {
             self.frames.pop();
             result?;
         }
+        if done != Lit::FALSE {
+            // What the last iteration left holds only where it was made.
+            act.results = Results::default();
+        }
         act.active = self.memory.circuit().or(act.active, done);
         Ok(())
     }

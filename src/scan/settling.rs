@@ -31,7 +31,6 @@ enum Placed<'p> {
 }
 
 /// Where a word of a list stands: a cell, a bit of a word, or bits, the least first.
-#[derive(Clone)]
 enum Spot {
     Cell(Cell),
     WordBit(Cell, u8),
@@ -81,7 +80,8 @@ impl<'p> Run<'p> {
         true
     }
 
-    /// The cells that a write by an index may reach in this call and iteration, if they are fewer than `region`.
+    /// The cells that a write by an index may reach in this call and iteration, if they are fewer than `region`. Beyond
+    /// the end of its area it reaches nothing, as README says of what is not modelled.
     pub(super) fn reached(&mut self, choice: ChoiceId, region: Region, at: usize) -> Region {
         let program = self.program;
         let Some(indexed) = program.indexed.get(&choice) else { return region };
@@ -104,6 +104,9 @@ impl<'p> Run<'p> {
     }
 
     fn reach(&mut self, indexed: &Indexed, at: usize) -> Option<(Cell, u32)> {
+        if self.interrupts() {
+            return None;
+        }
         let (mut low, mut high) = (i64::MAX, i64::MIN);
         for reading in &indexed.readings {
             let index = self.may_hold(reading, at)?;
@@ -123,12 +126,16 @@ impl<'p> Run<'p> {
         Some((Cell { index: from, ..indexed.first }, count))
     }
 
+    /// Whether an interrupt routine runs: at which moment is not known, nor what it finds then.
+    fn interrupts(&self) -> bool {
+        self.frames.first().is_some_and(|frame| {
+            self.program.interrupts.iter().any(|interrupt| interrupt.entry == frame.at)
+        })
+    }
+
     /// The results of an operation, each a list of words, where its inputs are known well enough.
     fn carried_out(&mut self, meaning: &Meaning, at: usize) -> Option<Vec<Vec<Word>>> {
-        let interrupted = self.frames.first().is_some_and(|frame| {
-            self.program.interrupts.iter().any(|interrupt| interrupt.entry == frame.at)
-        });
-        if interrupted || !can_be_carried_out(&meaning.operation) {
+        if self.interrupts() || !can_be_carried_out(&meaning.operation) {
             return None;
         }
         let inputs: Option<Vec<Vec<Word>>> =

@@ -16,6 +16,27 @@ pub fn table(rows: &str) -> Table {
     Table::parse("t.csv", text.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
 }
 
+/// What is asked of a MELSEC list.
+pub fn asked<'a>(
+    inputs: &'a [Input],
+    table: &'a Table,
+    facts: &'a Facts,
+    trust: Trust,
+) -> Request<'a> {
+    Request {
+        dialect: Some("melsec-list"),
+        cpu: Some("Q26UDV"),
+        table: Some(table),
+        trust,
+        ..Request::new(inputs, facts)
+    }
+}
+
+/// A list as the one file of a project.
+pub fn listed(text: impl Into<String>) -> [Input; 1] {
+    [Input { name: "a.txt".to_owned(), bytes: text.into().into_bytes() }]
+}
+
 /// The project and its audit.
 pub fn audited(
     dialect: &str,

@@ -1,7 +1,6 @@
 //! What numbers, conditions and operations come to, by what words may hold.
 
 use super::condition::{Condition, Known, Literal};
-
 use super::state::{Followed, State};
 use crate::base::ring::{Ring, ends};
 use crate::program::meaning::{

@@ -2,7 +2,6 @@
 
 use super::condition::{Condition, Literal, Perhaps};
 use super::evaluate::Evaluation;
-
 use super::state::{Followed, State};
 use super::write::{To, Writer};
 use crate::base::ring::Ring;
