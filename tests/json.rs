@@ -88,9 +88,16 @@ fn every_key_of_an_audit_is_documented() {
     std::fs::write(&trusted, "LD X0\nFMOV K0 D0 D900\nLD SM400\nMOV K9 D900\nEND\n")
         .expect("written");
     let trusted = trusted.to_str().expect("a plain path");
+    let apart = directory.path().join("apart.il");
+    let steps =
+        "LDI M0\nANI M1\nAND X0\nSET M0\nLD M0\nAND X1\nSET M1\nRST M0\nLD M1\nAND X2\nRST M1\n";
+    let pairs = steps.to_owned() + &steps.replace('M', "M1");
+    let both = "LD M0\nAND M1\nAND M10\nAND M11\nFMOV K0 D1000 K5000\n";
+    std::fs::write(&apart, format!("{both}{pairs}END\n")).expect("written");
+    let apart = apart.to_str().expect("a plain path");
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 19] = [
+    let runs: [&[&str]; 20] = [
         &["audit", line[0], line[1], line[2], "--time-limit", "1us"],
         &["audit", "samples/paper/program.il", "--table", "samples/paper/table.csv"],
         &["audit", line[0], line[1], line[2], "--time", "NONE=1us"],
@@ -103,8 +110,9 @@ fn every_key_of_an_audit_is_documented() {
         &["audit", "samples/flowchart/self-holding-stop-inner-loop.lst"],
         &["audit", "samples/minasec-u/test-program.asm", "--response"],
         &["audit", endless],
-        &["audit", counted, "--cpu", "Q26UDV"],
-        &["audit", trusted, "--cpu", "Q26UDV"],
+        &["audit", counted, "--cpu", "Q26UDV", "--what-if"],
+        &["audit", trusted, "--cpu", "Q26UDV", "--what-if=20"],
+        &["audit", apart, "--cpu", "Q26UDV", "--trust", "all", "--what-if"],
         &["audit", linked, "--cpu", "Q26UDV", "--dialect", "melsec-list"],
         &["check", line[0], line[1], line[2], "--limit", "1s"],
         &["check", line[0], line[1], line[2], "--limit", "1us"],

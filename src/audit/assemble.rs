@@ -152,6 +152,7 @@ impl Findings<'_> {
             doubts: Doubt::all(self.program, &networks, &loops.found, &loops.open, bound.upper),
             assumptions: Assumption::all(self.program),
             unknowns: UnknownCount::all(self.program, &self.prices.times(), bound.upper),
+            what_if: None,
             bound,
             overhead,
             always,

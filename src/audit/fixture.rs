@@ -157,8 +157,9 @@ pub fn fixture() -> Audit {
         networks: Vec::new(),
         doubts: vec![Doubt::Interrupts { name: "I0".to_owned(), taken: 1 }],
         assumptions: vec![Assumption {
-            name: "D60".to_owned(),
+            devices: vec!["D60".to_owned()],
             range: Some((0, 19)),
+            without: None,
             written: vec![(Location { file: 0, line: 5, step: None }, "MOV K19 D60".into())],
         }],
         unknowns: vec![UnknownCount {
@@ -167,8 +168,10 @@ pub fn fixture() -> Audit {
             most: 65_535,
             each: Picos(40_000),
             cost: Picos(2_621_400_000),
+            key: "a.il:6".to_owned(),
             fact: "\"a.il:6\" = [0, 20]".to_owned(),
         }],
+        what_if: None,
         approximations: [
             (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),
             (8, "MOV K1 D301Z0", "an indexed device is written: any D may have changed"),

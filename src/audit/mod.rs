@@ -35,6 +35,7 @@ mod unbounded;
 mod understood;
 mod unknown;
 pub mod verdict;
+mod what_if;
 
 pub use doubt::Doubt;
 pub use fact::{Fact, Status};
@@ -58,6 +59,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 pub use unknown::UnknownCount;
+pub use what_if::{Minor, Step, WhatIf, what_if, what_if_stated};
 
 /// What is known about one project's longest scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -110,6 +112,8 @@ pub struct Audit {
     pub assumptions: Vec<Assumption>,
     /// Counts of which nothing is known and that the bound rests on, the dearest first.
     pub unknowns: Vec<UnknownCount>,
+    /// What these and the assumptions are worth, if it was asked for.
+    pub what_if: Option<WhatIf>,
     /// What is over-approximated.
     pub approximations: Vec<ApproximationUse>,
     /// Findings that did not stop the audit.

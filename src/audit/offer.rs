@@ -1,5 +1,6 @@
 //! What of a project is worth stating: the lines of a facts file that an audit asks for.
 
+use super::Audit;
 use super::names::Names;
 use super::pipeline::Concluded;
 use super::request::Request;
@@ -27,6 +28,17 @@ pub struct Offer {
     pub places: Vec<(Location, Arc<str>)>,
     /// What the bound loses by it at most.
     pub worth: Option<Picos>,
+    /// The bound where it is at most so many, as do those that are named: what [`super::what_if`] solved.
+    pub solved: Option<Solved>,
+}
+
+/// Bounds for what an offered count may be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Solved {
+    /// The counts that are stated to be as many at most besides.
+    pub with: Vec<Arc<str>>,
+    /// The count, and the bound.
+    pub bounds: Vec<(u32, Picos)>,
 }
 
 /// All that is worth stating, as a facts file has its tables; within one the dearest first.
@@ -35,7 +47,7 @@ pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
     let program = &concluded.followed.program;
     let audit = &concluded.audit;
     let mut offers = ranges(program);
-    offers.extend(audit.unknowns.iter().map(|one| count(program, one)));
+    offers.extend(counts(audit, program));
     offers.extend(calls(program));
     if concluded.followed.open.index {
         offers.extend(index(program, request));
@@ -47,6 +59,7 @@ pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
         what: format!("{} points that the CPU refreshes: {}", side.side, side.why),
         places: Vec::new(),
         worth: None,
+        solved: None,
     }));
     offers.extend(audit.bases.first().map(|side| Offer {
         table: "io",
@@ -54,6 +67,7 @@ pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
         what: "the kind of base unit that all modules sit on: the dearest is taken".to_owned(),
         places: Vec::new(),
         worth: Some(audit.bases.iter().map(|side| side.saves).sum()),
+        solved: None,
     }));
     offers.extend(networks(audit, program));
     // Two lines of one name are no TOML.
@@ -102,6 +116,7 @@ fn ranges(program: &Program) -> Vec<Offer> {
             what,
             places: places.into_iter().map(|at| place(program, at)).collect(),
             worth: None,
+            solved: None,
         }
     };
     others.map(offer).collect()
@@ -111,6 +126,26 @@ fn ranges(program: &Program) -> Vec<Offer> {
 fn unknown_index(program: &Program, region: Region, choice: ChoiceId) -> Option<&Indexed> {
     let indexed = program.indexed.get(&choice)?;
     indexed.may_reach(region).then_some(indexed)
+}
+
+/// Counts that are not known, and those that are named only where others are stated.
+fn counts(audit: &Audit, program: &Program) -> Vec<Offer> {
+    let steps = audit.what_if.as_ref().map_or(&[][..], |what_if| &what_if.steps);
+    let is_new = |one: &&UnknownCount| audit.unknowns.iter().all(|known| known.key != one.key);
+    let hidden = steps.iter().map(|step| &step.unknown).filter(is_new);
+    let mut offers: Vec<Offer> = Vec::new();
+    for one in audit.unknowns.iter().chain(hidden) {
+        let mut offer = count(program, one);
+        let at = steps.iter().position(|step| step.unknown.key == one.key);
+        if let (Some(what_if), Some(at)) = (&audit.what_if, at) {
+            let bounds = what_if.most.iter().zip(&steps[at].solved);
+            let bounds = bounds.filter_map(|(&most, bound)| Some((most, (*bound)?))).collect();
+            let with = steps[..at].iter().map(|step| step.unknown.word.clone()).collect();
+            offer.solved = Some(Solved { with, bounds });
+        }
+        offers.push(offer);
+    }
+    offers
 }
 
 fn count(program: &Program, one: &UnknownCount) -> Offer {
@@ -128,6 +163,7 @@ fn count(program: &Program, one: &UnknownCount) -> Offer {
         what: format!("{word}, a count: taken as up to {}, {} each", one.most, one.each),
         places: one.places.clone(),
         worth: Some(one.cost),
+        solved: None,
     }
 }
 
@@ -153,6 +189,7 @@ fn calls(program: &Program) -> Vec<Offer> {
         ),
         places,
         worth: None,
+        solved: None,
     };
     routines.into_iter().map(offer).collect()
 }
@@ -181,6 +218,7 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
             what: "how many bits an index to file registers has, 16 or 32: a parameter of the CPU; both are reckoned with".to_owned(),
             places: either,
             worth: None,
+            solved: None,
         });
     }
     let anywhere = of(&|write| matches!(write, Write::Havoc(Region::Everything, _)));
@@ -192,6 +230,7 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
                 .to_owned(),
             places: anywhere,
             worth: None,
+            solved: None,
         });
     }
     offers
@@ -212,12 +251,13 @@ fn interrupts(program: &Program) -> Vec<Offer> {
             ),
             places: vec![place(program, one.entry)],
             worth: None,
+            solved: None,
         }
     };
     unstated.map(offer).collect()
 }
 
-fn networks(audit: &super::Audit, program: &Program) -> Option<Offer> {
+fn networks(audit: &Audit, program: &Program) -> Option<Offer> {
     let what: Vec<&str> = audit.networks.iter().map(|one| one.what.as_str()).collect();
     let first = audit.networks.iter().map(|one| one.first).min()?;
     let text = program.instructions.iter().find(|one| one.place == first);
@@ -230,5 +270,6 @@ fn networks(audit: &super::Audit, program: &Program) -> Option<Offer> {
         ),
         places: text.map(|one| vec![(first, one.text.clone())]).unwrap_or_default(),
         worth: None,
+        solved: None,
     })
 }

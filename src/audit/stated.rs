@@ -66,7 +66,7 @@ pub fn external(program: &Program, facts: &Facts) -> Result<Vec<Region>, Vec<Dia
 }
 
 /// A cell by its name as reports write it.
-fn cell(program: &Program, name: &str) -> Option<Cell> {
+pub fn cell(program: &Program, name: &str) -> Option<Cell> {
     let name = name.trim().to_ascii_uppercase();
     let known = program.areas.iter().zip(0..).filter_map(|(area, at)| {
         let digits = name.strip_prefix(area.name.as_str())?;

@@ -26,7 +26,9 @@ pub struct UnknownCount {
     pub each: Picos,
     /// What all of them take at most, each time that the instructions run.
     pub cost: Picos,
-    /// The line for `[counts]` in a facts file, with a number to be replaced.
+    /// What `[counts]` in a facts file calls it: its place, or the word where it counts at several.
+    pub key: String,
+    /// The line for `[counts]`, with a number to be replaced.
     pub fact: String,
 }
 
@@ -57,7 +59,8 @@ impl UnknownCount {
             }
             let each = Picos(cost.0 / most.max(1).unsigned_abs());
             let places = vec![(instruction.place, instruction.text.clone())];
-            Some(UnknownCount { word, places, most, each, cost, fact: String::new() })
+            let (key, fact) = (String::new(), String::new());
+            Some(UnknownCount { word, places, most, each, cost, key, fact })
         });
         let mut found: Vec<UnknownCount> = found.collect();
         found.sort_by_key(|one| (std::cmp::Reverse(one.cost), one.places[0].0));
@@ -79,10 +82,12 @@ impl UnknownCount {
         words.retain(|one| one.cost.0 >= upper.0.div_ceil(SMALLEST).max(1));
         words.sort_by_key(|one| (std::cmp::Reverse(one.cost), one.places[0].0));
         for one in &mut words {
-            one.fact = match one.places[..] {
-                [(at, _)] => fact(program, at),
-                _ => format!("{:?} = [0, 20]", one.word),
+            one.key = match one.places[..] {
+                [(at, _)] => key(program, at),
+                _ => one.word.to_string(),
             };
+            // A name in quotes: what TOML takes for an escape is one of Rust's, too.
+            one.fact = format!("{:?} = [0, 20]", one.key);
         }
         words
     }
@@ -110,8 +115,8 @@ pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     }
 }
 
-/// The line that states the count at a place.
-fn fact(program: &Program, at: Location) -> String {
+/// What states the count at a place.
+fn key(program: &Program, at: Location) -> String {
     let whole = |index: usize| program.files.get(index).map_or("", |file| file.name.as_str());
     let last = |name: &'_ str| name.rsplit(['/', '\\']).next().map_or(0, str::len);
     let file = whole(at.file as usize);
@@ -120,8 +125,7 @@ fn fact(program: &Program, at: Location) -> String {
         .filter(|&other| whole(other)[whole(other).len() - last(whole(other))..] == *short)
         .count();
     let file = if alike == 1 { short } else { file };
-    // A name in quotes: what TOML takes for an escape is one of Rust's, too.
-    format!("{:?} = [0, 20]", format!("{file}:{}", at.line))
+    format!("{file}:{}", at.line)
 }
 
 /// What parts of a program take at most, everything in them at its dearer time.

@@ -1,6 +1,6 @@
 //! `scanbound audit`: the bound and its reasons.
 
-use super::options::{ProjectOptions, ReportOptions, SearchOptions};
+use super::options::{ProjectOptions, ReportOptions, SearchOptions, WhatIfOptions};
 use super::output::Target;
 use super::{Failure, Outcome, values};
 use anyhow::Context;
@@ -15,6 +15,7 @@ Examples:
   scanbound audit PLC/                       a directory of exported CSV files
   scanbound audit main.il --cpu Q26UDV       list text, which does not name its CPU
   scanbound audit PLC/ --facts plant.toml    with what the program does not say
+  scanbound audit PLC/ --what-if             what it would be if counts were stated
   scanbound audit PLC/ --trace-search        how the bound was found, question by question
   scanbound audit PLC/ --format json -o bound.json";
 
@@ -36,6 +37,8 @@ pub struct Arguments {
     #[command(flatten)]
     search: SearchOptions,
     #[command(flatten)]
+    what_if: WhatIfOptions,
+    #[command(flatten)]
     report: ReportOptions,
     /// Write, for each group, SMT-LIB 2 files that prove its bound (unsatisfiable) and its scan (satisfiable)
     #[arg(long, value_name = "DIRECTORY")]
@@ -50,7 +53,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let response = arguments.response.then_some(given);
         let request = Request { response, ..arguments.search.of(request) };
         let followed = audit::follow(&request)?;
-        Ok(audit::conclude(followed, &request)?)
+        let mut concluded = audit::conclude(followed, &request)?;
+        if let Some(most) = arguments.what_if.most() {
+            audit::what_if(&mut concluded, &request, most)?;
+        }
+        Ok(concluded)
     })?;
     trace.write(&concluded.audit)?;
     if let Some(directory) = &arguments.certificate {

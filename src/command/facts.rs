@@ -1,6 +1,6 @@
 //! `scanbound facts`: a facts file that offers what is worth stating.
 
-use super::options::ProjectOptions;
+use super::options::{ProjectOptions, WhatIfOptions};
 use super::output::{Target, apart};
 use super::{Failure, Outcome};
 use clap::Args;
@@ -19,6 +19,8 @@ Examples:
 pub struct Arguments {
     #[command(flatten)]
     project: ProjectOptions,
+    #[command(flatten)]
+    what_if: WhatIfOptions,
     /// Write the facts to a file, whole or not at all
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -30,7 +32,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let target = Target::new(arguments.output.as_deref())?;
     let text = arguments.project.with_request(|request| {
         let request = Request { incomplete: true, ..*request };
-        let concluded = audit::conclude(audit::follow(&request)?, &request)?;
+        let mut concluded = audit::conclude(audit::follow(&request)?, &request)?;
+        if let Some(most) = arguments.what_if.most() {
+            audit::what_if_stated(&mut concluded, &request, most)?;
+        }
         let offers = offer::offers(&concluded, &request);
         Ok(facts::file(&concluded.audit, &offers, &concluded.followed.program.absent))
     })?;

@@ -1,6 +1,7 @@
 //! The options that `audit` and `check` have in common, and the audit that they ask for.
 
 use super::output::{self, Target, say};
+use super::values::Most;
 use super::{Failure, progress, tables, values};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
@@ -84,6 +85,23 @@ pub struct SearchOptions {
     /// Ask Z3 anew whether any group can cost a picosecond more; the report says which it confirms
     #[arg(long)]
     confirm: bool,
+}
+
+/// What is solved beside the bound itself.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Search")]
+pub struct WhatIfOptions {
+    /// Solve the bound again with the unknown counts stated to be at most so many, one after the other, and without the
+    /// trust in each word; each with the time limit for itself [default: 20,100]
+    #[arg(long, value_name = "COUNTS", num_args = 0..=1, require_equals = true, default_missing_value = "20,100", value_parser = values::most)]
+    what_if: Option<Most>,
+}
+
+impl WhatIfOptions {
+    /// What counts are to be taken as at most, if that is asked for.
+    pub fn most(&self) -> Option<&[u32]> {
+        self.what_if.as_ref().map(|Most(most)| most.as_slice())
+    }
 }
 
 /// Where a trace goes, if one is asked for.

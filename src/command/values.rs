@@ -10,6 +10,9 @@ use std::str::FromStr;
 /// No delay of a terminal is longer, in picoseconds: a thousand seconds. So sums with it stay within what is counted.
 const LONGEST_DELAY: u64 = 1_000_000_000_000_000;
 
+/// For so many counts the bound is solved.
+const MOST_COUNTS: usize = 8;
+
 /// A whole number, of at least one.
 pub fn positive<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, String> {
     let number = text.trim().parse().ok().filter(|number| *number >= T::from(1));
@@ -19,6 +22,18 @@ pub fn positive<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, Str
 /// A whole number.
 pub fn count<T: FromStr>(text: &str) -> Result<T, String> {
     text.trim().parse().map_err(|_| "give a whole number from 0 on".to_owned())
+}
+
+/// What counts may be at most.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Most(pub Vec<u32>);
+
+/// What counts may be at most: a few whole numbers.
+pub fn most(text: &str) -> Result<Most, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|one| one.trim().parse().ok()).collect();
+    let few = numbers.filter(|all| all.len() <= MOST_COUNTS);
+    few.map(Most)
+        .ok_or_else(|| format!("give up to {MOST_COUNTS} whole numbers from 0 on, such as 20,100"))
 }
 
 /// What two rotary switches can be set to.
@@ -73,6 +88,11 @@ mod tests {
         }
         assert_eq!(count::<usize>("0"), Ok(0));
         assert!(count::<usize>("-1").is_err());
+        assert_eq!(most("20, 5"), Ok(Most(vec![20, 5])));
+        for bad in ["", "20,", "-1", "1,2,3,4,5,6,7,8,9", "4294967296"] {
+            let told = most(bad).expect_err(bad);
+            assert_eq!(told, "give up to 8 whole numbers from 0 on, such as 20,100");
+        }
         assert_eq!((two_digits("99"), two_digits("100").is_err()), (Ok(99), true));
         assert_eq!(duration("10ms"), Ok(Picos(10_000_000_000)));
         assert_eq!(delay("1001s"), Err("longer than 1000 s".to_owned()));

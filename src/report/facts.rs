@@ -2,7 +2,7 @@
 
 use super::text::place;
 use crate::audit::Audit;
-use crate::audit::offer::Offer;
+use crate::audit::offer::{Offer, Solved};
 use crate::program::Absent;
 use std::fmt::Write;
 
@@ -25,6 +25,9 @@ pub fn file(audit: &Audit, offers: &[Offer], absent: &[Absent]) -> String {
         text += &told(&offer.what);
         if let Some(worth) = worth(audit, offer) {
             text += &told(&worth);
+        }
+        if let Some(solved) = offer.solved.as_ref().and_then(solved) {
+            text += &told(&solved);
         }
         for (at, instruction) in offer.places.iter().take(MOST_PLACES) {
             text += &told(&format!("  {}  {instruction}", place(audit, *at)));
@@ -60,6 +63,17 @@ fn head(audit: &Audit, offers: &[Offer], absent: &[Absent]) -> String {
 fn worth(audit: &Audit, offer: &Offer) -> Option<String> {
     let share = |worth| crate::audit::Share::of(worth, audit.bound.upper);
     offer.worth.map(|worth| format!("worth {worth} at most, {} of the bound", share(worth)))
+}
+
+/// What the bound is where it is stated.
+fn solved(solved: &Solved) -> Option<String> {
+    let ((most, bound), others) = solved.bounds.split_first()?;
+    let others: String = others.iter().map(|(most, bound)| format!("; {most}: {bound}")).collect();
+    let with = match &solved.with[..] {
+        [] => String::new(),
+        words => format!(" ({} likewise)", words.join(", ")),
+    };
+    Some(format!("at most {most}: the bound is {bound}{others}{with}"))
 }
 
 /// A line that is no fact. What a device's comment holds of line breaks ends no line here.

@@ -5,9 +5,11 @@ use super::format::Format;
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{self, Audit, Engine, Opinion};
 use crate::base::budget::{Cut, End};
+use crate::base::location::Location;
 use serde::Serialize;
 use serde::ser::SerializeMap;
 use std::io;
+use std::sync::Arc;
 
 /// JSON for programs.
 pub const FORMAT: Format = Format {
@@ -52,6 +54,8 @@ struct Report<'a> {
     assumptions: Vec<Assumption<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     unknowns: Vec<Unknown<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    what_if: Option<WhatIf<'a>>,
     approximations: Vec<Approximation<'a>>,
     warnings: Vec<Warning<'a>>,
     overhead: Vec<Overhead<'a>>,
@@ -67,10 +71,12 @@ struct Report<'a> {
 /// What a word holds whenever a scan starts, or which relays are never both on then.
 #[derive(Serialize)]
 struct Assumption<'a> {
-    name: &'a str,
+    name: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     range: Option<[i64; 2]>,
     written: Vec<UnknownPlace<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    upper_without_ps: Option<u64>,
 }
 
 /// A count of which nothing is known.
@@ -83,6 +89,36 @@ struct Unknown<'a> {
     per_unit_ps: u64,
     ps: u64,
     fact: &'a str,
+}
+
+/// Bounds with more stated, or less trusted.
+#[derive(Serialize)]
+struct WhatIf<'a> {
+    steps: Vec<WhatIfStep<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    minor: Option<Minor>,
+}
+
+/// A count that is stated besides those before it.
+#[derive(Serialize)]
+struct WhatIfStep<'a> {
+    name: &'a str,
+    fact: &'a str,
+    places: Vec<UnknownPlace<'a>>,
+    solved: Vec<Solved>,
+}
+
+#[derive(Serialize)]
+struct Solved {
+    most: u32,
+    upper_ps: Option<u64>,
+}
+
+/// Assumptions that are not listed.
+#[derive(Serialize)]
+struct Minor {
+    count: usize,
+    upper_without_ps: u64,
 }
 
 #[derive(Serialize)]
@@ -386,6 +422,7 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
             .collect(),
         assumptions: audit.assumptions.iter().map(assumption).collect(),
         unknowns: audit.unknowns.iter().map(unknown).collect(),
+        what_if: audit.what_if.as_ref().map(what_if),
         approximations: audit
             .approximations
             .iter()
@@ -426,25 +463,45 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
 }
 
 fn assumption(one: &audit::Assumption) -> Assumption<'_> {
-    let written = one.written.iter();
     Assumption {
-        name: &one.name,
+        name: one.name(),
         range: one.range.map(|(low, high)| [low, high]),
-        written: written
-            .map(|(at, instruction)| UnknownPlace { file: at.file, line: at.line, instruction })
+        written: places(&one.written),
+        upper_without_ps: one.without.map(|bound| bound.0),
+    }
+}
+
+fn what_if(found: &audit::WhatIf) -> WhatIf<'_> {
+    let step = |step| what_if_step(step, &found.most);
+    let minor = found
+        .minor
+        .map(|audit::Minor { count, without }| Minor { count, upper_without_ps: without.0 });
+    WhatIf { steps: found.steps.iter().map(step).collect(), minor }
+}
+
+fn what_if_step<'a>(step: &'a audit::Step, most: &[u32]) -> WhatIfStep<'a> {
+    let solved = most.iter().zip(&step.solved);
+    WhatIfStep {
+        name: &step.unknown.word,
+        fact: &step.unknown.fact,
+        places: places(&step.unknown.places),
+        solved: solved
+            .map(|(&most, bound)| Solved { most, upper_ps: bound.map(|bound| bound.0) })
             .collect(),
     }
+}
+
+fn places(all: &[(Location, Arc<str>)]) -> Vec<UnknownPlace<'_>> {
+    all.iter()
+        .map(|(at, instruction)| UnknownPlace { file: at.file, line: at.line, instruction })
+        .collect()
 }
 
 fn unknown(one: &audit::UnknownCount) -> Unknown<'_> {
     Unknown {
         name: &one.word,
         kind: "count",
-        places: one
-            .places
-            .iter()
-            .map(|(at, instruction)| UnknownPlace { file: at.file, line: at.line, instruction })
-            .collect(),
+        places: places(&one.places),
         taken: [0, one.most],
         per_unit_ps: one.each.0,
         ps: one.cost.0,

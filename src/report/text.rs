@@ -5,8 +5,8 @@ use super::format::{Extent, Format};
 use super::{compare, method, response};
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{
-    ApproximationUse, Assumption, Audit, Fact, Fate, FreeValue, GroupUse, Reason, RungUse, Share,
-    Status, UnstatedPoints, Value,
+    ApproximationUse, Assumption, Audit, Fact, Fate, FreeValue, GroupUse, Minor, Reason, RungUse,
+    Share, Status, UnstatedPoints, Value,
 };
 use crate::base::budget::Cut;
 use crate::base::location::Location;
@@ -57,10 +57,7 @@ pub fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     text += &assumed(audit, extent);
     text += &list("What the table's times do not hold", &audit.table.notes);
     text += &list("What was stated and is believed", &facts(audit));
-    text += &list(
-        "What is trusted: nobody but the program writes these (--trust none does without)",
-        &trusted(audit),
-    );
+    text += &trusted(audit);
     text += &list(
         "Why the bound may be too low all the same (state it with --facts or --interrupts)",
         &shown(&audit.all_doubts()),
@@ -443,17 +440,30 @@ fn assumed(audit: &Audit, extent: Extent) -> String {
         + &more(table.assumed.len(), extent.values, "  ", "assumed time", "assumed times")
 }
 
-/// The words that are trusted, and which scans that leaves out.
-fn trusted(audit: &Audit) -> Vec<String> {
+/// The words that are trusted, what for, and which scans that leaves out.
+fn trusted(audit: &Audit) -> String {
     let mut lines: Vec<String> =
         audit.assumptions.iter().map(|one| assumption(audit, one)).collect();
+    if let Some(Minor { count: n, without }) = audit.what_if.as_ref().and_then(|one| one.minor) {
+        let others = if lines.is_empty() { "" } else { "further " };
+        let words = count(n, "word or set of relays", "words or sets of relays");
+        lines.push(format!(
+            "{others}{words}, none of which lowers the bound by 0.1 % alone: without all of them {without}"
+        ));
+    }
+    if !lines.is_empty() && audit.what_if.is_none() {
+        lines.push("--what-if solves what each is worth: the bound without it".to_owned());
+    }
     if !lines.is_empty() {
         lines.push(
             "not covered: the first scans after a download or a change in RUN, when memory may hold anything"
                 .to_owned(),
         );
     }
-    lines
+    let title = "What is trusted: nobody but the program writes these (--trust none does without)"
+        .to_owned();
+    let order = if audit.what_if.is_some() { ", the dearest first" } else { "" };
+    list(&(title + order), &lines)
 }
 
 /// What is trusted of a word or of relays, and the lines that write them.
@@ -468,11 +478,17 @@ fn assumption(audit: &Audit, one: &Assumption) -> String {
     if one.written.len() > MOST_WRITERS {
         by += &format!(" and {} more", one.written.len() - MOST_WRITERS);
     }
+    let without = one.without.map(|bound| format!("; without that the bound is {bound}"));
+    let without = without.unwrap_or_default();
     match one.range {
         Some((low, high)) => {
-            format!("{} is {low} to {high} whenever a scan starts: written by {by}", one.name)
+            let name = one.name();
+            format!("{name} is {low} to {high} whenever a scan starts: written by {by}{without}")
         }
-        None => format!("of {} no two are on when a scan starts: written by {by}", one.name),
+        None => {
+            let names = one.name();
+            format!("of {names} no two are on when a scan starts: written by {by}{without}")
+        }
     }
 }
 
@@ -506,6 +522,10 @@ fn unknowns(audit: &Audit, extent: Extent) -> String {
             ]
         })
         .collect();
+    let solve = match audit.what_if {
+        Some(_) => "",
+        None => "  --what-if solves the bound for counts of at most 20 and 100\n",
+    };
     heading("The bound rests on counts that are not known, the dearest first")
         + &columns(2, &rows)
         + &more(audit.unknowns.len(), extent.values, "  ", "count", "counts")
@@ -513,6 +533,31 @@ fn unknowns(audit: &Audit, extent: Extent) -> String {
             "  say in a facts file (--facts) what they are, such as at most 20:\n      [counts]\n      {}\n",
             first.fact
         )
+        + solve
+        + &solved(audit)
+}
+
+/// The bounds where these counts are stated, and those that are named then.
+fn solved(audit: &Audit) -> String {
+    let Some(what_if) = audit.what_if.as_ref().filter(|one| !one.steps.is_empty()) else {
+        return String::new();
+    };
+    let mut head = vec![left("")];
+    head.extend(what_if.most.iter().map(|most| right(format!("at most {most}"))));
+    let rows = what_if.steps.iter().enumerate().map(|(index, step)| {
+        let and = if index == 0 { "" } else { "and " };
+        let unknown = &step.unknown;
+        let mut row = vec![left(format!("{and}{}", unknown.word))];
+        row.extend(step.solved.iter().map(|bound| match bound {
+            Some(bound) => right(bound.to_string()),
+            None => right("cannot be"),
+        }));
+        row.push(left(place(audit, unknown.places[0].0)).styled(FAINT));
+        row
+    });
+    let rows: Vec<Vec<Cell>> = [head].into_iter().chain(rows).collect();
+    heading("The bound where these are stated, solved for each, together with those above it")
+        + &columns(2, &rows)
 }
 
 fn approximations(audit: &Audit, extent: Extent) -> String {

@@ -1,0 +1,228 @@
+//! What stating a count is worth, and what the trust in a word: the bound is solved again with that stated or without that
+//! trust. Nothing is estimated: a maximum of several ways is no straight line.
+
+use super::assumption::Assumption;
+use super::failure::Failure;
+use super::pipeline::{Concluded, audit};
+use super::request::{Progress, Request};
+use super::stated;
+use super::unknown::UnknownCount;
+use crate::base::facts::Facts;
+use crate::base::time::Picos;
+use crate::program::Program;
+use std::cmp::Reverse;
+
+/// What it is called while it runs.
+const STAGE: &str = "solving what if";
+/// So many counts are stated together.
+const MOST_STEPS: usize = 5;
+/// So many audits may find out what is trusted for how much.
+const MOST_PRICING: usize = 64;
+/// What lowers the bound by less than the bound divided by this is not listed.
+const SMALLEST: u64 = 1000;
+
+/// Bounds that were solved for more than what is stated.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WhatIf {
+    /// What counts are taken to be at most, ascending.
+    pub most: Vec<u32>,
+    /// One count after the other, in each step together with those of all steps before.
+    pub steps: Vec<Step>,
+    /// How much the assumptions are worth of which none is worth listing.
+    pub minor: Option<Minor>,
+}
+
+/// A count that is stated besides those before it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Step {
+    /// The count.
+    pub unknown: UnknownCount,
+    /// The bound for each of [`WhatIf::most`]; none where it cannot be that at most.
+    pub solved: Vec<Option<Picos>>,
+}
+
+/// Assumptions that lower the bound by next to nothing each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Minor {
+    /// How many.
+    pub count: usize,
+    /// The bound without all of them.
+    pub without: Picos,
+}
+
+/// Adds to an audit what its unknown counts and its assumptions are worth.
+///
+/// # Errors
+/// That in one of these audits the analysis and the interpreter disagree.
+pub fn what_if(
+    concluded: &mut Concluded,
+    request: &Request<'_>,
+    most: &[u32],
+) -> Result<(), Failure> {
+    what_if_stated(concluded, request, most)?;
+    let program = &concluded.followed.program;
+    let own = std::mem::take(&mut concluded.audit.assumptions);
+    let (assumptions, minor) = priced(own, program, concluded.audit.bound.upper, request)?;
+    concluded.audit.assumptions = assumptions;
+    if let Some(what_if) = &mut concluded.audit.what_if {
+        what_if.minor = minor;
+    }
+    Ok(())
+}
+
+/// Adds to an audit what its unknown counts are worth. Each bound is that of a whole audit that is asked the same besides,
+/// so each has the time limit for itself.
+///
+/// # Errors
+/// That in one of these audits the analysis and the interpreter disagree.
+pub fn what_if_stated(
+    concluded: &mut Concluded,
+    request: &Request<'_>,
+    most: &[u32],
+) -> Result<(), Failure> {
+    (request.progress)(Progress::Stage(STAGE));
+    let mut most = most.to_vec();
+    most.sort_unstable();
+    most.dedup();
+    let steps = steps(&concluded.audit.unknowns, request, &most)?;
+    concluded.audit.what_if = Some(WhatIf { most, steps, minor: None });
+    Ok(())
+}
+
+/// What an audit finds that is asked with other facts.
+struct Run {
+    upper: Picos,
+    unknowns: Vec<UnknownCount>,
+}
+
+/// Audits with other facts, several at a time. None where such facts cannot be.
+fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<Run>>, Failure> {
+    let run = |facts: &Facts| {
+        let request = Request {
+            facts,
+            trace: false,
+            confirm: false,
+            response: None,
+            warnings: &[],
+            limit: None,
+            progress: &|_| {},
+            ..*request
+        };
+        match audit(&request) {
+            Ok(found) => Ok(Some(Run { upper: found.bound.upper, unknowns: found.unknowns })),
+            Err(Failure::Input(_)) => Ok(None),
+            Err(why) => Err(why),
+        }
+    };
+    // Each has threads of its own: one that waits for another's would be late by that, and may end with less proved.
+    let threads = rayon::current_num_threads();
+    let mut found = Vec::new();
+    for few in facts.chunks(threads) {
+        let own = || rayon::ThreadPoolBuilder::new().num_threads(threads / few.len()).build();
+        let start = |facts| match own() {
+            Ok(pool) => pool.install(|| run(facts)),
+            Err(_) => run(facts),
+        };
+        let all: Vec<_> = std::thread::scope(|scope| {
+            let all: Vec<_> = few.iter().map(|facts| scope.spawn(move || start(facts))).collect();
+            all.into_iter().map(|one| one.join()).collect()
+        });
+        for one in all {
+            found.push(one.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+        }
+    }
+    Ok(found)
+}
+
+/// States the dearest count, then besides that the dearest that is named then, and so on: the bound of one is often
+/// hidden behind that of the next.
+fn steps(
+    unknowns: &[UnknownCount],
+    request: &Request<'_>,
+    most: &[u32],
+) -> Result<Vec<Step>, Failure> {
+    let mut steps: Vec<Step> = Vec::new();
+    let mut facts = vec![request.facts.clone(); most.len()];
+    let mut named = unknowns.to_vec();
+    while steps.len() < MOST_STEPS && !(request.cancelled)() {
+        let is_new = |one: &&UnknownCount| steps.iter().all(|step| step.unknown.key != one.key);
+        let Some(unknown) = named.iter().find(is_new).cloned() else { break };
+        for (facts, &most) in facts.iter_mut().zip(most) {
+            facts.counts.insert(unknown.key.clone(), (0, i64::from(most)));
+        }
+        let found = runs(request, &facts)?;
+        let solved = found.iter().map(|run| run.as_ref().map(|run| run.upper)).collect();
+        if let Some(run) = found.into_iter().flatten().next() {
+            named = run.unknowns;
+        }
+        steps.push(Step { unknown, solved });
+    }
+    Ok(steps)
+}
+
+/// The assumptions that are worth listing, the dearest first, and what the others are worth together. Many are left out at
+/// once, then, where that matters, half of them: without fewer assumptions no bound is higher.
+fn priced(
+    mut all: Vec<Assumption>,
+    program: &Program,
+    upper: Picos,
+    request: &Request<'_>,
+) -> Result<(Vec<Assumption>, Option<Minor>), Failure> {
+    let step = (upper.0 / SMALLEST).max(1);
+    let matters = |without: &Picos| without.0 >= upper.0.saturating_add(step);
+    let without = |left_out: &Vec<usize>| {
+        let mut facts = request.facts.clone();
+        let devices = left_out.iter().flat_map(|&one| all[one].devices.iter().cloned());
+        facts.external.extend(devices);
+        facts
+    };
+    let can_be_named = |one: &usize| {
+        all[*one].devices.iter().all(|device| stated::cell(program, device).is_some())
+    };
+    let nameable: Vec<usize> = (0..all.len()).filter(can_be_named).collect();
+    let mut open = vec![nameable.clone()];
+    let mut prices: Vec<Option<Picos>> = vec![None; all.len()];
+    let mut is_minor = vec![false; all.len()];
+    let (mut asked, mut without_all) = (0, None);
+    while !open.is_empty() && asked + open.len() <= MOST_PRICING && !(request.cancelled)() {
+        open.retain(|some| !some.is_empty());
+        let facts: Vec<Facts> = open.iter().map(without).collect();
+        asked += facts.len();
+        let found = runs(request, &facts)?;
+        if let [Some(run)] = &found[..]
+            && asked == 1
+        {
+            without_all = Some(run.upper);
+        }
+        let mut next = Vec::new();
+        for (some, run) in open.into_iter().zip(found) {
+            match (run.map(|run| run.upper), &some[..]) {
+                (Some(upper), &[one]) if matters(&upper) => prices[one] = Some(upper),
+                (Some(upper), some) if !matters(&upper) => {
+                    some.iter().for_each(|&one| is_minor[one] = true);
+                }
+                (_, [_]) => {}
+                (_, some) => {
+                    let (some, others) = some.split_at(some.len() / 2);
+                    next.extend([some.to_vec(), others.to_vec()]);
+                }
+            }
+        }
+        open = next;
+    }
+    let few: Vec<usize> = nameable.iter().copied().filter(|&one| is_minor[one]).collect();
+    // Of two that keep the same from happening each is worth nothing by itself.
+    let together = match few.len() {
+        0 => None,
+        count if count == nameable.len() => without_all,
+        _ => runs(request, &[without(&few)])?.into_iter().flatten().next().map(|run| run.upper),
+    };
+    let minor = together.map(|without| Minor { count: few.len(), without });
+    for (one, price) in all.iter_mut().zip(&prices) {
+        one.without = *price;
+    }
+    let mut is_minor = is_minor.into_iter();
+    all.retain(|_| !is_minor.next().unwrap_or(false));
+    all.sort_by_key(|one| Reverse(one.without));
+    Ok((all, minor))
+}
