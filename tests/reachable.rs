@@ -7,7 +7,7 @@ mod common;
 use common::audited::{asked, listed, table};
 use common::plc::{Device, Line, Luck, Plc, line};
 use common::tape::{Tape, cases, on_tapes};
-use scanbound::audit::{Concluded, conclude, follow};
+use scanbound::audit::{Concluded, Failure, conclude, follow};
 use scanbound::base::facts::Facts;
 use scanbound::passes::values::Trust;
 use std::cell::Cell;
@@ -91,15 +91,15 @@ struct Tally {
     reached: Cell<u32>,
 }
 
-fn audited(trust: Trust, text: &str) -> Concluded {
+fn audited(trust: Trust, facts: &Facts, text: &str) -> Concluded {
     let table = table("INC,1,0,0\n");
     let inputs = listed(text);
-    let facts = Facts::default();
-    let request = asked(&inputs, &table, &facts, trust);
+    let request = asked(&inputs, &table, facts, trust);
     conclude(follow(&request).expect("followed"), &request).expect("an audit")
 }
 
-fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
+/// `internal`: instead of all the first relays are trusted, so many, since they are stated to be the program's own.
+fn check(tape: &[u16], internal: Option<u32>, tally: &Tally) -> Result<(), String> {
     let lines = generate(&mut Tape::new(tape));
     let text = lines.join("\n") + "\n";
     let listed = || {
@@ -107,7 +107,15 @@ fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
         lines.collect::<Vec<_>>().join("\n")
     };
     let upper = |found: &Concluded| found.audit.bound.upper.0 / 1_000_000;
-    let (none, all) = (audited(Trust::None, &text), audited(Trust::All, &text));
+    let (trust, facts) = match internal {
+        None => (Trust::All, Facts::default()),
+        Some(few) => {
+            let internal = (0..few).map(|n| format!("M{n}")).collect();
+            (Trust::Counts, Facts { internal, ..Facts::default() })
+        }
+    };
+    let none = audited(Trust::None, &Facts::default(), &text);
+    let all = audited(trust, &facts, &text);
     if upper(&all) > upper(&none) {
         return Err(format!("{} above {}\n{}", upper(&all), upper(&none), listed()));
     }
@@ -120,7 +128,7 @@ fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
             on || line.starts_with("MOV")
         })
     };
-    let own: BTreeSet<u32> = (0..RELAYS as u32).filter(turned_on).collect();
+    let own: BTreeSet<u32> = (0..internal.unwrap_or(RELAYS as u32)).filter(turned_on).collect();
     let program = [lines.iter().map(|text| line(text)).collect::<Vec<Line>>()];
     let chance = Cell::new(0x9E37_79B9_7F4A_7C15);
     let mut memory: BTreeMap<Device, u16> = BTreeMap::new();
@@ -158,15 +166,22 @@ fn check(tape: &[u16], tally: &Tally) -> Result<(), String> {
 #[allow(clippy::print_stdout)] // a long run's figures
 fn no_run_from_power_up_takes_longer_than_with_all_trusted() {
     let tally = Tally::default();
-    on_tapes(cases(150), 100, |tape| check(tape, &tally));
+    on_tapes(cases(150), 100, |tape| check(tape, None, &tally));
     let (apart, lower, reached) = (tally.apart.get(), tally.lower.get(), tally.reached.get());
     println!("{apart} with relays apart, {lower} bounds lower, {reached} reached");
     assert!(lower > cases(150) / 20 && reached > cases(150) / 4, "{apart} {lower} {reached}");
 }
 
+#[test]
+fn no_run_from_power_up_takes_longer_than_with_the_programs_own_relays_trusted() {
+    let tally = Tally::default();
+    on_tapes(cases(80), 100, |tape| check(tape, Some(4), &tally));
+    assert!(tally.lower.get() > cases(80) / 20, "{}", tally.lower.get());
+}
+
 /// The bound of a program with all trusted, in microseconds.
 fn all(text: &str) -> u64 {
-    audited(Trust::All, &text.replace('/', "\n")).audit.bound.upper.0 / 1_000_000
+    audited(Trust::All, &Facts::default(), &text.replace('/', "\n")).audit.bound.upper.0 / 1_000_000
 }
 
 #[test]
@@ -220,4 +235,38 @@ fn what_others_write_and_scans_after_a_download_are_covered_if_stated() {
     for wrong in ["Q7", "M9-M1", "M1-D5", "M"] {
         assert_eq!(stated(&format!("[external]\ndevices = [\"{wrong}\"]\n")), None, "{wrong}");
     }
+}
+
+#[test]
+fn relays_that_are_stated_to_be_the_programs_own_are_trusted_with_counts_too() {
+    let stated = |trust: Trust, facts: &str, text: &str| {
+        let facts = Facts::parse("facts.toml", facts).expect("facts");
+        let audit = audited(trust, &facts, &text.replace('/', "\n")).audit;
+        let told = audit.warnings.iter().filter(|one| one.file == "facts.toml").count();
+        (audit.bound.upper.0 / 1_000_000, told, audit.facts.len())
+    };
+    let internal = |devices: &str| format!("[internal]\ndevices = [{devices}]\n");
+    let text = "LD M1/AND M2/INC D0/LD X1/OUT M1/LDI X1/OUT M2/END/";
+    let counts = |facts: &str| stated(Trust::Counts, facts, text);
+    assert_eq!(counts(""), (1, 0, 0));
+    assert_eq!(counts(&internal("'M0-M2'")), (0, 0, 1));
+    assert_eq!(counts(&internal("'M2', 'm1'")), (0, 0, 1));
+    assert_eq!(counts(&internal("'M1'")).0, 1);
+    let other = internal("'M0-M9'") + "[external]\ndevices = ['M2']\n";
+    assert_eq!(counts(&other), (1, 0, 2));
+    // Where memory may hold anything, and where nobody is trusted, nothing follows from it.
+    assert_eq!(counts(&(internal("'M1', 'M2'") + "[start]\ndownload = true")), (1, 1, 2));
+    assert_eq!(stated(Trust::None, &internal("'M1', 'M2'"), text), (1, 1, 1));
+    assert_eq!(stated(Trust::All, &internal("'M1', 'M2'"), text), (0, 0, 1));
+    let of = |a: &str| text.replace('M', a);
+    // B is a network's where there is one.
+    assert_eq!(stated(Trust::Counts, &internal("'B1', 'B2'"), &of("B")), (0, 0, 1));
+    assert_eq!(stated(Trust::Counts, &internal("'L1', 'L2'"), &of("L")), (1, 0, 1));
+    assert_eq!(counts(&internal("'X1', 'M1'")), (1, 1, 1), "an input");
+    let wrong = Facts::parse("facts.toml", &internal("'Q7'")).expect("facts");
+    let (table, inputs) = (table("INC,1,0,0\n"), listed("LD X0\nOUT Y0\nEND\n"));
+    let Err(Failure::Input(faults)) = follow(&asked(&inputs, &table, &wrong, Trust::All)) else {
+        panic!("Q7 is no device")
+    };
+    assert!(faults[0].message.starts_with("'Q7' under [internal] is no device"));
 }

@@ -216,6 +216,28 @@ fn what_is_written_in_every_scan_is_trusted_and_nothing_else() {
 }
 
 #[test]
+fn words_that_are_stated_to_be_the_programs_own_are_trusted_wherever_they_serve() {
+    let stated = |trust: Trust, text: &str| {
+        let facts = "[internal]\ndevices = ['D50-D59']\n";
+        (
+            with_facts(trust, "", text).map(|one| one.0),
+            with_facts(trust, facts, text).map(|one| one.0),
+        )
+    };
+    // Written under X0 only: an HMI's parameter with a default, unless that is excluded.
+    let count = "LD X0; MOV K19 D50; FOR D50; LD X1; Op1; NEXT; END";
+    assert_eq!(stated(Trust::Counts, count), (Ok(32_767), Ok(19)));
+    assert_eq!(stated(Trust::None, count), (Ok(32_767), Ok(32_767)));
+    // Not only what counts: what is compared, too, and what that is worked out from.
+    let compared = "LD> D50 K19; Op100; LD X0; MOV D51 D50; LD X1; MOV K7 D51; END";
+    assert_eq!(stated(Trust::Counts, compared), (Ok(100), Ok(0)));
+    let free = "LD> D50 K19; Op100; LD X0; MOV D61 D50; LD SM400; MOV K7 D61; END";
+    assert_eq!(stated(Trust::Counts, free), (Ok(100), Ok(100)), "D61 may be another's");
+    let both = "LD> D50 K19; Op100; LD X0; MOV K7 D50; FOR D70; LD X1; Op1; NEXT; LD SM400; MOV K9 D70; END";
+    assert_eq!(stated(Trust::Counts, both), (Ok(109), Ok(9)));
+}
+
+#[test]
 fn lower_bounds_start_from_what_is_trusted() {
     let later = "FOR D50; LD X0; Op1; NEXT; LD SM400; MOV K19 D50; END";
     assert_eq!(bounds(Trust::Counts, later), (19, 19));

@@ -68,6 +68,8 @@ pub enum Fact {
     Indirect(Vec<String>),
     /// What others than the program write.
     External(Vec<String>),
+    /// What nobody but the program writes.
+    Internal(Vec<String>),
     /// Memory may hold anything when a scan starts, as after a download.
     Download,
     /// How often a routine interrupts a scan.
@@ -130,6 +132,7 @@ impl Fact {
             .chain(facts.index_bits.map(Fact::IndexBits))
             .chain(facts.indirect.clone().map(Fact::Indirect))
             .chain((!facts.external.is_empty()).then(|| Fact::External(facts.external.clone())))
+            .chain((!facts.internal.is_empty()).then(|| Fact::Internal(facts.internal.clone())))
             .chain(facts.download.then_some(Fact::Download))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
@@ -169,6 +172,9 @@ impl fmt::Display for Fact {
             }
             Fact::External(devices) => {
                 write!(f, "others than the program write {}", devices.join(", "))
+            }
+            Fact::Internal(devices) => {
+                write!(f, "nobody but the program writes {}", devices.join(", "))
             }
             Fact::Download => f.write_str("memory may hold anything when a scan starts"),
             Fact::Interrupts { name, times } => {

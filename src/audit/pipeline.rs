@@ -75,9 +75,15 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
     (request.progress)(Progress::Stage("following the scan"));
     let (mut model, whole) = model_of(&mut program, &mut prices, &budget)?;
-    if request.trusted() == Trust::All && !whole {
+    let trusts_relays = match request.trusted() {
+        Trust::None => false,
+        Trust::Counts => !program.internal.is_empty(),
+        Trust::All => true,
+    };
+    if trusts_relays && !whole {
         (request.progress)(Progress::Stage(reachable::STAGE));
-        if let Some(closer) = reachable::exclude(&mut program, &prices, &model, &budget) {
+        let trust = request.trusted();
+        if let Some(closer) = reachable::exclude(&mut program, &prices, &model, trust, &budget) {
             model = closer;
         }
     }

@@ -1,7 +1,7 @@
 //! States that no run from power-up leads to: relays that are never both on when a scan starts.
 
 use crate::base::budget::Budget;
-use crate::passes::values::is_ours;
+use crate::passes::values::{Trust, is_ours};
 use crate::program::{
     Apart, BitSource, BitTarget, Cell, ChoiceKind, Join, Logic, Program, Region, Source, Step,
     WordSource, Write, flow,
@@ -36,9 +36,10 @@ pub fn exclude(
     program: &mut Program,
     prices: &Prices,
     model: &ScanModel,
+    trust: Trust,
     budget: &Budget<'_>,
 ) -> Option<ScanModel> {
-    let cells = own(program, model);
+    let cells = own(program, model, trust);
     let rungs = Rungs::of(program, &cells);
     let all = rungs.pairs();
     if all.is_empty() {
@@ -110,12 +111,13 @@ fn keep_apart(
 }
 
 /// The relays that a scan's costs may hang on and that nobody but the program writes, and only in ways that are known.
-fn own(program: &Program, model: &ScanModel) -> Vec<Cell> {
+fn own(program: &Program, model: &ScanModel, trust: Trust) -> Vec<Cell> {
     let read = model.variables.iter().filter_map(|one| match (one.kind, &one.origin) {
         (VarKind::Bit, Origin::Start(cell)) => Some(*cell),
         _ => None,
     });
-    let read: BTreeSet<Cell> = read.filter(|&cell| is_ours(program, cell)).collect();
+    let is_trusted = |&cell: &Cell| is_ours(program, cell) && trust.holds_alone(program, cell);
+    let read: BTreeSet<Cell> = read.filter(is_trusted).collect();
     let mut own = BTreeSet::new();
     let mut others = BTreeSet::new();
     for instruction in &program.instructions {

@@ -4,6 +4,7 @@ use super::real::{Left, writes_constant};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedCall, plain};
+use crate::passes::values::{Trust, is_ours};
 use crate::program::{
     AreaId, BitSource, Cell, Program, Radix, Region, Role, Source, StartRange, WordSource, flow,
 };
@@ -32,11 +33,16 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// The cells that others than the program write.
+/// The cells that others than the program write, or that nobody else does.
 ///
 /// # Errors
 /// Devices that the machine does not have, or that are known by another name.
-pub fn external(program: &Program, facts: &Facts) -> Result<Vec<Region>, Vec<Diagnostic>> {
+pub fn writers(
+    program: &Program,
+    facts: &Facts,
+    table: &str,
+    devices: &[String],
+) -> Result<Vec<Region>, Vec<Diagnostic>> {
     let fault = |device: &String| {
         let names: Vec<&str> = program
             .areas
@@ -44,15 +50,15 @@ pub fn external(program: &Program, facts: &Facts) -> Result<Vec<Region>, Vec<Dia
             .filter(|area| area.role != Role::Hidden)
             .map(|area| area.name.trim())
             .collect();
-        let message = format!("'{device}' under [external] is no device, nor one to another");
+        let message = format!("'{device}' under [{table}] is no device, nor one to another");
         let help = format!(
             "write \"D100\" or \"D100-D199\"; the machine's devices are {}",
             names.join(", ")
         );
-        facts.fault(["external", "devices"], Part::Value, Code::Fact, message, &help)
+        facts.fault([table, "devices"], Part::Value, Code::Fact, message, &help)
     };
     let (mut regions, mut faults) = (Vec::new(), Vec::new());
-    for device in &facts.external {
+    for device in devices {
         let (first, last) = device.split_once('-').unwrap_or((device, device));
         match (cell(program, first), cell(program, last)) {
             (Some(first), Some(last)) if first.area == last.area && first.index <= last.index => {
@@ -63,6 +69,33 @@ pub fn external(program: &Program, facts: &Facts) -> Result<Vec<Region>, Vec<Dia
     }
     faults.truncate(MOST_TOLD);
     if faults.is_empty() { Ok(regions) } else { Err(faults) }
+}
+
+/// Warns of devices that are stated to be the program's own where nothing follows from that.
+#[must_use]
+pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
+    let fact = ["internal", "devices"];
+    let told = |message: String, help: &str| {
+        facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning()
+    };
+    if trust == Trust::None && !facts.internal.is_empty() {
+        let message = "[internal] is not used where nothing is trusted".to_owned();
+        return vec![told(message, "audit with --trust counts or all, or leave it out")];
+    }
+    let is_idle = |&(_, region): &(&String, &Region)| match *region {
+        Region::Range { first, count } => {
+            !(0..count).any(|n| is_ours(program, Cell { index: first.index + n, ..first }))
+        }
+        _ => false,
+    };
+    let idle = facts.internal.iter().zip(&program.internal).filter(is_idle).take(MOST_TOLD);
+    idle.map(|(device, _)| {
+        let message = format!(
+            "nothing is known of {device} under [internal]: it is not cleared when the CPU comes up, an input, or under [external], too"
+        );
+        told(message, "leave it out")
+    })
+    .collect()
 }
 
 /// A cell by its name as reports write it.

@@ -38,7 +38,10 @@ impl Understood {
         know_interrupts(&program, request)?;
         stated::know_words(&program, request.facts)?;
         counts::state(&mut program, request.facts)?;
-        program.external = stated::external(&program, request.facts)?;
+        let facts = request.facts;
+        program.external = stated::writers(&program, facts, "external", &facts.external)?;
+        program.internal = stated::writers(&program, facts, "internal", &facts.internal)?;
+        warnings.extend(stated::idle(&program, facts, request.trusted()));
         Ok(Understood { program, table, open, warnings })
     }
 }

@@ -49,6 +49,8 @@ pub struct Facts {
     pub indirect: Option<Vec<String>>,
     /// Devices that others than the program write between scans, such as HMIs: each as `D100`, or `D100-D199`.
     pub external: Vec<String>,
+    /// Devices that nobody but the program writes, likewise.
+    pub internal: Vec<String>,
     /// Whether scans after a download or a change in RUN count, when memory may hold anything.
     pub download: bool,
     /// Where they stand.
@@ -65,10 +67,10 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] (devices = [\"D100-D199\"]) and [start] (download = true)";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]) and [start] (download = true)";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 /// The tables of a facts file.
-const TABLES: [&str; 10] = [
+const TABLES: [&str; 11] = [
     "ranges",
     "counts",
     "calls",
@@ -78,6 +80,7 @@ const TABLES: [&str; 10] = [
     "index",
     "scan",
     "external",
+    "internal",
     "start",
 ];
 /// More faults than this are counted, not listed.
@@ -192,7 +195,19 @@ impl Reader<'_> {
             }
             "io" => self.points(key, value),
             "network" => self.network(key, value),
-            "external" => self.external(key, value),
+            "external" => {
+                let help = "write devices = [\"D100-D199\", \"M50\"], all that HMIs and others write between scans";
+                if let Some(devices) = self.devices(table, key, value, help) {
+                    self.facts.external = devices;
+                }
+            }
+            "internal" => {
+                let help =
+                    "write devices = [\"D100-D199\", \"M50\"], what nobody but the program writes";
+                if let Some(devices) = self.devices(table, key, value, help) {
+                    self.facts.internal = devices;
+                }
+            }
             "start" => match (key.get_ref().as_ref(), value.get_ref().as_bool()) {
                 ("download", Some(download)) => self.facts.download = download,
                 ("download", None) => {
@@ -274,16 +289,24 @@ impl Reader<'_> {
         }
     }
 
-    fn external(&mut self, key: &Key<'_>, value: &Value<'_>) {
-        let help = "write devices = [\"D100-D199\", \"M50\"], all that HMIs and others write between scans";
+    /// The devices of a table that has nothing else.
+    fn devices(
+        &mut self,
+        table: &str,
+        key: &Key<'_>,
+        value: &Value<'_>,
+        help: &str,
+    ) -> Option<Vec<String>> {
         if key.get_ref().as_ref() != "devices" {
-            return self.unknown(key, "external", &meant(key.get_ref(), &["devices"], help));
+            self.unknown(key, table, &meant(key.get_ref(), &["devices"], help));
+            return None;
         }
         let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
-        match value.get_ref().as_array().map(|all| all.iter().map(text).collect()) {
-            Some(Some(devices)) => self.facts.external = devices,
-            _ => self.fault(Some(value.span()), "devices is no list of devices".to_owned(), help),
+        let devices = value.get_ref().as_array().and_then(|all| all.iter().map(text).collect());
+        if devices.is_none() {
+            self.fault(Some(value.span()), "devices is no list of devices".to_owned(), help);
         }
+        devices
     }
 
     fn points(&mut self, key: &Key<'_>, value: &Value<'_>) {
@@ -431,7 +454,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[start]\ndownload = true\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[start]\ndownload = true\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         let writes = Some(vec!["D1-D9".to_owned()]);
         let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
@@ -444,6 +467,7 @@ mod tests {
                 index_bits: Some(32),
                 indirect: Some(vec!["D1-D9".to_owned(), "W5".to_owned()]),
                 external: vec!["D5".to_owned()],
+                internal: vec!["M1-M9".to_owned()],
                 download: true,
                 interrupts: [("I0".to_owned(), 2)].into(),
                 inputs: Some(64),

@@ -684,6 +684,8 @@ pub struct Program {
     pub networks: Vec<(Region, String)>,
     /// Cells that others than the program write between scans, as the user states.
     pub external: Vec<Region>,
+    /// Cells that nobody but the program writes, as the user states; what is also in `external` is not.
+    pub internal: Vec<Region>,
     /// The first instruction that reaches into a network's station by itself, an index into `instructions`.
     pub direct_links: Option<usize>,
     /// Ranges the user stated.

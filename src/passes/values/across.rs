@@ -99,13 +99,13 @@ impl Across<'_> {
     }
 
     /// The same with as few trusted words as it takes, as far as there is time to find out: many at once are left out,
-    /// then fewer.
-    pub fn needed(&self, all: Kept) -> Kept {
+    /// then fewer. What stays in any case comes first among them.
+    pub fn needed(&self, all: Kept, stay: &[usize]) -> Kept {
         let mut kept = all;
         let mut work = 0;
         let mut many = kept.trusted.len().div_ceil(2);
         while many > 0 {
-            let mut from = 0;
+            let mut from = kept.trusted.iter().take_while(|slot| stay.contains(slot)).count();
             while from < kept.trusted.len() {
                 work += kept.work;
                 if work > MOST_REDUCING {

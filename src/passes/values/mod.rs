@@ -65,6 +65,17 @@ impl Trust {
             Trust::All => "all",
         }
     }
+
+    /// Whether a cell that nobody but the program has reason to write is trusted whatever it serves: all, or what the
+    /// user states to be so.
+    #[must_use]
+    pub fn holds_alone(self, program: &Program, cell: Cell) -> bool {
+        match self {
+            Trust::None => false,
+            Trust::Counts => is_internal(program, cell),
+            Trust::All => true,
+        }
+    }
 }
 
 /// Takes into the program what its words can hold: fewer iterations and units, fewer cells that an index may reach. The
@@ -77,7 +88,13 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
     };
     let is_over = || settings.budget.is_some_and(|budget| budget.reached_part(PARTS));
     let changing = program.volatile.clone();
-    let words = Slots::of(slice::slice(program, &changing, settings.trust == Trust::All));
+    let counting = slice::slice(program, &changing, false);
+    let words = match settings.trust {
+        Trust::Counts if program.internal.is_empty() => counting.clone(),
+        Trust::Counts | Trust::All => slice::slice(program, &changing, true),
+        Trust::None => counting.clone(),
+    };
+    let words = Slots::of(words);
     if words.cells().is_empty() {
         return;
     }
@@ -94,20 +111,32 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
     let mut found = run.found;
     let mut kept = Vec::new();
     if let Some(end) = end.filter(|_| settings.trust != Trust::None) {
-        let ours = |&slot: &usize| is_ours(program, slots.cells()[slot]);
-        let ours: Vec<usize> = (0..slots.cells().len()).filter(ours).collect();
-        let always: Vec<usize> =
-            ours.iter().copied().filter(|&slot| end.is_written(slot)).collect();
+        let cell = |slot: usize| slots.cells()[slot];
+        let ours: Vec<usize> =
+            (0..slots.cells().len()).filter(|&slot| is_ours(program, cell(slot))).collect();
+        let (alone, others): (Vec<usize>, Vec<usize>) =
+            ours.into_iter().partition(|&slot| settings.trust.holds_alone(program, cell(slot)));
+        let counts = |slot: &usize| counting.binary_search(&cell(*slot)).is_ok();
+        let others = others.into_iter().filter(|&slot| end.is_written(slot) && counts(&slot));
+        let alone_always = alone.iter().copied().filter(|&slot| end.is_written(slot));
+        let always: Vec<usize> = alone_always.chain(others.clone()).collect();
+        let all: Vec<usize> = alone.iter().copied().chain(others).collect();
         let search =
             Across { program, followed: &followed, free: &free, always, is_over: &is_over };
-        let all = (settings.trust == Trust::All).then(|| search.of(&ours)).flatten();
-        let over = all.or_else(|| search.of(&search.always));
+        let over = search.of(&all);
+        let fewer = all.len() > search.always.len();
+        let over = over.or_else(|| fewer.then(|| search.of(&search.always)).flatten());
         if over.is_none() {
             cut("no word is trusted to hold what this program wrote");
         }
         if let Some(mut over) = over {
             if settings.trust == Trust::Counts {
-                over = if over.found == found { Kept::default() } else { search.needed(over) };
+                // What is stated to be the program's own tells which scans there are, not only what they count.
+                over = match over.found == found {
+                    true if alone.is_empty() => Kept::default(),
+                    true => search.of(&alone).unwrap_or_default(),
+                    false => search.needed(over, &alone),
+                };
             }
             let range = |&slot: &usize| {
                 let (low, high) = over.start[slot].signed();
@@ -161,7 +190,13 @@ pub fn is_ours(program: &Program, cell: Cell) -> bool {
         && !program.power_up.inputs.iter().any(holds)
         && !program.volatile.iter().any(holds)
         && !program.external.iter().any(holds)
-        && !program.networks.iter().any(|(region, _)| region.holds(cell))
+        && (is_internal(program, cell)
+            || !program.networks.iter().any(|(region, _)| region.holds(cell)))
+}
+
+/// Whether the user states that nobody but the program writes a cell.
+fn is_internal(program: &Program, cell: Cell) -> bool {
+    program.internal.iter().any(|region| region.holds(cell))
 }
 
 /// Notes who writes the words, as evidence.
