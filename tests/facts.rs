@@ -228,10 +228,37 @@ fn what_is_offered_is_a_facts_file_commented_out_or_not() {
 fn what_is_stated_of_what_is_offered_is_not_offered_again() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("facts.toml");
-    std::fs::write(&file, uncommented(&offered(&["samples/recipes"]))).expect("written");
+    let all = uncommented(&offered(&["samples/recipes"]));
+    // Whatever others write as well would be a count that is not known.
+    let all = all.replace(" devices = [\"D592\"]", "");
+    std::fs::write(&file, all).expect("written");
     let file = file.to_str().expect("a name");
     let left = offered(&["samples/recipes", "--facts", file]);
-    assert!(left.contains("Nothing is worth stating"), "{left}");
+    let left = Facts::parse("facts.toml", &uncommented(&left)).expect("a facts file");
+    let external = vec!["D592".to_owned()];
+    let only = Facts { external, ..Facts::default() };
+    assert_eq!(Facts { places: Default::default(), ..left }, only);
+}
+
+#[test]
+fn what_is_trusted_and_what_else_could_be_is_offered_with_what_it_is_worth() {
+    let text = offered(&["samples/recipes"]);
+    assert!(
+        text.contains("\n[external]\n") && text.contains("\n# devices = [\"D592\"]\n"),
+        "{text}"
+    );
+    let text = offered(&["samples/filler", "--what-if=20"]);
+    let (_, internal) = text.split_once("\n[internal]\n").expect("relays of the program's own");
+    let (_, bound) = internal.split_once("all of these, the bound is ").expect("a bound");
+    let bound = bound.lines().next().expect("a line");
+    let stated = internal.lines().find_map(|line| line.strip_prefix("# devices")).expect("a list");
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("facts.toml");
+    std::fs::write(&file, format!("[internal]\ndevices{stated}\n")).expect("written");
+    let file = file.to_str().expect("a name");
+    let then = offered(&["samples/filler", "--facts", file]);
+    assert!(then.starts_with(&format!("## A scan takes at most {bound}.\n")), "{bound}: {then}");
+    assert!(!text.starts_with(&format!("## A scan takes at most {bound}.\n")), "it is lower");
 }
 
 #[test]

@@ -59,7 +59,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 pub use unknown::UnknownCount;
-pub use what_if::{Minor, Step, WhatIf, what_if, what_if_stated};
+pub use what_if::{Minor, Own, Step, WhatIf, what_if, what_if_offered};
 
 /// What is known about one project's longest scan.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,6 +4,7 @@ use super::Audit;
 use super::names::Names;
 use super::pipeline::Concluded;
 use super::request::Request;
+use super::stated;
 use super::unknown::UnknownCount;
 use crate::base::facts::key;
 use crate::base::location::Location;
@@ -52,6 +53,8 @@ pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
     if concluded.followed.open.index {
         offers.extend(index(program, request));
     }
+    offers.extend(external(audit, program));
+    offers.extend(internal(audit));
     offers.extend(interrupts(program));
     offers.extend(audit.points.iter().map(|side| Offer {
         table: "io",
@@ -234,6 +237,44 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
         });
     }
     offers
+}
+
+/// More devices of one table are counted, not named.
+const MOST_DEVICES: usize = 40;
+
+/// What others may write after all.
+fn external(audit: &Audit, program: &Program) -> Option<Offer> {
+    let devices = audit.assumptions.iter().flat_map(|one| &one.devices);
+    let devices: BTreeSet<&String> =
+        devices.filter(|device| stated::cell(program, device).is_some()).collect();
+    let writers = audit.assumptions.iter().flat_map(|one| one.written.iter().cloned());
+    (!devices.is_empty()).then(|| Offer {
+        table: "external",
+        line: listed(devices.into_iter().take(MOST_DEVICES)),
+        what: "what HMIs and others write: these are trusted since the program writes them; leave only those that somebody else writes, too".to_owned(),
+        places: writers.collect(),
+        worth: None,
+        solved: None,
+    })
+}
+
+/// What nobody else may write, as far as that was solved.
+fn internal(audit: &Audit) -> Option<Offer> {
+    let own = audit.what_if.as_ref()?.own.as_ref()?;
+    Some(Offer {
+        table: "internal",
+        line: listed(own.devices.iter()),
+        what: format!("if nobody but the program writes all of these, the bound is {}", own.upper),
+        places: Vec::new(),
+        worth: audit.bound.upper.checked_sub(own.upper),
+        solved: None,
+    })
+}
+
+fn listed<'a>(devices: impl Iterator<Item = &'a String>) -> String {
+    // A name in quotes: what TOML takes for an escape is one of Rust's, too.
+    let devices: Vec<String> = devices.map(|device| format!("{device:?}")).collect();
+    format!("devices = [{}]", devices.join(", "))
 }
 
 fn interrupts(program: &Program) -> Vec<Offer> {

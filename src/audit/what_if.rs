@@ -1,6 +1,7 @@
 //! What stating a count is worth, and what the trust in a word: the bound is solved again with that stated or without that
 //! trust. Nothing is estimated: a maximum of several ways is no straight line.
 
+use super::Audit;
 use super::assumption::Assumption;
 use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
@@ -9,8 +10,10 @@ use super::stated;
 use super::unknown::UnknownCount;
 use crate::base::facts::Facts;
 use crate::base::time::Picos;
+use crate::passes::values::Trust;
 use crate::program::Program;
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 
 /// What it is called while it runs.
 const STAGE: &str = "solving what if";
@@ -30,6 +33,8 @@ pub struct WhatIf {
     pub steps: Vec<Step>,
     /// How much the assumptions are worth of which none is worth listing.
     pub minor: Option<Minor>,
+    /// What else would lower the bound if it were trusted.
+    pub own: Option<Own>,
 }
 
 /// A count that is stated besides those before it.
@@ -50,6 +55,15 @@ pub struct Minor {
     pub without: Picos,
 }
 
+/// What lowers the bound where nobody but the program writes it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Own {
+    /// Words and relays by their names.
+    pub devices: Vec<String>,
+    /// The bound where that is stated of all of them.
+    pub upper: Picos,
+}
+
 /// Adds to an audit what its unknown counts and its assumptions are worth.
 ///
 /// # Errors
@@ -59,7 +73,7 @@ pub fn what_if(
     request: &Request<'_>,
     most: &[u32],
 ) -> Result<(), Failure> {
-    what_if_stated(concluded, request, most)?;
+    concluded.audit.what_if = Some(stated_counts(&concluded.audit, request, most)?);
     let program = &concluded.followed.program;
     let own = std::mem::take(&mut concluded.audit.assumptions);
     let (assumptions, minor) = priced(own, program, concluded.audit.bound.upper, request)?;
@@ -70,29 +84,68 @@ pub fn what_if(
     Ok(())
 }
 
-/// Adds to an audit what its unknown counts are worth. Each bound is that of a whole audit that is asked the same besides,
-/// so each has the time limit for itself.
+/// Adds to an audit what may be stated and what that is worth.
 ///
 /// # Errors
 /// That in one of these audits the analysis and the interpreter disagree.
-pub fn what_if_stated(
+pub fn what_if_offered(
     concluded: &mut Concluded,
     request: &Request<'_>,
     most: &[u32],
 ) -> Result<(), Failure> {
+    let counts = stated_counts(&concluded.audit, request, most)?;
+    let own = own(concluded, request)?;
+    concluded.audit.what_if = Some(WhatIf { own, ..counts });
+    Ok(())
+}
+
+/// What the unknown counts are worth. Each bound is that of a whole audit that is asked the same besides, so each has the
+/// time limit for itself.
+fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<WhatIf, Failure> {
     (request.progress)(Progress::Stage(STAGE));
     let mut most = most.to_vec();
     most.sort_unstable();
     most.dedup();
-    let steps = steps(&concluded.audit.unknowns, request, &most)?;
-    concluded.audit.what_if = Some(WhatIf { most, steps, minor: None });
-    Ok(())
+    let steps = steps(&audit.unknowns, request, &most)?;
+    Ok(WhatIf { most, steps, minor: None, own: None })
+}
+
+/// What lowers the bound with all trusted: that is asked first, and then what of it matters.
+fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Failure> {
+    let Concluded { audit, followed, .. } = concluded;
+    if request.trusted() != Trust::Counts {
+        return Ok(None);
+    }
+    let all = Request { trust: Trust::All, ..*request };
+    let found = runs(&all, std::slice::from_ref(request.facts))?.into_iter().flatten().next();
+    let Some(found) = found.filter(|found| matters(found.upper, audit.bound.upper)) else {
+        return Ok(None);
+    };
+    let known: BTreeSet<&String> = audit.assumptions.iter().flat_map(|one| &one.devices).collect();
+    let is_new = |one: &Assumption| !one.devices.iter().all(|device| known.contains(device));
+    let new = found.assumptions.into_iter().filter(is_new).collect();
+    let (priced, _) = priced(new, &followed.program, found.upper, &all)?;
+    let worth = priced.into_iter().filter(|one| one.without.is_some());
+    let devices: BTreeSet<String> = worth.flat_map(|one| one.devices).collect();
+    let devices = Vec::from_iter(devices);
+    let mut facts = request.facts.clone();
+    facts.internal.extend(devices.iter().cloned());
+    let found = runs(request, &[facts])?.into_iter().flatten().next();
+    let upper = found.map(|found| found.upper);
+    let lower = upper.filter(|&upper| matters(upper, audit.bound.upper));
+    Ok(lower.map(|upper| Own { devices, upper }))
+}
+
+/// Whether a bound is so much below another that it is worth telling.
+fn matters(lower: Picos, upper: Picos) -> bool {
+    upper.0 >= lower.0.saturating_add((lower.0 / SMALLEST).max(1))
 }
 
 /// What an audit finds that is asked with other facts.
 struct Run {
     upper: Picos,
     unknowns: Vec<UnknownCount>,
+    assumptions: Vec<Assumption>,
 }
 
 /// Audits with other facts, several at a time. None where such facts cannot be.
@@ -109,7 +162,9 @@ fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<Run>>, Fail
             ..*request
         };
         match audit(&request) {
-            Ok(found) => Ok(Some(Run { upper: found.bound.upper, unknowns: found.unknowns })),
+            Ok(Audit { bound, unknowns, assumptions, .. }) => {
+                Ok(Some(Run { upper: bound.upper, unknowns, assumptions }))
+            }
             Err(Failure::Input(_)) => Ok(None),
             Err(why) => Err(why),
         }
@@ -168,8 +223,6 @@ fn priced(
     upper: Picos,
     request: &Request<'_>,
 ) -> Result<(Vec<Assumption>, Option<Minor>), Failure> {
-    let step = (upper.0 / SMALLEST).max(1);
-    let matters = |without: &Picos| without.0 >= upper.0.saturating_add(step);
     let without = |left_out: &Vec<usize>| {
         let mut facts = request.facts.clone();
         let devices = left_out.iter().flat_map(|&one| all[one].devices.iter().cloned());
@@ -197,8 +250,8 @@ fn priced(
         let mut next = Vec::new();
         for (some, run) in open.into_iter().zip(found) {
             match (run.map(|run| run.upper), &some[..]) {
-                (Some(upper), &[one]) if matters(&upper) => prices[one] = Some(upper),
-                (Some(upper), some) if !matters(&upper) => {
+                (Some(without), &[one]) if matters(upper, without) => prices[one] = Some(without),
+                (Some(without), some) if !matters(upper, without) => {
                     some.iter().for_each(|&one| is_minor[one] = true);
                 }
                 (_, [_]) => {}

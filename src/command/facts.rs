@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let request = Request { incomplete: true, ..*request };
         let mut concluded = audit::conclude(audit::follow(&request)?, &request)?;
         if let Some(most) = arguments.what_if.most() {
-            audit::what_if_stated(&mut concluded, &request, most)?;
+            audit::what_if_offered(&mut concluded, &request, most)?;
         }
         let offers = offer::offers(&concluded, &request);
         Ok(facts::file(&concluded.audit, &offers, &concluded.followed.program.absent))
