@@ -5,7 +5,7 @@
 mod common;
 
 use common::audited::{audited, table};
-use common::few::{generate, rows};
+use common::few::{generate, indexed, rows};
 use common::plc::{Device, Executed, Line, Luck, Plc, line};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::audit::Followed;
@@ -111,12 +111,17 @@ struct Tally {
     short: u32,
 }
 
-fn check(tape: &[u16], tally: &RefCell<Tally>) -> Result<(), String> {
+fn check(
+    tape: &[u16],
+    generate: fn(&mut Tape<'_>) -> Vec<String>,
+    facts: &Facts,
+    tally: &RefCell<Tally>,
+) -> Result<(), String> {
     let mut tape = Tape::new(tape);
     let lines = generate(&mut tape);
     let text = lines.join("\n") + "\n";
     let table = table(&rows(&mut tape));
-    let found = match audited("melsec-list", None, &[("a.txt", &text)], &table, &Facts::default()) {
+    let found = match audited("melsec-list", None, &[("a.txt", &text)], &table, facts) {
         Ok(found) => found,
         // Three loops of unknown counts in each other are refused.
         Err(why) if why.contains("more often than can be counted") => return Ok(()),
@@ -171,10 +176,23 @@ fn check(tape: &[u16], tally: &RefCell<Tally>) -> Result<(), String> {
 #[allow(clippy::print_stdout)] // a long run's figures
 fn lower_bounds_are_what_a_plc_takes_at_most() {
     let tally = RefCell::new(Tally::default());
-    on_tapes(cases(40), 120, |tape| check(tape, &tally));
+    on_tapes(cases(40), 120, |tape| check(tape, generate, &Facts::default(), &tally));
     let Tally { tried, doubtful, exact, short } = tally.into_inner();
     println!("{tried} tried, {doubtful} with a count below 1, {exact} exact, {short} short");
     // SCANBOUND_STRICT shows the first program that falls short.
     assert!(tried * 3 >= cases(40), "{tried} tried");
     assert!(exact * 10 >= tried * 9 && short * 50 <= tried, "{exact} exact, {short} short");
+}
+
+#[test]
+#[allow(clippy::print_stdout)] // a long run's figures
+fn what_is_reached_by_index_is_what_a_plc_reaches() {
+    let tally = RefCell::new(Tally::default());
+    let ranges = [("D0".to_owned(), (0, 7))].into();
+    let facts = Facts { ranges, ..Facts::default() };
+    on_tapes(cases(60), 120, |tape| check(tape, indexed, &facts, &tally));
+    let Tally { tried, exact, short, .. } = tally.into_inner();
+    println!("{tried} tried, {exact} exact, {short} short");
+    assert!(tried * 2 >= cases(60), "{tried} tried");
+    assert!(exact * 10 >= tried * 9 && short * 20 <= tried, "{exact} exact, {short} short");
 }

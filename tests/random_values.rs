@@ -491,12 +491,11 @@ fn check(
                 return fault(format!("the loop in line {begin} runs more than {most} times"));
             }
         }
-        for ((area, n), value) in &left {
-            let word = format!("{area}{n}");
-            let Some((low, high)) = facts.ranges.get(&word).filter(|_| kept.contains(&word)) else {
-                continue;
-            };
-            if !(*low..=*high).contains(&i64::from(value.cast_signed())) {
+        for word in &kept {
+            let number = word.strip_prefix('D').and_then(|number| number.parse().ok());
+            let Some(&value) = left.get(&("D", number.expect("a D"))) else { continue };
+            let (low, high) = facts.ranges[word];
+            if !(low..=high).contains(&i64::from(value.cast_signed())) {
                 return fault(format!("{word} is left as {value}, and its range as kept"));
             }
         }

@@ -67,7 +67,261 @@ pub fn generate(tape: &mut Tape<'_>) -> Vec<String> {
     g.lines
 }
 
+/// The lines of a program that reads and writes by index: the index is set anew before calls, in iterations and behind
+/// guards, and what it leads to differs from cell to cell. D0 is stated to be 0 to 7 when a scan starts.
+pub fn indexed(tape: &mut Tape<'_>) -> Vec<String> {
+    let mut g = Generator { tape, lines: Vec::new(), labels: 0, routines: 0, called: false };
+    g.put("LD SM400");
+    if g.tape.percent(50) {
+        let mask = g.tape.pick(&["K3", "K1", "K0", "K7"]);
+        g.put(format!("WAND {mask} Z0"));
+    } else {
+        g.put("FMOV K1 Z0 K1");
+    }
+    if g.tape.percent(30) {
+        g.put("WAND K3 D0");
+    }
+    for all in ["K1 Z1 K1", "K2 D1 K16", "K2 D17 K16"] {
+        g.put(format!("FMOV {all}"));
+    }
+    for cell in ["D12", "D13", "D14", "D16"] {
+        let value = g.tape.pick(&["K1", "K0", "K3", "K5", "K4"]);
+        g.put(format!("MOV {value} {cell}"));
+    }
+    if g.tape.percent(80) {
+        let bits = g.tape.pick(&["K5", "K0", "K6", "K19"]);
+        g.put(format!("MOV {bits} K4M0"));
+    }
+    g.index_items(0, 6);
+    // What is left in the cells costs more or less.
+    for _ in 0..2 + g.tape.below(4) {
+        g.left_over();
+    }
+    if g.routines > 0 {
+        g.put("FEND");
+        g.called = true;
+        g.put(format!("P{FIRST}"));
+        g.index_items(1, 4);
+        g.put("RET");
+    }
+    g.put("END");
+    g.lines
+}
+
 impl Generator<'_, '_> {
+    /// A rung that hangs on what a cell holds.
+    fn left_over(&mut self) {
+        let contact = match self.tape.below(4) {
+            0 => self.tape.pick(&["LD M2", "LDI M3", "LD M4", "LDI M1"]).to_owned(),
+            _ => {
+                let cell = self.tape.pick(&["D12", "D13", "D14", "D15", "D2", "D3", "D4", "D5"]);
+                let relation = self.tape.pick(&["=", "<>", ">"]);
+                let value = self.tape.pick(&["K5", "K2", "K3", "K1", "K0"]);
+                format!("LD{relation} {cell} {value}")
+            }
+        };
+        self.put(contact);
+        self.put("SWAP D30");
+    }
+
+    fn index_items(&mut self, depth: u32, most: usize) {
+        for _ in 0..1 + self.tape.below(most) {
+            self.index_item(depth);
+            if self.tape.done() {
+                break;
+            }
+        }
+    }
+
+    fn index_item(&mut self, depth: u32) {
+        match self.tape.below(10) {
+            5 if self.called => self.index(),
+            5 => {
+                for _ in 0..1 + self.tape.below(3) {
+                    if self.tape.percent(80) {
+                        self.index();
+                    }
+                    if self.tape.percent(70) {
+                        self.put("LD SM400");
+                    } else {
+                        self.index_contacts();
+                    }
+                    self.routines = 1;
+                    self.put(format!("CALL P{FIRST}"));
+                }
+            }
+            6 if depth < 2 => {
+                let count = match self.tape.below(3) {
+                    0 => "K2".to_owned(),
+                    1 => "K3".to_owned(),
+                    _ => {
+                        let source = self.tape.pick(&["D12Z0", "D0", "D13Z1", "D3"]);
+                        self.put("LD SM400");
+                        self.put(format!("WAND K3 {source} D8"));
+                        "D8".to_owned()
+                    }
+                };
+                self.put(format!("FOR {count}"));
+                self.index_items(depth + 1, 2);
+                if self.tape.percent(80) {
+                    let index = self.tape.pick(&["Z0", "Z1"]);
+                    self.put("LD SM400");
+                    self.put(format!("INC {index}"));
+                    self.put(format!("WAND K7 {index}"));
+                }
+                self.put("NEXT");
+            }
+            7 => {
+                self.index_contacts();
+                let label = self.labels;
+                self.labels += 1;
+                self.put(format!("CJ P{label}"));
+                if self.tape.percent(50) {
+                    self.index();
+                }
+                self.accesses();
+                self.put(format!("P{label}"));
+            }
+            8 => {
+                // What the guard says of the index holds behind it.
+                let word = self.tape.pick(&["D0", "D1"]);
+                let least = self.tape.pick(&["K0", "K1", "K2"]);
+                let most = self.tape.pick(&["K2", "K1", "K3", "K5"]);
+                self.put(format!("LD>= {word} {least}"));
+                self.put(format!("AND<= {word} {most}"));
+                let index = self.tape.pick(&["Z0", "Z1"]);
+                self.put(format!("MOV {word} {index}"));
+                self.access();
+            }
+            9 => self.index(),
+            _ => self.accesses(),
+        }
+    }
+
+    /// An index is set, at most to 7 and at least to -2.
+    fn index(&mut self) {
+        let index = self.tape.pick(&["Z0", "Z0", "Z1"]);
+        if self.tape.percent(50) {
+            self.put("LD SM400");
+        } else {
+            // To one or the other.
+            let value = self.tape.pick(&["K1", "K0", "K3", "D0"]);
+            self.put("LD SM400");
+            self.put(format!("MOV {value} {index}"));
+            self.index_contacts();
+        }
+        let source = match self.tape.below(8) {
+            0..=3 => self.tape.pick(&["K2", "K0", "K3", "K1", "K4", "K-2", "K-1"]),
+            4 => self.tape.pick(&["D0", "D1"]),
+            5 => {
+                let word = self.tape.pick(&["D12Z0", "D13Z1", "D3"]);
+                self.put(format!("WAND K3 {word} {index}"));
+                return;
+            }
+            6 => {
+                self.put(format!("+ K1 {index}"));
+                self.put(format!("WAND K7 {index}"));
+                return;
+            }
+            _ => {
+                let by = self.tape.pick(&["D0", "K1", "K3"]);
+                self.put(format!("* K2 {by} D6"));
+                self.put(format!("WAND K7 D6 {index}"));
+                return;
+            }
+        };
+        self.put(format!("MOV {source} {index}"));
+    }
+
+    fn accesses(&mut self) {
+        self.index_contacts();
+        for _ in 0..1 + self.tape.below(3) {
+            self.access();
+        }
+    }
+
+    fn index_contacts(&mut self) {
+        self.index_contact("LD");
+        for _ in 0..self.tape.below(3) {
+            let kind = self.tape.pick(&["AND", "AND", "OR"]);
+            self.index_contact(kind);
+        }
+    }
+
+    fn index_contact(&mut self, kind: &str) {
+        let line = match self.tape.below(8) {
+            0 | 1 => {
+                let bit = self.tape.pick(&["X0", "X1", "SM400", "M2"]);
+                format!("{kind} {bit}")
+            }
+            2 | 3 => {
+                let bit = self.tape.pick(&["M0Z0", "M1Z1", "M3Z0"]);
+                format!("{kind} {bit}")
+            }
+            4..=6 if kind != "OR" => {
+                let relation = self.tape.pick(&["=", ">", "<", "<>", ">=", "<="]);
+                let left = self.tape.pick(&["D12Z0", "D13Z1", "D2", "D14Z0", "Z0"]);
+                let right = self.tape.pick(&["K2", "K1", "K3", "K5", "D12", "D13Z0"]);
+                format!("{kind}{relation} {left} {right}")
+            }
+            _ => {
+                let relation = self.tape.pick(&["=", ">", "<="]);
+                let left = self.tape.pick(&["D0", "D12", "D3"]);
+                let right = self.tape.pick(&["K2", "K1", "K0"]);
+                let kind = if kind == "OR" { "AND" } else { kind };
+                format!("{kind}{relation} {left} {right}")
+            }
+        };
+        self.put(line);
+    }
+
+    /// Something is read or written by an index.
+    fn access(&mut self) {
+        let word = self.tape.pick(&["D2", "D3", "D4", "D5"]);
+        let there = self.tape.pick(&["D12Z0", "D13Z1", "D12Z1", "D15Z0"]);
+        let line = match self.tape.below(22) {
+            0..=2 => {
+                let value = self.tape.pick(&["K5", "K0", "K1", "K3", "D0", "D3", "D14"]);
+                format!("MOV {value} {there}")
+            }
+            3 | 4 => format!("MOV {there} {word}"),
+            5 => format!("BMOV {there} D2 {}", self.tape.pick(&["K2", "K1", "K3"])),
+            6 => format!("BMOV {word} {there} {}", self.tape.pick(&["K2", "K1", "K3"])),
+            7 => format!("BMOV D12Z0 D14Z1 {}", self.tape.pick(&["K2", "K1", "K3"])),
+            8 => {
+                let name = self.tape.pick(&["FMOV", "BMOV"]);
+                self.put(format!("WAND K3 {word} D9"));
+                self.put("INC D9");
+                format!("{name} D3 {there} D9")
+            }
+            9 => format!("FMOV {word} {there} K2"),
+            10 => format!("DMOV {there} D4"),
+            11 => format!("DMOV D2 {there}"),
+            12 => format!("{} {word} {there}", self.tape.pick(&["+", "-"])),
+            13 => format!("{} {there}", self.tape.pick(&["INC", "DEC"])),
+            14 => {
+                let by = self.tape.pick(&["K3", "D13", "K-1"]);
+                self.put(format!("* {there} {by} D6"));
+                format!("MOV D6 {word}")
+            }
+            15 => {
+                let by = self.tape.pick(&["K2", "K3", "K-2"]);
+                self.put(format!("/ {there} {by} D6"));
+                format!("MOV {} {word}", self.tape.pick(&["D6", "D7"]))
+            }
+            16 | 17 => {
+                let name = self.tape.pick(&["SET", "RST", "OUT"]);
+                let bit = self.tape.pick(&["M0Z0", "M1Z1", "M3Z0", "M2"]);
+                format!("{name} {bit}")
+            }
+            18 => format!("MOV {word} {}", self.tape.pick(&["K1M0Z0", "K1M1Z1", "K2M0Z1"])),
+            19 => format!("MOV {} {word}", self.tape.pick(&["K1M0Z0", "K1M1Z1", "K2M0Z1"])),
+            20 => format!("XCH {word} {there}"),
+            _ => format!("WAND K6 {there} {word}"),
+        };
+        self.put(line);
+    }
+
     fn put(&mut self, line: impl Into<String>) {
         self.lines.push(line.into());
     }
