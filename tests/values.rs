@@ -175,6 +175,48 @@ fn an_index_of_two_words_is_one_number() {
     }
 }
 
+/// Behind a loop all may be that may be where it ends earlier.
+#[test]
+fn what_is_known_in_a_loops_last_iteration_ends_with_it() {
+    let text = "LD SM400; MOV K7 D103; MOV K0 D105; MOV K5 Z0; MOV K2 D9; LD X0; MOV K3 Z0; MOV K1 D9; \
+        FOR D9; LD X1; OUT Y0; NEXT; LD= D100Z0 K7; Op100; END";
+    assert_eq!(none(text), 100);
+}
+
+/// An interrupt comes at any moment: what it reads by index is what stood there then.
+#[test]
+fn what_interrupts_read_by_index_is_any_value() {
+    let text = "LD SM400; MOV K3 Z0; MOV K7 D103; LD X0; OUT Y0; LD SM400; MOV K5 D103; FEND; \
+        I0; LD= D100Z0 K7; Op100; IRET; END";
+    let of = |text: &str| {
+        with_facts(Trust::None, "[interrupts]\nI0 = 1\n", text).map(|(upper, _)| upper)
+    };
+    assert_eq!(of(text), Ok(100));
+    // And what they write may be read at once.
+    let written = "LD SM400; MOV K3 Z0; MOV K7 D103; LD= D100Z0 K9; Op100; FEND; I0; LD SM400; MOV K9 D103; IRET; END";
+    assert_eq!(of(written), Ok(100));
+}
+
+/// Digits from an index on are as many bits in a row, and a number that does not fit its words is not followed.
+#[test]
+fn numbers_keep_their_bits_where_they_go() {
+    let digits = "LD SM400; MOV K1 Z0; DMOV K65537 K8M0Z0; LD M17; AND M1; ANI M2; Op100; END";
+    assert_eq!(none(digits), 100);
+    let word = "LD SM400; MOV K5 D10; DMOV K70000 D0; WORD D0 D10; LD= D10 K5; Op100; END";
+    assert_eq!(none(word), 100);
+}
+
+/// Quotients are cut towards zero, and rests have the dividend's sign.
+#[test]
+fn what_is_known_is_divided_as_a_plc_divides() {
+    for (of, by, quotient, rest) in [(-7, 2, -3, -1), (7, -2, -3, 1), (-7, -2, 3, -1)] {
+        let text = format!(
+            "LD SM400; MOV K{of} D0; MOV K{by} D1; / D0 D1 D10; LD= D10 K{quotient}; AND= D11 K{rest}; Op100; END"
+        );
+        assert_eq!(none(&text), 100);
+    }
+}
+
 /// A guard says what an index is, or between which ends it lies.
 #[test]
 fn what_a_guard_says_of_an_index_holds_behind_it() {
