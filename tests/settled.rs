@@ -243,7 +243,7 @@ fn a_loop_that_may_end_earlier_leaves_no_result() {
             steps.into_iter().zip(0..).map(|(step, at)| instruction(at, step, vec![])).collect();
         let program = Program {
             areas: vec![area("M", AreaKind::Bit), area("D", AreaKind::Word)],
-            mains: vec![0..4],
+            mains: std::iter::once(0..4).collect(),
             instructions,
             ..Program::default()
         };

@@ -279,6 +279,7 @@ fn what_is_written_in_every_scan_is_trusted_and_nothing_else() {
         "LD X1; MOV K19 D50",
         "LD SM400; MOV K19 D51",
         "LD X1; CJ P1; LD SM400; MOV K19 D50; P1",
+        "LD X1; STOP; LD SM400; MOV K19 D50",
         "LD SM400; MOV K19 W50; MOV W50 D51",
     ] {
         let text = format!("FOR D50; LD X0; Op1; NEXT; {free}; LD X2; OUT Y0; END");
@@ -344,6 +345,9 @@ fn a_stated_count_holds_at_its_place_and_excludes_scans_with_another() {
     // Where the block is not moved nothing is said of the word.
     assert_eq!(stated(five, elsewhere), Ok((100, 100)));
     assert_eq!(stated(five, &elsewhere.replace("LD X0", "LD SM400")), Ok((5, 5)));
+    // Where control does not come there nothing is said of the word.
+    let passed = "LD X0; CJ P0; FOR D50; LD X1; Op1; NEXT; P0; LD> D50 K9; Op100; END";
+    assert_eq!(stated("[counts]\n\"a.txt:3\" = [0, 5]\n", passed), Ok((100, 100)));
     // At this place and no other.
     let twice = "NOP; FOR D50; LD X1; Op1; NEXT; LD SM400; INC D50; FOR D50; LD X1; Op1; NEXT; END";
     assert_eq!(stated(five, twice).map(|(upper, _)| upper), Ok(5 + 6));
@@ -450,6 +454,16 @@ fn what_is_written_and_read_under_the_same_contacts_is_what_was_written() {
     assert_eq!(moved("LD M0; AND X1; MOV K7 D50; LD M0"), all);
     assert_eq!(moved("LD M0; MOV K7 D50; LDI M0"), all);
     assert_eq!(moved("LDI M0; MOV K7 D50; LDI M0"), 7);
+    assert_eq!(moved("LD M0; MOV K7 D50; LD M0; OR M1"), all);
+    // That a coil is off says nothing of one of its contacts.
+    assert_eq!(moved("LD M0; AND M1; OUT M5; LDI M0; MOV K7 D50; LDI M5"), all);
+    // Of very many contacts some are remembered.
+    let many = |count: u32| {
+        let more: Vec<String> = (1..count).map(|n| format!("; AND M{n}")).collect();
+        format!("LD M0{}", more.concat())
+    };
+    assert_eq!(moved(&format!("{}; MOV K7 D50; {}", many(24), many(24))), 7);
+    assert_eq!(moved(&format!("{}; MOV K7 D50; {}", many(25), many(24))), all);
     // What is worked out from it, and what a comparison has seen once.
     let worked = "LD M0; SER K0 D200 D20 K30; - K30 D21 D50; LD M0; AND< K0 D50";
     assert_eq!(moved(worked), 30);
@@ -569,6 +583,7 @@ fn contacts_are_told_apart_by_the_writes_of_their_bits() {
     assert_eq!(moved("LD X0; OUT M5"), 9);
     for between in [
         "LD SM400; MOV D1 K4M0",
+        "LD X2; TEST D0 K3 M0",
         "LD X1; SET M0Z0",
         "LD X0; CJ P0; LD X1; OUT M0; P0",
         "LD X0; CJ P0; LD X1; OUT M0; LD SM400; CJ P1; P0; NOP; P1",
@@ -577,6 +592,26 @@ fn contacts_are_told_apart_by_the_writes_of_their_bits() {
     }
     // On one of the ways D10 is not written.
     assert_eq!(none("LD X0; CJ P0; LD M0; MOV K9 D10; P0; LD M0; FMOV D0 D100 D10; END"), 65_535);
+}
+
+#[test]
+fn every_way_to_a_place_counts() {
+    let moved = |rungs: &str| none(&format!("LD SM400; {rungs}; LD SM400; FMOV D0 D100 D10; END"));
+    // A loop may make no iteration.
+    assert_eq!(moved("MOV K9 D10; FOR D50; LD SM400; MOV K3 D10; NEXT"), 9);
+    // Two jumps lead to one label.
+    let jumps = "MOV K9 D10; LD X0; CJ P0; LD SM400; MOV K3 D10; LD X1; CJ P0; LD SM400; MOV K1 D10; P0; NOP";
+    assert_eq!(moved(jumps), 9);
+    // On one of them the word is another than the one that was compared.
+    let compared = "OUT Y0; LD> D10 K0; AND<= D10 K7; OUT M5; LDI X0; CJ P1; LD SM400; MOV D9 D10; CJ P0; P1; NOP; P0; \
+        LD M5; FMOV D0 D100 D10; END";
+    assert_eq!(none(&format!("LD SM400; {compared}")), 65_535);
+    // A bit of a word of which little is known.
+    assert_eq!(moved("WAND K3 D0 D10; LD X0; SET D10.3"), 11);
+    // A master control region that is never on ends.
+    let zone = "LD SM400; MOV K3 D10; LD SM401; MC N0 M9; LD X0; OUT Y0; MCR N0; LD SM400; MOV K9 D10; \
+        FOR D10; LD X0; Op1; NEXT; END";
+    assert_eq!(none(zone), 9);
 }
 
 #[test]
