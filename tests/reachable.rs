@@ -191,6 +191,11 @@ fn steps_that_hand_on_are_never_both_on() {
     let step = |from, to, x| format!("LD M{from}/AND X{x}/SET M{to}/RST M{from}/");
     let ring = [step(1, 2, 1), step(2, 3, 2), step(3, 1, 3)].concat();
     assert_eq!(all(&format!("{both}{begin}{ring}END/")), 0);
+    // Each may be on by itself.
+    let each = "LD M1/INC D0/INC D0/LD M2/INC D0/INC D0/INC D0/LD M3/INC D0/";
+    assert_eq!(all(&format!("{each}{begin}{ring}END/")), 3);
+    let first = each.replacen("LD M1/", "LD M1/INC D0/INC D0/", 1);
+    assert_eq!(all(&format!("{first}{begin}{ring}END/")), 4);
     // One more that turns a step on by itself.
     assert_eq!(all(&format!("{both}{begin}{ring}LD X9/SET M3/END/")), 3);
 }

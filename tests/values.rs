@@ -91,6 +91,10 @@ fn counts_keep_within_what_instructions_can_give() {
     let of = |how: &str| none(&format!("LD SM400; {how}; FOR D50; LD X0; Op1; NEXT; END"));
     assert_eq!(of("WAND K12 D0 D50"), 12);
     assert_eq!(of("LIMIT K1 K9 D0 D50"), 9);
+    assert_eq!(of("WAND K2 D0 D50; WOR K1 D50"), 3);
+    assert_eq!(of("MOV K9 D50; TEST D1 K3 D50.1"), 32_767, "a bit of it is not followed");
+    // One iteration or none.
+    assert_eq!(of("LIMIT K-5 K0 D0 D50"), 1);
     assert_eq!(of("SUM D0 D50"), 16);
     assert_eq!(of("SER D0 D100 D50 K30"), 30);
     assert_eq!(of("WAND K255 D0 D1; / D1 K20 D50"), 12);
@@ -227,6 +231,15 @@ fn what_a_guard_says_of_an_index_holds_behind_it() {
     let between = |most: u16| format!("LD>= D0 K0; AND<= D0 K{most}");
     assert_eq!(none(&text(&between(39), "MOV K9 D10Z0")), 2);
     assert_eq!(none(&text(&between(40), "MOV K9 D10Z0")), 9);
+    // Four bits are up to 15.
+    assert_eq!(
+        none("LD SM400; MOV K2 D50; MOV K1M0 Z0; MOV K9 D36Z0; FOR D50; LD X0; Op1; NEXT; END"),
+        9
+    );
+    assert_eq!(
+        none("LD SM400; MOV K2 D50; MOV K1M0 Z0; MOV K9 D34Z0; FOR D50; LD X0; Op1; NEXT; END"),
+        2
+    );
     // D50 is the first of them, or the one before.
     assert_eq!(none(&text(&between(39), "MOV K9 D50Z0")), 9);
     assert_eq!(none(&text("LD>= D0 K1; AND<= D0 K39", "MOV K9 D50Z0")), 2);
@@ -291,6 +304,10 @@ fn what_is_written_in_every_scan_is_trusted_and_nothing_else() {
     // What stands there in the midst of a scan is what a power failure leaves of a latched word.
     let midst = "FOR D50; LD X0; Op1; NEXT; LD SM400; MOV K30 D50; MOV K19 D50; END";
     assert_eq!(counts(midst), 30);
+    // What the program only ever clears somebody else sets, even where all is trusted.
+    let cleared = "FOR D50; LD X0; Op1; NEXT; LD X1; MOV K0 D50; END";
+    assert_eq!(bounds(Trust::All, cleared).0, 32_767);
+    assert_eq!(bounds(Trust::All, &cleared.replace("K0", "K6")).0, 6);
     // An index that may be anything voids it all.
     let index = "FOR D50; LD X0; Op1; NEXT; LD SM400; MOV K19 D50; MOV D9 D100Z0; END";
     assert_eq!(counts(index), 32_767);

@@ -192,6 +192,14 @@ mod tests {
                     }
                 }
             }
+            for (low, high) in [(1, 40_000), (30_000, 65_535), (65_236, 65_535)] {
+                for value in ENDS.map(|value| i64::from(value as u16)) {
+                    if has(a, value) && (low..=high).contains(&value) {
+                        let kept = a.within(false, low, high);
+                        assert!(kept.is_some_and(|kept| has(kept, value)), "{a:?} {value}");
+                    }
+                }
+            }
             let ((low, high), (least, largest)) = (a.signed(), a.unsigned());
             for value in ENDS.into_iter().filter(|&value| has(a, value)) {
                 assert!((low..=high).contains(&i64::from((value as u16).cast_signed())));
@@ -208,6 +216,14 @@ mod tests {
         assert_eq!(Ring::of(-5, 70).within(true, 0, 20), Some(Ring::of(0, 20)));
         assert_eq!(Ring::of(-5, -1).within(true, 0, 20), None);
         assert_eq!(Ring::of(0, 65_535), Ring::TOP);
+    }
+
+    #[test]
+    fn two_words_end_where_both_do() {
+        assert_eq!(ends(&[Ring::of(-1, 4)]), Some((-1, 4)));
+        assert_eq!(ends(&[Ring::of(1, 5), Ring::of(-1, 2)]), Some((-65_535, 131_077)));
+        assert_eq!(ends(&[Ring::of(-1, 0), Ring::constant(1)]), Some((65_536, 131_071)));
+        assert_eq!(ends(&[Ring::TOP; 3]), None);
     }
 
     #[test]
