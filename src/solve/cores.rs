@@ -12,6 +12,7 @@
 //! partitions share a soft literal, so all threads work on them side by side. In between, `propagation` looks for cores
 //! over the whole program: modes and run flags tie it together.
 
+mod exclusive;
 mod objective;
 mod partition;
 mod propagation;
@@ -24,6 +25,7 @@ use super::problem::Problem;
 use super::trace::Step;
 use crate::base::time::Picos;
 use crate::scan::model::VarId;
+use exclusive::Merged;
 use objective::Objective;
 use partition::Partition;
 use rayon::prelude::*;
@@ -51,15 +53,21 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
     if bounds.limits().reached() {
         return;
     }
-    let clauses = Clauses::new(problem);
+    let Merged { problem: merged, origins, taken } = exclusive::merge(problem);
+    for (items, off) in taken {
+        bounds.step(|| Step::Core { items, counts: 0, weight: Picos(off) });
+        bounds.falsified(off);
+    }
+    let clauses = Clauses::new(&merged);
     let mut objective = Objective::new(Formula::new(&clauses), clauses.variables);
-    for (item, &guard) in problem.items.iter().zip(&clauses.items) {
+    for (item, &guard) in merged.items.iter().zip(&clauses.items) {
         objective.add_soft(guard, item.weight);
     }
     bounds.falsified(objective.take_falsified());
     let mut search = Search {
         problem,
         clauses: &clauses,
+        origins: &origins,
         limits: bounds.limits(),
         values: vec![false; clauses.variables + 1],
         modes: clauses.busiest_bits(MODES),
@@ -94,6 +102,8 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
 struct Search<'a, 'b> {
     problem: &'a Problem,
     clauses: &'a Clauses,
+    /// By item of the clauses: which it is of the problem's, if it is one.
+    origins: &'a [Option<usize>],
     limits: &'b Limits<'b>,
     bounds: Mutex<&'a mut Bounds<'b>>,
     /// By variable of the circuit, from 1: its value in the last scan found for its partition.
@@ -138,10 +148,11 @@ impl<'a, 'b> Search<'a, 'b> {
 
     /// What the trace says of a core of this weight.
     fn core(&self, core: &[i32], weight: u64) -> Step {
-        let soft = |guard: &i32| core.contains(guard);
-        let items = self.clauses.items.iter().enumerate();
-        let items: Vec<usize> =
-            items.filter(|(_, guard)| soft(guard)).map(|(item, _)| item).collect();
+        let items = self.clauses.items.iter().zip(self.origins);
+        let items: Vec<usize> = items
+            .filter(|(guard, _)| core.contains(guard))
+            .filter_map(|(_, origin)| *origin)
+            .collect();
         Step::Core { counts: core.len().saturating_sub(items.len()), items, weight: Picos(weight) }
     }
 

@@ -55,7 +55,7 @@ impl Problem {
 
     fn build(model: &ScanModel, group: &Group, cancel: bool) -> Problem {
         let mut problem = Problem::default();
-        let mut cone = Cone { source: &model.circuit, known: FxHashMap::default() };
+        let mut cone = Cone::new(&model.circuit);
         let mut terms = Vec::new();
         for &index in &group.charges {
             let charge = &model.charges[index];
@@ -195,13 +195,19 @@ fn sum(a: u64, b: u64) -> u64 {
 }
 
 /// Copies parts of a circuit into another.
-struct Cone<'a> {
+pub struct Cone<'a> {
     source: &'a Circuit,
     known: FxHashMap<usize, Lit>,
 }
 
-impl Cone<'_> {
-    fn copy(&mut self, into: &mut Circuit, lit: Lit) -> Lit {
+impl<'a> Cone<'a> {
+    /// Of a circuit; nothing is copied yet.
+    pub fn new(source: &'a Circuit) -> Cone<'a> {
+        Cone { source, known: FxHashMap::default() }
+    }
+
+    /// Copies a literal and all that it depends on, each gate once; what it is there.
+    pub fn copy(&mut self, into: &mut Circuit, lit: Lit) -> Lit {
         let mut stack = vec![lit.node()];
         while let Some(&node) = stack.last() {
             if self.known.contains_key(&node) {
