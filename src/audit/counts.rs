@@ -84,13 +84,26 @@ fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)>
         }
         return Ok(found);
     };
+    at(program, (file, number), counts, ["counts iterations or units", "words count"], form())
+}
+
+/// The instructions at a line or step of a file of which something can be stated, or why there are none and what would
+/// be right. `what` says in errors what they would do, and what instructions elsewhere do.
+pub(super) fn at(
+    program: &Program,
+    (file, number): (&str, &str),
+    can_be_stated: fn(&Program, usize) -> bool,
+    what: [&str; 2],
+    form: String,
+) -> Result<Vec<usize>, (String, String)> {
+    let place = format!("{file}:{number}");
     let number = number.trim();
     let (is_step, digits) = match number.strip_prefix("step") {
         Some(digits) => (true, digits.trim()),
         None => (false, number),
     };
     let Ok(number) = digits.parse::<u32>() else {
-        return Err((format!("'{place}' names no line"), form()));
+        return Err((format!("'{place}' names no line"), form));
     };
     let files = matching(program, file);
     let [file] = files[..] else {
@@ -103,8 +116,10 @@ fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)>
         return Err((message, format!("the files are {}", names.join(", "))));
     };
     let of_file = |&at: &usize| program.instructions[at].place.file as usize == file;
-    let all: Vec<usize> =
-        (0..program.instructions.len()).filter(of_file).filter(|&at| counts(program, at)).collect();
+    let all: Vec<usize> = (0..program.instructions.len())
+        .filter(of_file)
+        .filter(|&at| can_be_stated(program, at))
+        .collect();
     let is_meant = |&at: &usize| {
         let place = program.instructions[at].place;
         if is_step { place.step == Some(number) } else { place.line == number }
@@ -122,10 +137,10 @@ fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)>
         .map(|one| format!("{} ({})", one.place.line, one.text))
         .collect();
     let help = match offered.is_empty() {
-        true => "no word counts anything in that file".to_owned(),
-        false => format!("in that file words count in the lines {}", offered.join(", ")),
+        true => format!("nothing {} in that file", what[0]),
+        false => format!("in that file {} in the lines {}", what[1], offered.join(", ")),
     };
-    Err((format!("no word counts iterations or units at {place}"), help))
+    Err((format!("nothing {} at {place}", what[0]), help))
 }
 
 /// The files of a name, whole or without its directories.

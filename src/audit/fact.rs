@@ -53,6 +53,15 @@ pub enum Fact {
         /// The largest one.
         high: i64,
     },
+    /// What an index is where something is written by it.
+    Index {
+        /// The place, or the register.
+        at: String,
+        /// The least.
+        low: i64,
+        /// The largest.
+        high: i64,
+    },
     /// A routine that is not there.
     Call {
         /// The routine.
@@ -99,7 +108,7 @@ impl Fact {
     pub fn status(&self) -> Status {
         match self {
             Fact::Range { is_kept: true, .. } => Status::Kept,
-            Fact::Range { .. } | Fact::Count { .. } => Status::Unproved,
+            Fact::Range { .. } | Fact::Count { .. } | Fact::Index { .. } => Status::Unproved,
             _ => Status::Stated,
         }
     }
@@ -116,6 +125,10 @@ impl Fact {
             let at = at.clone();
             Fact::Count { at, low, high }
         });
+        let indices = facts.indices.iter().map(|(at, &(low, high))| {
+            let at = at.clone();
+            Fact::Index { at, low, high }
+        });
         let lacked = |name: &String| program.absent.iter().any(|one| one.name == *name);
         let calls = facts.calls.iter().filter(|(name, _)| lacked(name));
         let calls = calls.map(|(_, call)| {
@@ -130,6 +143,7 @@ impl Fact {
             .chain(counts)
             .chain(calls)
             .chain(facts.index_bits.map(Fact::IndexBits))
+            .chain(indices)
             .chain(facts.indirect.clone().map(Fact::Indirect))
             .chain((!facts.external.is_empty()).then(|| Fact::External(facts.external.clone())))
             .chain((!facts.internal.is_empty()).then(|| Fact::Internal(facts.internal.clone())))
@@ -155,6 +169,10 @@ impl fmt::Display for Fact {
                 write!(f, "the count at {at} is {low}")
             }
             Fact::Count { at, low, high } => write!(f, "the count at {at} is {low} to {high}"),
+            Fact::Index { at, low, high } => {
+                let at = if at.contains(':') { format!("at {at}") } else { at.clone() };
+                write!(f, "the index {at} is {low} to {high} where it says what is written")
+            }
             Fact::Call { name, time, writes } => {
                 write!(f, "the routine {name} is not there: it takes {time} at most, and ")?;
                 match writes.as_deref() {

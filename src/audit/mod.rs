@@ -15,6 +15,7 @@ mod fact;
 mod failure;
 #[cfg(test)]
 pub mod fixture;
+mod indices;
 pub mod method;
 mod model_search;
 mod modelling;

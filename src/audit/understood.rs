@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::request::{Progress, Request};
-use super::{counts, stated};
+use super::{counts, indices, stated};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Part, StatedFactor};
@@ -38,6 +38,7 @@ impl Understood {
         know_interrupts(&program, request)?;
         stated::know_words(&program, request.facts)?;
         counts::state(&mut program, request.facts)?;
+        indices::state(&mut program, request.facts)?;
         let facts = request.facts;
         program.external = stated::writers(&program, facts, "external", &facts.external)?;
         program.internal = stated::writers(&program, facts, "internal", &facts.internal)?;

@@ -47,6 +47,9 @@ pub struct Facts {
     /// The only devices that are written through an indirect address (`@D0`), each as written: from the first to the last
     /// (`ZR1000-ZR1999`), or one.
     pub indirect: Option<Vec<String>>,
+    /// What an index is where something is written by it, at a place (`MAIN.csv:924`) or wherever a register is the index
+    /// (`Z0`): the least and the largest.
+    pub indices: BTreeMap<String, (i64, i64)>,
     /// Devices that others than the program write between scans, such as HMIs: each as `D100`, or `D100-D199`.
     pub external: Vec<String>,
     /// Devices that nobody but the program writes, likewise.
@@ -67,7 +70,7 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]) and [start] (download = true)";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]) and [start] (download = true)";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 /// The tables of a facts file.
 const TABLES: [&str; 11] = [
@@ -282,8 +285,22 @@ impl Reader<'_> {
                     ),
                 }
             }
+            place if value.get_ref().as_array().is_some() => {
+                let ends = value.get_ref().as_array().into_iter().flatten();
+                let ends: Option<Vec<i64>> = ends.map(|one| integer(one.get_ref())).collect();
+                match ends.as_deref() {
+                    Some(&[low, high]) if low <= high => {
+                        self.facts.indices.insert(place.to_owned(), (low, high));
+                    }
+                    _ => self.fault(
+                        Some(value.span()),
+                        format!("the index at {place} is no two numbers, the least first"),
+                        "write Z0 = [0, 99], or \"MAIN.csv:924\" = [0, 99]",
+                    ),
+                }
+            }
             other => {
-                let help = "write bits = 16, or indirect = [\"ZR1000-ZR1999\"]";
+                let help = "write bits = 16, Z0 = [0, 99], or indirect = [\"ZR1000-ZR1999\"]";
                 self.unknown(key, "index", &meant(other, &["bits", "indirect"], help));
             }
         }

@@ -152,6 +152,25 @@ pub fn ends(words: &[Ring]) -> Option<(i64, i64)> {
     }
 }
 
+/// Between which ends a signed number of one or two words lies: two stretches where one word passes from the largest
+/// number to the least; none if it has more words.
+#[must_use]
+pub fn stretches(words: &[Ring]) -> Vec<(i64, i64)> {
+    let (least, largest) = (i64::from(i16::MIN), i64::from(i16::MAX));
+    match words {
+        [Ring::TOP] => vec![(least, largest)],
+        [word] => {
+            let low = i64::from(word.low.cast_signed());
+            let high = low + i64::from(word.span);
+            match high - largest {
+                more @ 1.. => vec![(low, largest), (least, least + more - 1)],
+                _ => vec![(low, high)],
+            }
+        }
+        words => ends(words).into_iter().collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -604,6 +604,8 @@ pub struct Indexed {
     pub readings: Vec<Vec<WordSource>>,
     /// How many cells are written from there on.
     pub length: Length,
+    /// What the user stated of the index: the least and the largest.
+    pub stated: Option<(i64, i64)>,
 }
 
 impl Indexed {

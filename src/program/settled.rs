@@ -4,12 +4,12 @@ use super::{ChoiceId, Frame, Region};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// How a choice was settled at one moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Settling {
     /// Its operation was carried out: what it reads was known well enough.
     Exact,
     /// What it writes is any value, in these cells alone.
-    Within(Region),
+    Within(Vec<Region>),
 }
 
 /// What was settled. A moment is a call context, and what was settled in it.
@@ -24,8 +24,8 @@ pub struct Settled {
 impl Settled {
     /// How a choice was settled, if it was.
     #[must_use]
-    pub fn choice(&self, frames: &[Frame], choice: ChoiceId) -> Option<Settling> {
-        self.choices.get(frames)?.get(&choice).copied()
+    pub fn choice(&self, frames: &[Frame], choice: ChoiceId) -> Option<&Settling> {
+        self.choices.get(frames)?.get(&choice)
     }
 
     /// Whether an instruction's units were counted.

@@ -218,7 +218,9 @@ impl<'p, F: Free> Machine<'p, F> {
             None => Truth::TRUE,
         };
         let times = self.times[at];
-        if fired == Truth::TRUE && self.breaks_count(instruction) {
+        if fired == Truth::TRUE
+            && (self.breaks_count(instruction) || self.breaks_index(instruction))
+        {
             return self.stop(at, Why::Excluded);
         }
         let cost = match (fired.doubt, fired.value) {
@@ -251,6 +253,30 @@ impl<'p, F: Free> Machine<'p, F> {
         };
         let (count, doubt) = self.number_of_units(counted);
         doubt.is_none() && !(low..=high).contains(&i64::try_from(count).unwrap_or(i64::MAX))
+    }
+
+    /// Whether an instruction writes by an index that is not as stated, as far as that is known.
+    fn breaks_index(&mut self, instruction: &Instruction) -> bool {
+        if self.state.mode != Mode::Real {
+            return false;
+        }
+        let program = self.program;
+        instruction.effects.iter().any(|effect| {
+            let Write::Havoc(_, choice) = effect.write else { return false };
+            let Some(indexed) = program.indexed.get(&choice) else { return false };
+            let (Some((low, high)), [reading]) = (indexed.stated, &indexed.readings[..]) else {
+                return false;
+            };
+            let outer = self.state.doubt.take();
+            let words: Vec<u16> = reading.iter().map(|&word| self.state.word(word)).collect();
+            let doubt = std::mem::replace(&mut self.state.doubt, outer);
+            let index = match words[..] {
+                [word] => i64::from(word.cast_signed()),
+                [low, high] => i64::from((u32::from(high) << 16 | u32::from(low)).cast_signed()),
+                _ => return false,
+            };
+            doubt.is_none() && !(low..=high).contains(&index)
+        })
     }
 
     /// What the words say that count units, and why it is not known, if so.
@@ -369,7 +395,7 @@ impl<'p, F: Free> Machine<'p, F> {
                     None => {
                         let gave = match self.state.mode {
                             Mode::Model
-                                if self.state.settling(*choice) == Some(Settling::Exact) =>
+                                if self.state.settling(*choice) == Some(&Settling::Exact) =>
                             {
                                 self.state.write_exactly(*choice, meaning, fired)
                             }

@@ -186,7 +186,7 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     /// How the analysis settled a choice in this call context.
-    pub(super) fn settling(&self, choice: ChoiceId) -> Option<Settling> {
+    pub(super) fn settling(&self, choice: ChoiceId) -> Option<&Settling> {
         self.free.settled()?.choice(&self.frames, choice)
     }
 
@@ -422,16 +422,18 @@ impl<'p, F: Free> State<'p, F> {
             Mode::Real if world => fired.doubt,
             Mode::Real => fired.doubt.or(Some(self.at)),
         };
-        let region = match self.settling(choice) {
-            Some(Settling::Within(closer)) if self.mode == Mode::Model => closer,
-            _ => region,
+        let regions = match self.settling(choice) {
+            Some(Settling::Within(closer)) if self.mode == Mode::Model => closer.clone(),
+            _ => vec![region],
         };
-        let havoc = Havoc { region, choice, frames: self.frames.clone(), doubt };
-        match region {
-            Region::Range { first, .. } => self.havocs[usize::from(first.area.0)].push(havoc),
-            Region::Area(area) => self.havocs[usize::from(area.0)].push(havoc),
-            Region::Everything => {
-                self.havocs.iter_mut().for_each(|area| area.push(havoc.clone()));
+        for region in regions {
+            let havoc = Havoc { region, choice, frames: self.frames.clone(), doubt };
+            match region {
+                Region::Range { first, .. } => self.havocs[usize::from(first.area.0)].push(havoc),
+                Region::Area(area) => self.havocs[usize::from(area.0)].push(havoc),
+                Region::Everything => {
+                    self.havocs.iter_mut().for_each(|area| area.push(havoc.clone()));
+                }
             }
         }
     }

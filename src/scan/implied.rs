@@ -1,5 +1,6 @@
 //! What a condition implies, as far as its form shows.
 
+use super::spans::Spans;
 use super::term::{Carry, Gate, Node, Range, Word};
 use super::word::Words;
 use crate::base::ring::Ring;
@@ -8,11 +9,17 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::rc::Rc;
 
 /// So many parts of a condition are looked at.
-const MOST_PARTS: usize = 256;
+const MOST_PARTS: usize = 2048;
+/// To find what a word may hold, so many of its parts are looked at.
+const MOST_LOOKED: usize = 256;
 /// So deep is looked into what may be implied.
 const DEEPEST: u32 = 5;
 /// So deep choices between two values lie in each other.
 const MOST_CHOICES: usize = 64;
+/// So many choices that a word is made of are looked at, to leave out what is not taken.
+const MOST_REMOVED: u32 = 16;
+/// Of a word's parts that lie deeper only what they hold in any scan is taken.
+const DEEPEST_PART: u32 = 8;
 
 /// A condition's parts, all of which hold where it does.
 #[derive(Debug, Default, Clone)]
@@ -86,6 +93,51 @@ impl Implied {
             },
             _ => word,
         }
+    }
+
+    /// The same as a word wherever the condition holds, without the choices that are not taken there, as far as they are
+    /// looked at. `known` has what was found so for this condition before.
+    pub fn without_others(
+        &self,
+        circuit: &Circuit,
+        words: &mut Words,
+        word: Word,
+        known: &mut FxHashMap<Word, Word>,
+    ) -> Word {
+        let word = self.word_within(circuit, words, word);
+        self.fewer(circuit, words, word, known, &mut { MOST_REMOVED }).0
+    }
+
+    /// The word without them, and whether all of it was looked at.
+    fn fewer(
+        &self,
+        circuit: &Circuit,
+        words: &mut Words,
+        word: Word,
+        known: &mut FxHashMap<Word, Word>,
+        left: &mut u32,
+    ) -> (Word, bool) {
+        let Node::Either(condition, then, other) = words.node(word) else { return (word, true) };
+        if let Some(&known) = known.get(&word) {
+            return (known, true);
+        }
+        if *left == 0 {
+            return (word, false);
+        }
+        *left -= 1;
+        let (found, whole) = match self.within(circuit, words, condition) {
+            Lit::TRUE => self.fewer(circuit, words, then, known, left),
+            Lit::FALSE => self.fewer(circuit, words, other, known, left),
+            condition => {
+                let (other, all) = self.fewer(circuit, words, other, known, left);
+                let (then, both) = self.fewer(circuit, words, then, known, left);
+                (words.either(condition, then, other), all && both)
+            }
+        };
+        if whole {
+            known.insert(word, found);
+        }
+        (found, whole)
     }
 
     /// The values that a word may have where the condition holds, each with the condition under which it has it, if all its
@@ -164,33 +216,50 @@ impl Implied {
         }
     }
 
+    /// Takes what is known of words as known of what they were before they were brought into a short form, too.
+    /// `before` has that, and where both are the same.
+    pub fn keep_also(
+        &mut self,
+        before: impl Fn(Word) -> Option<(Word, Lit)>,
+        circuit: &Circuit,
+        words: &Words,
+    ) {
+        let known: Vec<(Word, Ring)> =
+            self.words.iter().map(|(&word, &ring)| (word, ring)).collect();
+        for (short, ring) in known {
+            if let Some((word, under)) = before(short)
+                && self.holds(circuit, words, under)
+            {
+                let known = self.words.entry(word).or_insert(Ring::TOP);
+                *known = known.closer(ring);
+            }
+        }
+    }
+
     /// What a word holds that was asked for.
     pub fn word(&self, word: Word) -> Ring {
         let known = self.words.get(&word).copied().unwrap_or(Ring::TOP);
         self.always.as_ref().map_or(known, |always| known.closer(always.word(word)))
     }
 
-    /// What a word may hold.
-    pub fn span(&self, circuit: &Circuit, words: &Words, word: Word) -> Ring {
-        let mut looked = 0;
-        self.span_where(circuit, words, word, &mut Vec::new(), &mut looked)
+    /// What a word may hold. `spans` has what its parts hold in any scan.
+    pub fn span(&self, circuit: &Circuit, words: &Words, spans: &Spans, word: Word) -> Ring {
+        let mut looking = Looking { circuit, words, spans, said_more: Vec::new(), looked: 0 };
+        self.span_where(&mut looking, word, 0)
     }
 
     /// The same where more is said of words than is given.
-    fn span_where(
-        &self,
-        circuit: &Circuit,
-        words: &Words,
-        word: Word,
-        said_more: &mut Vec<(Word, Ring)>,
-        looked: &mut usize,
-    ) -> Ring {
-        *looked += 1;
-        if *looked > MOST_PARTS || said_more.len() > MOST_CHOICES {
-            return Ring::TOP;
+    fn span_where(&self, looking: &mut Looking<'_>, word: Word, depth: u32) -> Ring {
+        let Looking { circuit, words, .. } = *looking;
+        let more = looking.said_more.iter().filter(|(of, _)| *of == word).map(|(_, ring)| *ring);
+        let known = more.fold(self.word(word), Ring::closer).closer(looking.spans.known(word));
+        looking.looked += 1;
+        if looking.looked > MOST_LOOKED
+            || depth > DEEPEST_PART
+            || looking.said_more.len() > MOST_CHOICES
+        {
+            return known;
         }
-        let more = said_more.iter().filter(|(of, _)| *of == word).map(|(_, ring)| *ring);
-        let known = more.fold(self.word(word), Ring::closer);
         let found = match words.node(word) {
             Node::Const(value) => Ring::constant(value),
             Node::Free(variable) => {
@@ -198,12 +267,11 @@ impl Implied {
                 Ring::of(low.into(), high.into())
             }
             Node::Plus(inner, addend) => {
-                let inner = self.span_where(circuit, words, inner, said_more, looked);
-                inner.plus(Ring::constant(addend))
+                self.span_where(looking, inner, depth + 1).plus(Ring::constant(addend))
             }
             Node::Sum(a, b, Carry::NONE) => {
-                let a = self.span_where(circuit, words, a, said_more, looked);
-                a.plus(self.span_where(circuit, words, b, said_more, looked))
+                let a = self.span_where(looking, a, depth + 1);
+                a.plus(self.span_where(looking, b, depth + 1))
             }
             Node::Either(condition, then, other) => {
                 let mut both: Option<Ring> = None;
@@ -212,12 +280,12 @@ impl Implied {
                     if condition == Lit::FALSE {
                         continue;
                     }
-                    let before = said_more.len();
+                    let before = looking.said_more.len();
                     conjuncts(circuit, condition, 3, &mut |part| {
-                        said_more.extend(said(words, part))
+                        looking.said_more.extend(said(words, part));
                     });
-                    let one = self.span_where(circuit, words, word, said_more, looked);
-                    said_more.truncate(before);
+                    let one = self.span_where(looking, word, depth + 1);
+                    looking.said_more.truncate(before);
                     both = Some(both.map_or(one, |both| both.join(one)));
                 }
                 both.unwrap_or(Ring::TOP)
@@ -308,6 +376,18 @@ impl Implied {
         }
         lit
     }
+}
+
+/// A look at what a word may hold.
+struct Looking<'a> {
+    circuit: &'a Circuit,
+    words: &'a Words,
+    /// What words hold in any scan.
+    spans: &'a Spans,
+    /// What the choices on the way down say of words.
+    said_more: Vec<(Word, Ring)>,
+    /// How many parts were looked at.
+    looked: usize,
 }
 
 /// Adds a value to those that a word may have, if that does not make too many.
@@ -420,6 +500,7 @@ mod tests {
             let constraint = lits[next(&mut seed, lits.len() as u64) as usize];
             let always = Rc::new(Implied::always(&circuit, &words, &[constraint]));
             let given = Implied::by(&circuit, &words, &always, condition);
+            let mut spans = Spans::default();
             let lits: Vec<(Lit, Lit)> =
                 lits.iter().map(|&lit| (lit, given.within(&circuit, &words, lit))).collect();
             shorter += lits.iter().filter(|(lit, within)| lit != within).count();
@@ -427,7 +508,8 @@ mod tests {
             for &word in &all {
                 let within = given.word_within(&circuit, &mut words, word);
                 let cases = given.cases(&mut circuit, &mut words, word, 8);
-                let span = given.span(&circuit, &words, word);
+                spans.work_out(&circuit, &words, &always, word);
+                let span = given.span(&circuit, &words, &spans, word);
                 closer += usize::from(span != Ring::TOP);
                 told += usize::from(cases.is_some());
                 let [bits, same] = [word, within].map(|word| words.bits(&mut circuit, word));

@@ -2,13 +2,18 @@
 
 use super::expression::describe;
 use super::implied::Implied;
+use super::spans::Spans;
 use super::word::{Word, Words};
 use super::{Purpose, Run};
+use crate::base::ring::Ring;
 use crate::program::meaning::{ChoiceKind, Fact, Learned, Read};
 use crate::program::{AreaKind, BitTarget, Cell, ChoiceId, Frame, WordTarget};
 use crate::scan::model::{Circuit, Lit};
 use rustc_hash::FxHashMap;
 use std::rc::Rc;
+
+/// The short forms of words are kept for so many conditions.
+const MOST_SHORT: usize = 4096;
 
 /// What choices of which something is known were found to be so far, so that each is worked out once.
 #[derive(Debug)]
@@ -29,6 +34,13 @@ pub(super) struct Known {
     implied: Option<(Lit, Implied)>,
     /// What holds in every scan.
     always: Rc<Implied>,
+    /// What words hold there.
+    spans: Spans,
+    /// Of words in their short form, where something was known: what they were before, and where they are the same.
+    /// Conditions speak of the short form.
+    before: FxHashMap<Word, (Word, Lit)>,
+    /// The short forms of words, by where they are the same.
+    fewer: FxHashMap<Lit, FxHashMap<Word, Word>>,
 }
 
 impl Default for Known {
@@ -42,6 +54,9 @@ impl Default for Known {
             reached: Lit::TRUE,
             implied: None,
             always: Rc::default(),
+            spans: Spans::default(),
+            before: FxHashMap::default(),
+            fewer: FxHashMap::default(),
         }
     }
 }
@@ -57,6 +72,7 @@ impl Known {
     pub(super) fn start(&mut self, circuit: &Circuit, words: &Words, constraints: &[Lit]) {
         self.always = Rc::new(Implied::always(circuit, words, constraints));
         self.implied = None;
+        self.spans = Spans::default();
     }
 
     /// The current instruction's condition.
@@ -71,11 +87,42 @@ impl Known {
 
     /// What is given wherever what is read now matters.
     pub(super) fn given(&mut self, circuit: &Circuit, words: &Words) -> &Implied {
-        let Known { reached, ref always, ref mut implied, .. } = *self;
+        let Known { reached, ref always, ref before, ref mut implied, .. } = *self;
         let known = implied.take().filter(|(by, _)| *by == reached);
-        let known =
-            known.unwrap_or_else(|| (reached, Implied::by(circuit, words, always, reached)));
+        let known = known.unwrap_or_else(|| {
+            let mut given = Implied::by(circuit, words, always, reached);
+            given.keep_also(
+                |short| {
+                    let &(word, under) = before.get(&short)?;
+                    Some((word, under))
+                },
+                circuit,
+                words,
+            );
+            (reached, given)
+        });
         &implied.insert(known).1
+    }
+
+    /// A word's short form where what is read now matters.
+    fn short(&mut self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
+        let reached = self.reached;
+        if self.fewer.len() > MOST_SHORT {
+            self.fewer.clear();
+        }
+        let mut known = self.fewer.remove(&reached).unwrap_or_default();
+        let short = self.given(circuit, words).without_others(circuit, words, word, &mut known);
+        self.fewer.insert(reached, known);
+        short
+    }
+
+    /// What a word may hold wherever what is read now matters.
+    pub(super) fn span(&mut self, circuit: &Circuit, words: &Words, word: Word) -> Ring {
+        self.spans.work_out(circuit, words, &self.always, word);
+        let spans = std::mem::take(&mut self.spans);
+        let found = self.given(circuit, words).span(circuit, words, &spans, word);
+        self.spans = spans;
+        found
     }
 }
 
@@ -119,7 +166,11 @@ impl Run<'_> {
     pub(super) fn known_word(&mut self, cell: Cell) -> Word {
         let word = self.memory.read_word(cell);
         let (words, circuit) = (&mut self.memory.words, &self.memory.model.circuit);
-        self.known.given(circuit, words).word_within(circuit, words, word)
+        let short = self.known.short(circuit, words, word);
+        if short != word && words.as_constant(short).is_none() {
+            self.known.before.insert(short, (word, self.known.reached));
+        }
+        short
     }
 
     /// A choice read as a bit.

@@ -14,6 +14,7 @@ mod memory;
 pub mod model;
 mod number;
 mod settling;
+mod spans;
 mod term;
 mod word;
 
@@ -410,8 +411,9 @@ impl Run<'_> {
             Write::Havoc(region, choice) => {
                 let guard = self.write_known_of(*choice, guard, at);
                 if guard != Lit::FALSE {
-                    let region = self.reached(*choice, *region, at);
-                    self.memory.havoc(region, guard, &self.frames, *choice);
+                    for region in self.reached(*choice, *region, at) {
+                        self.memory.havoc(region, guard, &self.frames, *choice);
+                    }
                 }
             }
         }

@@ -3,7 +3,7 @@
 
 use super::Run;
 use super::word::{Word, Words};
-use crate::base::ring::{Ring, ends};
+use crate::base::ring::{Ring, stretches};
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Shape, Target, Term, Unary,
 };
@@ -82,36 +82,60 @@ impl<'p> Run<'p> {
 
     /// The cells that a write by an index may reach in this call and iteration, if they are fewer than `region`. Beyond
     /// the end of its area it reaches nothing, as README says of what is not modelled.
-    pub(super) fn reached(&mut self, choice: ChoiceId, region: Region, at: usize) -> Region {
+    pub(super) fn reached(&mut self, choice: ChoiceId, region: Region, at: usize) -> Vec<Region> {
         let program = self.program;
-        let Some(indexed) = program.indexed.get(&choice) else { return region };
-        let Some((first, count)) = self.reach(indexed, at) else { return region };
-        let closer = Region::Range { first, count };
+        let Some(indexed) = program.indexed.get(&choice) else { return vec![region] };
+        let Some(stretches) = self.reach(indexed, at) else { return vec![region] };
+        let area = indexed.first.area;
         let is_closer = match region {
-            Region::Range { count: more, .. } => count < more,
-            Region::Area(area) => area == first.area,
+            Region::Range { count: more, .. } => {
+                stretches.iter().map(|&(_, count)| u64::from(count)).sum::<u64>() < more.into()
+            }
+            Region::Area(whole) => whole == area,
             Region::Everything => false,
         };
         if !is_closer {
-            return region;
+            return vec![region];
         }
+        let closer: Vec<Region> = stretches
+            .into_iter()
+            .map(|(index, count)| Region::Range { first: Cell { area, index }, count })
+            .collect();
         Arc::make_mut(&mut self.memory.model.settled).settle(
             &self.frames,
             choice,
-            Settling::Within(closer),
+            Settling::Within(closer.clone()),
         );
         closer
     }
 
-    fn reach(&mut self, indexed: &Indexed, at: usize) -> Option<(Cell, u32)> {
+    /// The stretches of its area's cells that a write by an index may reach: the first, and how many.
+    fn reach(&mut self, indexed: &Indexed, at: usize) -> Option<Vec<(u32, u32)>> {
         if self.interrupts() {
             return None;
         }
-        let (mut low, mut high) = (i64::MAX, i64::MIN);
+        let mut may_be = Vec::new();
         for reading in &indexed.readings {
             let index = self.may_hold(reading, at)?;
-            let (least, largest) = ends(&index)?;
-            (low, high) = (low.min(least), high.max(largest));
+            let found = stretches(&index);
+            if found.is_empty() {
+                return None;
+            }
+            may_be.extend(found);
+        }
+        // Where it is not known how the index is read, all from the least to the largest.
+        if let [_, _, ..] = indexed.readings[..] {
+            let low = may_be.iter().map(|&(low, _)| low).min()?;
+            let high = may_be.iter().map(|&(_, high)| high).max()?;
+            may_be = vec![(low, high)];
+        }
+        if let Some((least, largest)) = indexed.stated {
+            let within = |(low, high): (i64, i64)| (low.max(least), high.min(largest));
+            may_be = may_be.into_iter().map(within).filter(|(low, high)| low <= high).collect();
+            if may_be.is_empty() {
+                // Here no scan comes with an index that keeps to what is stated.
+                may_be.push((least, largest));
+            }
         }
         let more = match indexed.length {
             Length::Exactly(count) => i64::from(count),
@@ -120,10 +144,14 @@ impl<'p> Run<'p> {
             }
             Length::Unknown => return None,
         };
-        let from = u32::try_from(i64::from(indexed.first.index).checked_add(low)?).ok()?;
-        let count = u32::try_from((high - low).checked_add(more.max(1))?).ok()?;
-        from.checked_add(count)?;
-        Some((Cell { index: from, ..indexed.first }, count))
+        let first = i64::from(indexed.first.index);
+        let cells = |(low, high): (i64, i64)| {
+            let from = u32::try_from(first.checked_add(low)?).ok()?;
+            let count = u32::try_from((high - low).checked_add(more.max(1))?).ok()?;
+            from.checked_add(count)?;
+            Some((from, count))
+        };
+        (!may_be.is_empty()).then(|| may_be.into_iter().map(cells).collect())?
     }
 
     /// Whether an interrupt routine runs: at which moment is not known, nor what it finds then.
@@ -341,7 +369,7 @@ impl<'p> Run<'p> {
             }
             let word = self.word(source, at);
             let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
-            found.push(self.known.given(circuit, words).span(circuit, words, word));
+            found.push(self.known.span(circuit, words, word));
         }
         Some(found)
     }

@@ -158,6 +158,9 @@ impl Evaluation<'_> {
             let (least, largest) = ends(&words)?;
             (low, high) = (low.min(least), high.max(largest));
         }
+        if let Some((least, largest)) = indexed.stated {
+            (low, high) = (low.max(least), high.min(largest).max(low.max(least)));
+        }
         let more = match indexed.length {
             Length::Exactly(count) => i64::from(count),
             // Counts are unsigned.

@@ -213,6 +213,7 @@ impl Emitter<'_> {
                         first: Cell { area, index: number },
                         readings: vec![vec![WordSource::Const(0)]],
                         length,
+                        stated: None,
                     };
                     let is_switched = self.is_switched(device.name);
                     found.push((area, Some(indexed).filter(|_| is_counted && !is_switched)));
@@ -275,7 +276,7 @@ impl Emitter<'_> {
                 _ => readings.push(wide),
             }
         }
-        Some(Indexed { first: Cell { area, index: number }, readings, length })
+        Some(Indexed { first: Cell { area, index: number }, readings, length, stated: None })
     }
 
     /// A special relay that the outside switches, but not twice within a scan: the clocks.
