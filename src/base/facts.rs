@@ -471,7 +471,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[start]\ndownload = true\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[start]\ndownload = true\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         let writes = Some(vec!["D1-D9".to_owned()]);
         let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
@@ -483,6 +483,7 @@ mod tests {
                 calls: [("P7".to_owned(), call)].into(),
                 index_bits: Some(32),
                 indirect: Some(vec!["D1-D9".to_owned(), "W5".to_owned()]),
+                indices: [("Z3".to_owned(), (-4, 9))].into(),
                 external: vec!["D5".to_owned()],
                 internal: vec!["M1-M9".to_owned()],
                 download: true,

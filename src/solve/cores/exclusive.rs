@@ -209,11 +209,9 @@ mod tests {
             let mut model = random(seed, 30);
             // Some guards exclude others by form.
             let fires: Vec<Lit> = model.charges.iter().map(|charge| charge.fires).collect();
-            for at in 1..model.charges.len() {
-                if at % 3 != 0 {
-                    let more = model.circuit.and(fires[at], !model.charges[at - 1].fires);
-                    model.charges[at].fires = more;
-                }
+            for (at, &own) in fires.iter().enumerate().skip(1).filter(|(at, _)| at % 3 != 0) {
+                let before = model.charges[at - 1].fires;
+                model.charges[at].fires = model.circuit.and(own, !before);
             }
             let group = Builder { model: model.clone() }.group();
             let problem = Problem::new(&model, &group);
