@@ -280,21 +280,28 @@ fn facts_are_offered_where_an_audit_is_refused_for_a_routine() {
 #[test]
 fn what_is_written_by_an_index_reaches_as_far_as_is_stated() {
     let program = "LD SM400; MOV K3 D150; LD X0; MOV D7 D100Z0; LD= D150 K4; Op9; END";
-    let takes = |facts: &str| bounds(program, &format!("[index]\n{facts}\n"));
-    assert_eq!(takes(""), Ok((9, 9)));
-    assert_eq!(takes("Z0 = [0, 49]"), Ok((0, 0)));
-    assert_eq!(takes("z0 = [0, 50]"), Ok((9, 9)));
-    assert_eq!(takes("Z0 = [51, 90]"), Ok((0, 0)));
-    assert_eq!(takes("'a.il:4' = [-9, 49]"), Ok((0, 0)));
-    assert_eq!(takes("'a.il:4' = [0, 60]\nZ0 = [-5, 49]"), Ok((0, 0)));
+    let takes =
+        |facts: &str| bounds(program, &format!("[index]\n{facts}\n")).map(|(upper, _)| upper);
+    assert_eq!(takes(""), Ok(9));
+    assert_eq!(takes("Z0 = [0, 49]"), Ok(0));
+    assert_eq!(takes("z0 = [0, 50]"), Ok(9));
+    assert_eq!(takes("Z0 = [51, 90]"), Ok(0));
+    assert_eq!(takes("'a.il:4' = [-9, 49]"), Ok(0));
+    assert_eq!(takes("'a.il:4' = [0, 60]\nZ0 = [-5, 49]"), Ok(0));
+    // A scan with another index is none that the lower bound may rest on.
+    let guarded = program.replace("LD X0", "LD= Z0 K50");
+    let lower = |facts: &str| bounds(&guarded, facts).map(|(_, lower)| lower);
+    assert_eq!(lower(""), Ok(9));
+    assert_eq!(lower("[index]\nZ0 = [0, 50]"), Ok(9));
+    assert_eq!(lower("[index]\nZ0 = [0, 49]"), Ok(0));
     let fault = |facts: &str| takes(facts).unwrap_err();
-    assert_eq!(fault("Z5 = [0, 9]"), "nothing is written by an index 'Z5'");
-    assert_eq!(fault("'a.il:2' = [0, 9]"), "nothing is written by an index at a.il:2");
+    assert!(fault("Z5 = [0, 9]").ends_with("nothing is written by an index 'Z5'"));
+    assert!(fault("'a.il:2' = [0, 9]").ends_with("nothing is written by an index at a.il:2"));
     assert!(Facts::parse("facts.toml", "[index]\nZ0 = [9, 0]").is_err());
     // Of 16 bits or of 32?
     let far = "LD SM400; MOV K3 ZR9; LD X0; MOV D7 ZR0Z0; LD= ZR9 K4; Op9; END";
     let both = bounds(far, "[index]\nZ0 = [0, 8]").unwrap_err();
-    assert_eq!(both, "it is not known how many bits the index at Z0 has");
+    assert!(both.ends_with("it is not known how many bits the index at Z0 has"), "{both}");
     assert_eq!(bounds(far, "[index]\nbits = 16\nZ0 = [0, 8]"), Ok((0, 0)));
     assert_eq!(bounds(far, "[index]\nbits = 32\nZ0 = [0, 9]").map(|found| found.0), Ok(9));
 }

@@ -242,6 +242,29 @@ impl Implied {
         self.always.as_ref().map_or(known, |always| known.closer(always.word(word)))
     }
 
+    /// Works out what a word may hold, and all that it is made of, each once.
+    pub fn work_out(&self, circuit: &Circuit, words: &Words, spans: &mut Spans, word: Word) {
+        let mut open = vec![word];
+        while let Some(&word) = open.last() {
+            let parts: [Option<Word>; 2] = match words.node(word) {
+                _ if !spans.is_open(word) => [None, None],
+                Node::Plus(inner, _) => [Some(inner), None],
+                Node::Sum(a, b, Carry::NONE) | Node::Either(_, a, b) => [Some(a), Some(b)],
+                _ => [None, None],
+            };
+            let before = open.len();
+            open.extend(parts.into_iter().flatten().filter(|&part| spans.is_open(part)));
+            if open.len() > before {
+                continue;
+            }
+            open.pop();
+            if spans.is_open(word) {
+                let found = self.span(circuit, words, spans, word);
+                spans.found(word, found);
+            }
+        }
+    }
+
     /// What a word may hold. `spans` has what its parts hold in any scan.
     pub fn span(&self, circuit: &Circuit, words: &Words, spans: &Spans, word: Word) -> Ring {
         let mut looking = Looking { circuit, words, spans, said_more: Vec::new(), looked: 0 };
@@ -508,7 +531,7 @@ mod tests {
             for &word in &all {
                 let within = given.word_within(&circuit, &mut words, word);
                 let cases = given.cases(&mut circuit, &mut words, word, 8);
-                spans.work_out(&circuit, &words, &always, word);
+                always.work_out(&circuit, &words, &mut spans, word);
                 let span = given.span(&circuit, &words, &spans, word);
                 closer += usize::from(span != Ring::TOP);
                 told += usize::from(cases.is_some());

@@ -118,7 +118,7 @@ impl Known {
 
     /// What a word may hold wherever what is read now matters.
     pub(super) fn span(&mut self, circuit: &Circuit, words: &Words, word: Word) -> Ring {
-        self.spans.work_out(circuit, words, &self.always, word);
+        self.always.work_out(circuit, words, &mut self.spans, word);
         let spans = std::mem::take(&mut self.spans);
         let found = self.given(circuit, words).span(circuit, words, &spans, word);
         self.spans = spans;
