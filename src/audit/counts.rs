@@ -84,16 +84,18 @@ fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)>
         }
         return Ok(found);
     };
-    at(program, (file, number), counts, ["counts iterations or units", "words count"], form())
+    let what = ["no word counts iterations or units", "words count", "no word counts anything"];
+    at(program, (file, number), counts, what, form())
 }
 
 /// The instructions at a line or step of a file of which something can be stated, or why there are none and what would
-/// be right. `what` says in errors what they would do, and what instructions elsewhere do.
+/// be right. `what` says in errors that none does it at the place, which ones do elsewhere, and that none does in the
+/// file.
 pub(super) fn at(
     program: &Program,
     (file, number): (&str, &str),
     can_be_stated: fn(&Program, usize) -> bool,
-    what: [&str; 2],
+    what: [&str; 3],
     form: String,
 ) -> Result<Vec<usize>, (String, String)> {
     let place = format!("{file}:{number}");
@@ -137,10 +139,10 @@ pub(super) fn at(
         .map(|one| format!("{} ({})", one.place.line, one.text))
         .collect();
     let help = match offered.is_empty() {
-        true => format!("nothing {} in that file", what[0]),
+        true => format!("{} in that file", what[2]),
         false => format!("in that file {} in the lines {}", what[1], offered.join(", ")),
     };
-    Err((format!("nothing {} at {place}", what[0]), help))
+    Err((format!("{} at {place}", what[0]), help))
 }
 
 /// The files of a name, whole or without its directories.

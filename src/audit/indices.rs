@@ -64,7 +64,8 @@ fn found(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (String, Strin
     };
     let instructions = match place.rsplit_once(':') {
         Some((file, number)) => {
-            let what = ["is written by an index", "something is written by an index"];
+            let none = "nothing is written by an index";
+            let what = [none, "something is written by an index", none];
             let is_meant = |program: &Program, at| !indexed(program, at).is_empty();
             counts::at(program, (file, number), is_meant, what, form())?
         }
