@@ -297,6 +297,9 @@ fn what_is_written_by_an_index_reaches_as_far_as_is_stated() {
     let fault = |facts: &str| takes(facts).unwrap_err();
     assert!(fault("Z5 = [0, 9]").ends_with("nothing is written by an index 'Z5'"));
     assert!(fault("'a.il:2' = [0, 9]").ends_with("nothing is written by an index at a.il:2"));
+    assert!(fault("Z0 = [40000, 50000]").ends_with("the index at Z0 is never 40000 to 50000"));
+    let apart = fault("'a.il:4' = [0, 9]\nZ0 = [10, 20]");
+    assert!(apart.contains("is never"), "{apart}");
     assert!(Facts::parse("facts.toml", "[index]\nZ0 = [9, 0]").is_err());
     // Of 16 bits or of 32?
     let far = "LD SM400; MOV K3 ZR9; LD X0; MOV D7 ZR0Z0; LD= ZR9 K4; Op9; END";

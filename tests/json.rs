@@ -82,7 +82,8 @@ fn every_key_of_an_audit_is_documented() {
     std::fs::write(&linked, "LD B0\nOUT Y0\nEND\n").expect("written");
     let linked = linked.to_str().expect("a plain path");
     let counted = directory.path().join("counted.il");
-    std::fs::write(&counted, "LD X0\nFMOV K0 D0 D900\nEND\n").expect("written");
+    let far = "LD X0\nMOV K1 D1000Z0\nLD= D5 K3\nBMOV D0 W0 K9\n";
+    std::fs::write(&counted, format!("LD X0\nFMOV K0 D0 D900\n{far}END\n")).expect("written");
     let counted = counted.to_str().expect("a plain path");
     let trusted = directory.path().join("trusted.il");
     std::fs::write(&trusted, "LD X0\nFMOV K0 D0 D900\nLD SM400\nMOV K9 D900\nEND\n")
@@ -147,4 +148,26 @@ fn every_key_of_a_comparison_is_documented() {
         keys(&report, "", &mut found);
     }
     agree(&found, &documented("## compare"));
+}
+
+#[test]
+fn every_key_of_a_difference_is_documented() {
+    let directory = tempfile::tempdir().expect("a directory");
+    // With step numbers, as GX Works exports them.
+    let text = std::fs::read("samples/filler/SUB.csv").expect("a sample");
+    let (old, new) = (directory.path().join("old"), directory.path().join("new"));
+    for place in [&old, &new] {
+        std::fs::create_dir(place).expect("a directory");
+        std::fs::write(place.join("SUB.csv"), &text).expect("written");
+    }
+    let other = std::fs::read("samples/filler/MAIN.csv").expect("a sample");
+    std::fs::write(new.join("MAIN.csv"), other).expect("written");
+    let (old, new) = (old.to_str().expect("plain"), new.to_str().expect("plain"));
+    let mut found = BTreeSet::new();
+    for run in [["diff", old, new], ["diff", new, old]] {
+        let report = json(&run);
+        assert_eq!(report["schema"], "scanbound.diff/1");
+        keys(&report, "", &mut found);
+    }
+    agree(&found, &documented("## diff"));
 }

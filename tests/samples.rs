@@ -20,7 +20,8 @@ fn json(arguments: &[&str]) -> Value {
     let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
         .arg("audit")
         .args(arguments)
-        .args(["--format", "json"])
+        // However slow the machine is: none of these is to end early.
+        .args(["--format", "json", "--time-limit", "600s"])
         .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
         .output()
         .expect("the program starts");
@@ -51,6 +52,13 @@ fn the_parts_add_up_to_the_bound() {
         assert_eq!(scan["model_ps"], scan["upper_ps"], "{sample:?} is small enough");
         // Where the model's scan is one that a PLC makes, it is the longest.
         assert_eq!(scan["exact"] == true, scan["stands_between"].is_null(), "{sample:?}");
+        for by in ["program", "routine", "rung", "instruction"] {
+            let parts = list(&report["breakdown"][by]);
+            let sum: u64 = parts.iter().map(|part| ps(&part["ps"])).sum();
+            assert_eq!(ps(&scan["upper_ps"]), sum, "{sample:?} by {by}");
+            assert!(parts.iter().all(|part| ps(&part["always_ps"]) <= ps(&part["ps"])
+                && ps(&part["ps"]) <= ps(&part["most_ps"])));
+        }
         let overhead: u64 = list(&report["overhead"]).iter().map(|term| ps(&term["ps"])).sum();
         assert_eq!(ps(&scan["overhead_ps"]), overhead);
     }

@@ -258,7 +258,7 @@ fn a_factor_is_a_part_of_the_bound_and_assumed_where_it_is() {
         let text = scanbound::report::text::render(&audit, None, Default::default());
         assert!(text.contains("factor 1.2345"), "{text}");
         let csv = scanbound::report::csv::render(&audit);
-        assert!(csv.contains(&format!("factor 1.2345,,,,,,,{evidence},@factor,factor,")), "{csv}");
+        assert!(csv.contains(&format!("factor 1.2345,,,,,,,{evidence},'@factor,factor,")), "{csv}");
         let json = scanbound::report::json::render(&audit, None);
         assert!(json.contains(&format!("\"ps\": {}", factor.part.0)), "{json}");
     }

@@ -1,6 +1,7 @@
 //! A toy format of reports: what a new format takes is one file with a `FORMAT` such as this, and its line in
 //! `formats!`. All commands then write it; nothing else knows how many formats there are.
 
+use scanbound::audit::difference::Difference;
 use scanbound::audit::{Request, audit};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
@@ -15,11 +16,13 @@ const TOY: Format = Format {
     name: "toy",
     about: "One line",
     suffixes: &["toy"],
+    draws: false,
     audit: |audit, check, _, out| match check {
         None => writeln!(out, "at most {}", audit.bound.upper),
         Some(check) => writeln!(out, "at most {}, allowed {}", audit.bound.upper, check.limit),
     },
     compare: |found, out| writeln!(out, "{} scans", found.measured.times.len()),
+    diff: |found, _, out| writeln!(out, "{} changes", found.changes.len()),
 };
 
 #[test]
@@ -39,6 +42,11 @@ fn a_format_is_found_and_writes_every_kind_of_result() {
     let mut written = Vec::new();
     (toy.audit)(&audit, None, Default::default(), &mut written).expect("memory takes it");
     assert_eq!(written, format!("at most {upper}\n").as_bytes());
+
+    let found = Difference::of(&audit, &audit, None);
+    written.clear();
+    (toy.diff)(&found, Default::default(), &mut written).expect("memory takes it");
+    assert_eq!(written, b"0 changes\n");
 
     let measured = capture::read("m.csv", b"scan_ms\n0.1\n0.2\n", &Selection::default());
     let bounds = Bounds::of(&audit);

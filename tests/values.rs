@@ -4,7 +4,7 @@
 mod common;
 
 use common::audited::{asked, listed, table};
-use scanbound::audit::{Failure, Request, audit, follow};
+use scanbound::audit::{Counts, Failure, Request, audit, follow};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
 use scanbound::passes::values::Trust;
@@ -50,6 +50,8 @@ fn an_index_of_known_range_writes_those_cells_and_no_more() {
     assert_eq!(none(&write("K7", "40")), 19);
     // It may be D50 itself, which is 0 then: one iteration or none.
     assert_eq!(none(&write("K15", "40")), 19);
+    // Nor are others written where the program names none so far on.
+    assert_eq!(none(&write("K7", "60").replace("D200", "D55")), 19);
     let block = |count: &str| {
         format!(
             "LD SM400; WAND K7 Z0; WAND {count} D70; MOV K19 D50; BMOV D100 D30Z0 D70; MOV K0 D200; FOR D50; LD X0; Op1; NEXT; END"
@@ -154,6 +156,9 @@ fn an_index_of_a_few_values_leads_to_one_cell_each() {
         );
         assert_eq!(none(&format!("{either}; {read}")), 100);
     }
+    // A count is any of those that may stand there, the last one too.
+    let last = "LD SM400; MOV K1 D100; MOV K2 D101; MOV K30 D102; LIMIT K0 K2 D0 Z0; MOV D100Z0 D50; FOR D50; LD X0; Op1; NEXT; END";
+    assert_eq!(none(last), 30);
     let bits = "SET M4; SET M5; RST M0Z0; LD M4; Op100; LD M5; Op100; END";
     assert_eq!(none(&format!("{either}; {bits}")), 100);
     // A coil behind a guard is written where the guard does not hold, too: M3 goes off then.
@@ -417,7 +422,10 @@ fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
     let us = |time: scanbound::base::time::Picos| time.0 / 1_000_000;
     let shown: Vec<_> = unknowns
         .iter()
-        .map(|one| (&*one.word, one.places[0].0.line, one.most, us(one.each), us(one.cost)))
+        .map(|one| (one, *one.counts().expect("a count")))
+        .map(|(one, Counts { most, each, cost })| {
+            (&*one.word, one.places[0].0.line, most, us(each), us(cost))
+        })
         .collect();
     // The block's 65,535 words at 1 us each, the loop's 32,767 iterations at 2 us.
     assert_eq!(shown, [("D50", 2, 65_535, 1, 65_535), ("D51", 3, 32_767, 2, 65_534)]);
@@ -425,8 +433,10 @@ fn counts_that_are_not_known_are_told_with_the_fact_that_would_help() {
     // A little is known of the one, enough of the other.
     let guards = text.replace("LD X0\nFMOV", "LD X0\nAND>= D50 K0\nAND<= D50 K9000\nFMOV");
     let guards = guards.replace("NEXT\nFOR K3", "NEXT\nLD SM400\nWAND K63 D51\nFOR D51");
-    let words: Vec<(String, i64)> =
-        told(&guards, "").iter().map(|one| (one.word.to_string(), one.most)).collect();
+    let words: Vec<(String, i64)> = told(&guards, "")
+        .iter()
+        .map(|one| (one.word.to_string(), one.counts().expect("a count").most))
+        .collect();
     assert_eq!(words, [("D51".to_owned(), 32_767), ("D50".to_owned(), 9000)]);
     // What is offered is taken, and nothing is left to be said.
     let lines: Vec<&str> = unknowns.iter().map(|one| one.fact.as_str()).collect();
@@ -452,17 +462,18 @@ fn a_count_may_be_stated_by_its_step() {
     assert_eq!(told("[counts]\n\"MAIN.csv:8\" = 9\n\"MAIN.csv:step 1\" = 9\n"), []);
 }
 
+/// The most units that are counted.
+fn most(text: &str) -> u64 {
+    let inputs = listed(text.replace("; ", "\n") + "\n");
+    let (facts, table) = (Facts::default(), table(""));
+    let request = asked(&inputs, &table, &facts, Trust::default());
+    let followed = follow(&request).unwrap_or_else(|why| panic!("{text}\n{why:?}"));
+    let counted = followed.program.instructions.iter().filter_map(|one| one.counted());
+    counted.map(|counted| counted.most).max().expect("something is counted")
+}
+
 #[test]
 fn what_is_written_and_read_under_the_same_contacts_is_what_was_written() {
-    let most = |text: &str| {
-        let lines = text.replace("; ", "\n") + "\n";
-        let inputs = listed(lines);
-        let (facts, table) = (Facts::default(), table(""));
-        let request = asked(&inputs, &table, &facts, Trust::default());
-        let followed = follow(&request).unwrap_or_else(|why| panic!("{text}\n{why:?}"));
-        let counted = followed.program.instructions.iter().filter_map(|one| one.counted());
-        counted.map(|counted| counted.most).max().expect("something is counted")
-    };
     let moved = |rungs: &str| most(&format!("{rungs}; FMOV K0 D100 D50; END"));
     let all = 65_535;
     assert_eq!(moved("LD M0; MOV K7 D50; LD M0"), 7);
@@ -631,6 +642,22 @@ fn every_way_to_a_place_counts() {
     assert_eq!(none(zone), 9);
 }
 
+/// A loop is followed until nothing new comes: another value within the same range is something new where more was known of
+/// the one before.
+#[test]
+fn what_is_known_of_a_value_is_not_known_of_the_next_iterations() {
+    let moved = |before: &str, changes: &str| {
+        none(&format!("{before}; FOR K3; LD M0; FMOV K0 D100 D50; LD SM400; {changes}; NEXT; END"))
+    };
+    // Where M0 is on D50 is 1 in the first iteration.
+    let written = "LD SM400; LIMIT K1 K30 D8 D9; MOV K30 D50; LD M0; MOV K1 D50";
+    assert_eq!((moved(written, "MOV D9 D51"), moved(written, "MOV D9 D50")), (3, 1 + 30 + 30));
+    // Where M0 is on D50 is at most 5 in the first iteration. (What `LIMIT` gives is charged by its most in each.)
+    let compared = "LD SM400; LIMIT K0 K30 D8 D50; LD<= D50 K5; OUT M0";
+    let limited = |to: &str| moved(compared, &format!("LIMIT K0 K30 D9 {to}"));
+    assert_eq!((limited("D51"), limited("D50")), (3 * 5, 3 * 30));
+}
+
 #[test]
 fn what_grows_in_a_long_loop_grows_to_the_end() {
     let text = "LD SM400; MOV K3 D10; LD X0; CJ P0; LD SM400; MOV K0 D10; FOR K3000; LD SM400; INC D10; NOPS; NEXT; \
@@ -644,4 +671,21 @@ fn a_block_is_written_up_to_its_last_word() {
         none(&format!("LD SM400; MOV K19 D50; ASC D200 D40 K{count}; FMOV D0 D100 D50; END"))
     };
     assert_eq!((words(10), words(11)), (19, 65_535));
+}
+
+/// The table of docs/values.md: what an instruction is known to give is the most units that a block has then.
+#[test]
+fn what_instructions_are_known_to_give_is_as_the_page_has_it() {
+    let page = include_str!("../docs/values.md");
+    let mut examples = 0;
+    for row in page.lines().filter(|row| row.starts_with("| ") && row.contains(" D50`")) {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let [.., example, most, ""] = cells[..] else { panic!("{row}") };
+        let most: u64 = most.parse().unwrap_or_else(|_| panic!("{row}"));
+        let example = example.trim_matches('`');
+        let text = format!("LD SM400; {example}; FMOV K0 D200 D50; END");
+        assert_eq!(self::most(&text), most, "{row}");
+        examples += 1;
+    }
+    assert!(examples >= 10, "{examples}");
 }

@@ -5,13 +5,15 @@ use super::deciding::{deciding, depends_on};
 use super::doubt::Doubt;
 use super::executed::{Executed, stands_between, started};
 use super::fact::Fact;
+use super::far;
 use super::method::SearchUse;
 use super::names::Names;
 use super::real::Found;
 use super::request::Request;
 use super::response::Delays;
 use super::unbounded::Loops;
-use super::unknown::UnknownCount;
+use super::unknown::Unknown;
+use super::weight::weights;
 use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
     GroupUse, NetworkUse, OverheadUse, PathStep, RunScan, RungUse, Share, TableUse, Tie, Value,
@@ -20,6 +22,7 @@ use super::{
 use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
+use crate::front::Open;
 use crate::program::Program;
 use crate::replay::{Event, Replay};
 use crate::scan::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
@@ -41,6 +44,8 @@ pub struct Findings<'a> {
     pub table: &'a Table,
     pub prices: &'a Prices,
     pub model: &'a ScanModel,
+    /// What of the machine the user may state.
+    pub open: Open,
     pub groups: &'a [Group],
     pub maxima: &'a [Maximum],
     /// The best assignments of all groups together.
@@ -80,6 +85,14 @@ pub struct Finished {
 }
 
 impl Findings<'_> {
+    /// What the bound rests on and is not known: counts, then where is written.
+    fn unknowns(&self, upper: Picos) -> Vec<Unknown> {
+        let mut unknowns = Unknown::counted(self.program, &self.prices.times(), upper);
+        unknowns.extend(far::all(self.program, self.model, self.groups, self.open));
+        far::put_last(&mut unknowns, self.program, self.model);
+        unknowns
+    }
+
     /// The scan that is shown, where it is not that of the assignment.
     fn real(&self) -> Option<&Found> {
         Some(self.found).filter(|_| !self.same)
@@ -107,7 +120,11 @@ impl Findings<'_> {
             .collect();
         let bound = self.bound(&always, &overhead);
         let explained = |(group, maximum): (&Group, &Maximum)| {
-            let charges = pick(&group.charges, executed.as_ref());
+            let mut charges = pick(&group.charges, executed.as_ref());
+            if !maximum.kept {
+                // No scan of the group was found: all of its part in the bound is open.
+                charges.iter_mut().for_each(|charge| charge.share = Picos::ZERO);
+            }
             let rungs = self.rungs(group, &charges, &names, Audit::is_main(maximum.upper, &bound));
             (charges, rungs)
         };
@@ -151,8 +168,9 @@ impl Findings<'_> {
             table,
             doubts: Doubt::all(self.program, &networks, &loops.found, &loops.open, bound.upper),
             assumptions: Assumption::all(self.program),
-            unknowns: UnknownCount::all(self.program, &self.prices.times(), bound.upper),
+            unknowns: self.unknowns(bound.upper),
             what_if: None,
+            ladder: None,
             bound,
             overhead,
             always,
@@ -244,6 +262,8 @@ impl Findings<'_> {
             runs,
             reached,
             cost,
+            share: charge.cost(values),
+            routine: names.routine(&charge.frames),
             row: price.map_or_else(Arc::default, |price| price.row.clone()),
             evidence: price.map_or(Evidence::Published, |price| price.evidence),
         }
@@ -395,6 +415,9 @@ impl Findings<'_> {
             .flat_map(|group| group.variables.iter().map(|variable| variable.0 as usize))
             .collect();
         variables.sort_unstable();
+        let weighed: Vec<usize> = variables.iter().copied().filter(|&one| matters[one]).collect();
+        let worth = weights(self.model, assignment, &charges, &weighed);
+        let worth: BTreeMap<usize, Picos> = weighed.into_iter().zip(worth).collect();
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
         let mut found: Vec<FreeValue> = variables
             .into_iter()
@@ -416,6 +439,7 @@ impl Findings<'_> {
                     },
                     at_start: matches!(variable.origin, Origin::Start(_)),
                     matters: matters[index],
+                    worth: worth.get(&index).copied().unwrap_or_default(),
                 }
             })
             .collect();
@@ -548,7 +572,7 @@ fn rungs(
         by_block.entry(charge.block).or_default().push(index);
     }
     let dearer = |index: usize| charges[index].on.max(charges[index].off);
-    let short = |index: usize| dearer(index).checked_sub(charges[index].cost).unwrap_or_default();
+    let short = |index: usize| dearer(index).checked_sub(charges[index].share).unwrap_or_default();
     let mut rungs: Vec<(RungUse, Option<usize>)> = by_block
         .into_iter()
         .filter_map(|(block, own)| {
@@ -566,7 +590,7 @@ fn rungs(
                     n if n == own.len() => Fate::Runs,
                     _ => Fate::Partly,
                 },
-                cost: own.iter().map(|&index| charges[index].cost).sum(),
+                cost: own.iter().map(|&index| charges[index].share).sum(),
                 naive: own.iter().map(|&index| dearer(index)).sum(),
                 exclusion: None,
             };

@@ -19,6 +19,8 @@ fn charge(line: u32, block: u32, instruction: &str, on: u64, off: u64, runs: boo
         runs,
         reached: true,
         cost: us(if runs { on } else { off }),
+        share: us(if runs { on } else { off }),
+        routine: None,
         row: instruction.split(' ').next().unwrap_or_default().into(),
         evidence: if instruction.starts_with("BMOV") {
             Evidence::Assumed
@@ -53,6 +55,7 @@ fn free(name: &str, comment: &str, value: Value) -> FreeValue {
         value,
         at_start: true,
         matters: true,
+        worth: us(40),
     }
 }
 
@@ -64,6 +67,7 @@ pub fn fixture() -> Audit {
     ];
     let mut looped = charge(120, 8, "FB1 D5", 70, 0, true);
     looped.via = vec!["FOR K2 (iteration 1)".to_owned()];
+    looped.share = us(68);
     let second = [charge(104, 7, "FB0 D5", 50, 40, false), looped];
     let mut excluded = rung(&first[1], Fate::Excluded, &[]);
     excluded.cost = Picos::ZERO;
@@ -141,7 +145,7 @@ pub fn fixture() -> Audit {
         witness: vec![
             free("D100", "工程番号", Value::Word(-10)),
             free("X0", "起動", Value::Bit(true)),
-            FreeValue { matters: false, ..free("X1F", "", Value::Bit(false)) },
+            FreeValue { matters: false, worth: us(0), ..free("X1F", "", Value::Bit(false)) },
             FreeValue { at_start: false, ..free("T0 contact", "遅延", Value::Bit(true)) },
         ],
         witness_run: vec![
@@ -162,16 +166,19 @@ pub fn fixture() -> Audit {
             without: None,
             written: vec![(Location { file: 0, line: 5, step: None }, "MOV K19 D60".into())],
         }],
-        unknowns: vec![UnknownCount {
+        unknowns: vec![Unknown {
             word: "D50".into(),
             places: vec![(Location { file: 0, line: 6, step: None }, "BMOV D0 D100 D50".into())],
-            most: 65_535,
-            each: Picos(40_000),
-            cost: Picos(2_621_400_000),
+            kind: Kind::Count(Counts {
+                most: 65_535,
+                each: Picos(40_000),
+                cost: Picos(2_621_400_000),
+            }),
             key: "a.il:6".to_owned(),
             fact: "\"a.il:6\" = [0, 20]".to_owned(),
         }],
         what_if: None,
+        ladder: None,
         approximations: [
             (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),
             (8, "MOV K1 D301Z0", "an indexed device is written: any D may have changed"),

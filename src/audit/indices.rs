@@ -33,8 +33,17 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
         for choice in found {
             let Some(indexed) = program.indexed.get_mut(&choice) else { continue };
             // A register and a place may name the same index: both hold.
-            let (least, largest) = indexed.stated.unwrap_or((low, high));
-            indexed.stated = Some((least.max(low), largest.min(high)));
+            let bits = 16 * indexed.readings.iter().map(Vec::len).min().unwrap_or(1);
+            let largest = (1i64 << (bits - 1)) - 1;
+            let (least, largest) = indexed.stated.unwrap_or((-largest - 1, largest));
+            let both = (least.max(low), largest.min(high));
+            if both.0 > both.1 {
+                let message = format!("the index at {place} is never {low} to {high}");
+                let help = "it cannot hold that, or something else is stated of it besides";
+                faults.push(facts.fault(["index", place], Part::Value, Code::Fact, message, help));
+                break;
+            }
+            indexed.stated = Some(both);
         }
     }
     if faults.is_empty() { Ok(()) } else { Err(faults) }

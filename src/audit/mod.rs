@@ -2,6 +2,7 @@
 
 mod assemble;
 mod assumption;
+pub mod breakdown;
 #[cfg(test)]
 mod charge_tests;
 mod closing;
@@ -9,13 +10,17 @@ mod condition;
 mod confirmed;
 mod counts;
 mod deciding;
+pub mod difference;
 mod doubt;
 mod executed;
 mod fact;
 mod failure;
+mod far;
 #[cfg(test)]
 pub mod fixture;
 mod indices;
+mod invariants;
+pub mod ladder;
 pub mod method;
 mod model_search;
 mod modelling;
@@ -36,12 +41,14 @@ mod unbounded;
 mod understood;
 mod unknown;
 pub mod verdict;
+mod weight;
 mod what_if;
 
 pub use doubt::Doubt;
 pub use fact::{Fact, Status};
 pub use failure::Failure;
-pub use pipeline::{Concluded, Followed, audit, conclude, follow};
+pub use names::comments_in;
+pub use pipeline::{Concluded, Followed, audit, conclude, follow, read};
 pub use questions::{File, Form, certificates, question};
 pub use reason::Reason;
 pub use request::{Progress, Request};
@@ -59,7 +66,7 @@ pub use assumption::Assumption;
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
-pub use unknown::UnknownCount;
+pub use unknown::{Counts, Kind, Unknown};
 pub use what_if::{Minor, Own, Step, WhatIf, what_if, what_if_offered};
 
 /// What is known about one project's longest scan.
@@ -112,9 +119,11 @@ pub struct Audit {
     /// on.
     pub assumptions: Vec<Assumption>,
     /// Counts of which nothing is known and that the bound rests on, the dearest first.
-    pub unknowns: Vec<UnknownCount>,
+    pub unknowns: Vec<Unknown>,
     /// What these and the assumptions are worth, if it was asked for.
     pub what_if: Option<WhatIf>,
+    /// The rungs as they are drawn, if they were asked for.
+    pub ladder: Option<ladder::Ladder>,
     /// What is over-approximated.
     pub approximations: Vec<ApproximationUse>,
     /// Findings that did not stop the audit.
@@ -380,6 +389,10 @@ pub struct ChargeUse {
     pub reached: bool,
     /// What it costs there.
     pub cost: Picos,
+    /// Its part in the bound: what it costs in the dearest scan that the model allows.
+    pub share: Picos,
+    /// The routine that it was called in, if any.
+    pub routine: Option<Arc<str>>,
     /// The table's row.
     pub row: Arc<str>,
     /// How well the time is founded.
@@ -445,9 +458,9 @@ pub struct RungUse {
     pub comments: Vec<String>,
     /// How many other charges of the group it has.
     pub others: usize,
-    /// What becomes of it in the worst scan found.
+    /// What becomes of it in the dearest scan that the model allows.
     pub fate: Fate,
-    /// What it costs there.
+    /// What it costs there: its part in the bound.
     pub cost: Picos,
     /// What it would cost, every charge at the dearer of its times.
     pub naive: Picos,
@@ -455,7 +468,7 @@ pub struct RungUse {
     pub exclusion: Option<Exclusion>,
 }
 
-/// What becomes of a rung in the worst scan found.
+/// What becomes of a rung in the dearest scan that the model allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fate {
     /// It costs the most that it can.
@@ -497,6 +510,8 @@ pub struct FreeValue {
     pub at_start: bool,
     /// Whether the scan would not be known to cost as much without it.
     pub matters: bool,
+    /// How much less the scan would cost if this alone were another.
+    pub worth: Picos,
 }
 
 /// A value.

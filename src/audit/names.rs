@@ -3,12 +3,28 @@
 use crate::program::{BitTarget, Cell, Device, Frame, Instruction, Program, Role, Step, Write};
 use crate::scan::model::{Origin, Variable};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Looks up device comments and tells places.
 pub struct Names<'a> {
     program: &'a Program,
     /// The instructions that remember something in a cell that no device is.
     memories: BTreeMap<Cell, usize>,
+}
+
+/// The operands of an instruction whose devices have a comment, each with it. A bit's is its own, else its word's.
+#[must_use]
+pub fn comments_in(program: &Program, instruction: &Instruction) -> Vec<String> {
+    let comments = &program.comments;
+    let mut seen = BTreeSet::new();
+    let told = instruction.operands.iter().filter_map(|operand| {
+        let own = [operand.device, Device { bit: None, ..operand.device }];
+        let (device, comment) =
+            own.into_iter().find_map(|device| Some((device, comments.get(&device)?)))?;
+        let written = operand.written(&instruction.text);
+        seen.insert(device).then(|| format!("{written} {comment}"))
+    });
+    told.collect()
 }
 
 impl<'a> Names<'a> {
@@ -43,7 +59,7 @@ impl<'a> Names<'a> {
     fn cell(&self, cell: Cell) -> String {
         let Some(&index) = self.memories.get(&cell) else { return self.program.cell_name(cell) };
         let at = &self.program.instructions[index];
-        format!("last state of `{}` in line {}", at.text, at.place.line)
+        format!("last state of `{}` in {}", at.text, self.program.told(at.place))
     }
 
     fn iteration(&self, frame: Frame) -> Option<String> {
@@ -63,16 +79,7 @@ impl<'a> Names<'a> {
 
     /// The operands of an instruction whose devices have a comment, each with it. A bit's is its own, else its word's.
     pub fn comments_in(&self, instruction: &Instruction) -> Vec<String> {
-        let comments = &self.program.comments;
-        let mut seen = BTreeSet::new();
-        let told = instruction.operands.iter().filter_map(|operand| {
-            let own = [operand.device, Device { bit: None, ..operand.device }];
-            let (device, comment) =
-                own.into_iter().find_map(|device| Some((device, comments.get(&device)?)))?;
-            let written = operand.written(&instruction.text);
-            seen.insert(device).then(|| format!("{written} {comment}"))
-        });
-        told.collect()
+        comments_in(self.program, instruction)
     }
 
     /// The device that a free variable is about.
@@ -85,16 +92,31 @@ impl<'a> Names<'a> {
         frames.iter().map(|frame| self.frame(*frame)).collect()
     }
 
+    /// The routine that the innermost call leads to, or the interrupt's, by the label that it begins with.
+    pub fn routine(&self, frames: &[Frame]) -> Option<Arc<str>> {
+        frames.iter().rev().find_map(|frame| {
+            let interrupt = self.program.interrupts.iter().find(|one| one.entry == frame.at);
+            match (&self.program.instructions[frame.at].step, interrupt) {
+                (Step::Call { target, .. }, _) => {
+                    Some(self.program.instructions[*target].text.clone())
+                }
+                (_, Some(interrupt)) => Some(interrupt.name.as_str().into()),
+                _ => None,
+            }
+        })
+    }
+
     fn frame(&self, frame: Frame) -> String {
         let interrupt = self.program.interrupts.iter().find(|one| one.entry == frame.at);
         let at = &self.program.instructions[frame.at];
         match (&at.step, interrupt) {
-            (Step::Call { .. }, _) => format!("{} in line {}", at.text, at.place.line),
+            (Step::Call { .. }, _) => format!("{} in {}", at.text, self.program.told(at.place)),
             (Step::ForBegin { .. }, _) => {
-                format!("{} in line {}, iteration {}", at.text, at.place.line, frame.iteration + 1)
+                let place = self.program.told(at.place);
+                format!("{} in {place}, iteration {}", at.text, frame.iteration + 1)
             }
             (_, Some(interrupt)) => format!("{}, run {}", interrupt.name, frame.iteration + 1),
-            _ => format!("{} in line {}", at.text, at.place.line),
+            _ => format!("{} in {}", at.text, self.program.told(at.place)),
         }
     }
 }

@@ -5,16 +5,13 @@ use super::names::Names;
 use super::pipeline::Concluded;
 use super::request::Request;
 use super::stated;
-use super::unknown::UnknownCount;
+use super::unknown::{INDEX, Kind, Unknown};
 use crate::base::facts::key;
 use crate::base::location::Location;
 use crate::base::time::Picos;
 use crate::program::{ChoiceId, Indexed, Program, Region, Step, WordSource, Write, flow};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-
-/// The end of the range that is offered for an index.
-const INDEX: i64 = 99;
 
 /// Something worth stating.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,8 +45,9 @@ pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
     let program = &concluded.followed.program;
     let audit = &concluded.audit;
     let mut offers = ranges(program);
-    offers.extend(counts(audit, program));
+    offers.extend(unknowns(audit, program, "counts"));
     offers.extend(calls(program));
+    offers.extend(unknowns(audit, program, "index"));
     if concluded.followed.open.index {
         offers.extend(index(program, request));
     }
@@ -131,42 +129,53 @@ fn unknown_index(program: &Program, region: Region, choice: ChoiceId) -> Option<
     indexed.may_reach(region).then_some(indexed)
 }
 
-/// Counts that are not known, and those that are named only where others are stated.
-fn counts(audit: &Audit, program: &Program) -> Vec<Offer> {
+/// What is not known of words, and what is named only where others are stated, for one of the facts file's tables.
+fn unknowns(audit: &Audit, program: &Program, table: &str) -> Vec<Offer> {
     let steps = audit.what_if.as_ref().map_or(&[][..], |what_if| &what_if.steps);
-    let is_new = |one: &&UnknownCount| audit.unknowns.iter().all(|known| known.key != one.key);
+    let is_new = |one: &&Unknown| audit.unknowns.iter().all(|known| known.key != one.key);
     let hidden = steps.iter().map(|step| &step.unknown).filter(is_new);
-    let mut offers: Vec<Offer> = Vec::new();
-    for one in audit.unknowns.iter().chain(hidden) {
-        let mut offer = count(program, one);
+    let all = audit.unknowns.iter().chain(hidden).filter(|one| one.table() == table);
+    let offer = |one: &Unknown| {
         let at = steps.iter().position(|step| step.unknown.key == one.key);
-        if let (Some(what_if), Some(at)) = (&audit.what_if, at) {
+        let solved = audit.what_if.as_ref().zip(at).map(|(what_if, at)| {
             let bounds = what_if.most.iter().zip(&steps[at].solved);
             let bounds = bounds.filter_map(|(&most, bound)| Some((most, (*bound)?))).collect();
             let with = steps[..at].iter().map(|step| step.unknown.word.clone()).collect();
-            offer.solved = Some(Solved { with, bounds });
+            Solved { with, bounds }
+        });
+        Offer {
+            table: one.table(),
+            line: one.fact.clone(),
+            what: what(program, one),
+            places: one.places.clone(),
+            worth: one.counts().map(|counts| counts.cost),
+            solved,
         }
-        offers.push(offer);
-    }
-    offers
+    };
+    all.map(offer).collect()
 }
 
-fn count(program: &Program, one: &UnknownCount) -> Offer {
-    let named = |comment: &String| comment.starts_with(&format!("{} ", one.word));
-    let names = Names::new(program);
-    let at = program.instructions.iter().find(|at| {
-        let (place, text) = &one.places[0];
-        at.place == *place && at.text == *text
-    });
-    let comments = at.map(|at| names.comments_in(at)).unwrap_or_default();
-    let word = comments.into_iter().find(named).unwrap_or_else(|| one.word.to_string());
-    Offer {
-        table: "counts",
-        line: one.fact.clone(),
-        what: format!("{word}, a count: taken as up to {}, {} each", one.most, one.each),
-        places: one.places.clone(),
-        worth: Some(one.cost),
-        solved: None,
+/// What is not known, and what is taken.
+fn what(program: &Program, one: &Unknown) -> String {
+    match &one.kind {
+        Kind::Count(counts) => {
+            let named = |comment: &String| comment.starts_with(&format!("{} ", one.word));
+            let names = Names::new(program);
+            let at = program.instructions.iter().find(|at| {
+                let (place, text) = &one.places[0];
+                at.place == *place && at.text == *text
+            });
+            let comments = at.map(|at| names.comments_in(at)).unwrap_or_default();
+            let word = comments.into_iter().find(named).unwrap_or_else(|| one.word.to_string());
+            format!("{word}, a count: taken as up to {}, {} each", counts.most, counts.each)
+        }
+        Kind::Index(_) => format!(
+            "{}, the index of what is written there{}: it may be any device of its kind",
+            one.word,
+            one.origin()
+        ),
+        Kind::IndexBits => "how many bits an index to file registers has, 16 or 32: a parameter of the CPU; both are reckoned with".to_owned(),
+        Kind::Indirect => "all that is written through indirect addresses (@): without it, anything".to_owned(),
     }
 }
 

@@ -51,6 +51,13 @@ pub struct Followed {
     whole: bool,
 }
 
+impl Followed {
+    /// Whether its model is the sum of all that can run, and says nothing of what can run together.
+    pub(super) fn is_whole(&self) -> bool {
+        self.whole
+    }
+}
+
 /// Audits a project.
 ///
 /// # Errors
@@ -58,6 +65,14 @@ pub struct Followed {
 pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
     let followed = follow(request)?;
     Ok(conclude(followed, request)?.audit)
+}
+
+/// Reads a project, and follows nothing of it.
+///
+/// # Errors
+/// All faults of the input at once.
+pub fn read(request: &Request<'_>) -> Result<Program, Failure> {
+    Ok(Understood::of(request)?.program)
 }
 
 /// Reads, prices and follows a project, without any search.
@@ -151,6 +166,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         table: &table,
         prices: &prices,
         model: &model,
+        open,
         groups: &groups,
         maxima: &maxima,
         assignment: &assignment,

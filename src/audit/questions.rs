@@ -1,7 +1,8 @@
 //! The groups' questions and the proofs of their answers, as files for other solvers.
 
+use super::invariants::{Invariants, invariants};
 use super::pipeline::{Concluded, Followed};
-use crate::solve::export;
+use crate::solve::{Maximum, export};
 
 /// In which form a question is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,11 +42,29 @@ pub fn question(followed: &Followed, group: usize, form: Form) -> Option<String>
 }
 
 /// For each group two SMT-LIB 2 files: whether more than its upper bound is possible (unsatisfiable), and the
-/// scan that reaches its lower bound (satisfiable).
+/// scan that reaches its lower bound (satisfiable). Then what these rest on, and an index of all.
 pub fn certificates(concluded: &Concluded) -> impl Iterator<Item = File> {
     let followed = &concluded.followed;
+    let Invariants { files, index } = invariants(concluded);
+    let mut text = "Questions for SMT solvers (SMT-LIB 2). A solver that answers as is said here confirms what is said.\n\n".to_owned();
+    for (maximum, number) in concluded.maxima.iter().zip(1..) {
+        let Maximum { upper, lower, .. } = maximum;
+        text += &format!(
+            "group-{number}-bound.smt2: unsat. The group costs no more than {}.\n",
+            upper.best_text()
+        );
+        text += &format!(
+            "group-{number}-scan.smt2: sat. There is a scan in which it costs {}.\n",
+            lower.best_text()
+        );
+    }
+    for line in index {
+        text += &line;
+        text.push('\n');
+    }
+    let index = File { name: "README.txt".to_owned(), text };
     let groups = followed.groups.iter().zip(&concluded.maxima).enumerate();
-    groups.flat_map(move |(index, (group, maximum))| {
+    let groups = groups.flat_map(move |(index, (group, maximum))| {
         let charge = |charge| describe(followed, charge);
         let bound = export::certificate(&followed.model, group, maximum.upper, &charge);
         let scan = export::attained(&followed.model, group, &maximum.best, maximum.lower, &charge);
@@ -54,5 +73,7 @@ pub fn certificates(concluded: &Concluded) -> impl Iterator<Item = File> {
             File { name: format!("group-{number}-bound.smt2"), text: bound },
             File { name: format!("group-{number}-scan.smt2"), text: scan },
         ]
-    })
+    });
+    let files = files.into_iter().map(|(name, text)| File { name: name.to_owned(), text });
+    groups.chain(files).chain([index])
 }

@@ -11,7 +11,12 @@ pub enum Reason {
     /// The bound may be too low.
     Doubt(Doubt),
     /// The limit lies between the lower and the upper bound.
-    Between,
+    Between {
+        /// Whether a search was cut short.
+        is_cut: bool,
+        /// The fact to state first, where the bound hangs on something that nobody stated.
+        fact: Option<String>,
+    },
     /// The same where only a clock's tolerance lies between them.
     WithinTolerance,
     /// The limit is kept with the points that the program uses, and not with all that the CPU can have.
@@ -77,9 +82,19 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Reason::Doubt(doubt) => doubt.fmt(f),
-            Reason::Between => f.write_str(
-                "the limit lies between the scan that was found and the bound; give the search more time (--time-limit)",
-            ),
+            Reason::Between { is_cut, fact } => {
+                f.write_str("the limit lies between the scan that was found and the bound")?;
+                match (fact, is_cut) {
+                    (Some(fact), _) => write!(
+                        f,
+                        ", which hangs on what nobody stated: say it in a facts file (--facts), such as {fact}"
+                    ),
+                    (None, true) => f.write_str("; give the search more time (--time-limit)"),
+                    (None, false) => f.write_str(
+                        "; what is between them could not be worked out: the report lists what is taken as more than it can be (-v)",
+                    ),
+                }
+            }
             Reason::WithinTolerance => f.write_str(
                 "the limit lies within the clock's tolerance; measure the clock and state it (--clock)",
             ),

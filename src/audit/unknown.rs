@@ -1,5 +1,6 @@
-//! Counts of which nothing is known, or not much, and that the bound rests on, with what to state of them.
+//! What the bound rests on and of which nothing is known, or not much: counts, and where is written; with what to state.
 
+use crate::base::facts::Facts;
 use crate::base::location::Location;
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::ChoiceKind;
@@ -13,28 +14,108 @@ const SMALLEST: u64 = 1000;
 /// A count of which something is known is listed if it may still be this large.
 const WIDE: i64 = 1000;
 
-/// A count that stands in a word of which nothing is known there, or not much.
+/// The end of the range that is offered for an index.
+pub(super) const INDEX: i64 = 99;
+
+/// Of the words that an index may come from so many are named.
+const MOST_ORIGINS: usize = 4;
+
+/// Something of which nothing is known there, or not much.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UnknownCount {
+pub struct Unknown {
     /// The word, as the source has it.
     pub word: Arc<str>,
-    /// Where it counts, and the instruction's text, the dearest first: at least one.
+    /// Where it matters, and the instruction's text, the dearest first or in the order of the scan: at least one.
     pub places: Vec<(Location, Arc<str>)>,
-    /// It is taken as up to so many.
+    /// What is not known.
+    pub kind: Kind,
+    /// What a facts file calls it: a place, or the word where it counts at several.
+    pub key: String,
+    /// The line for the facts file's table, with a number to be replaced.
+    pub fact: String,
+}
+
+/// What is not known of a word.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Kind {
+    /// It counts.
+    Count(Counts),
+    /// Something is written where it says as an index: any device of its kind is taken. It may be what these words hold
+    /// when the scan starts.
+    Index(Vec<String>),
+    /// How many bits an index has.
+    IndexBits,
+    /// Something is written where an address says that may be any.
+    Indirect,
+}
+
+/// What a word is taken to count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Counts {
+    /// Up to so many.
     pub most: i64,
     /// What each of them takes at most, an iteration or a unit, at all places together.
     pub each: Picos,
     /// What all of them take at most, each time that the instructions run.
     pub cost: Picos,
-    /// What `[counts]` in a facts file calls it: its place, or the word where it counts at several.
-    pub key: String,
-    /// The line for `[counts]`, with a number to be replaced.
-    pub fact: String,
 }
 
-impl UnknownCount {
-    /// Those on which a bound rests, the dearest first. `times` is parallel to the program's instructions.
-    pub(super) fn all(program: &Program, times: &[Times], upper: Picos) -> Vec<UnknownCount> {
+impl Unknown {
+    /// The facts file's table in which it is stated.
+    #[must_use]
+    pub fn table(&self) -> &'static str {
+        match self.kind {
+            Kind::Count(_) => "counts",
+            Kind::Index(_) | Kind::IndexBits | Kind::Indirect => "index",
+        }
+    }
+
+    /// What is taken of a count.
+    #[must_use]
+    pub fn counts(&self) -> Option<&Counts> {
+        match &self.kind {
+            Kind::Count(counts) => Some(counts),
+            _ => None,
+        }
+    }
+
+    /// Which words' values at the start of a scan an index may be, in words; empty where nothing is known of that.
+    #[must_use]
+    pub fn origin(&self) -> String {
+        match &self.kind {
+            Kind::Index(from) if !from.is_empty() => {
+                let more = if from.len() > MOST_ORIGINS { " and others" } else { "" };
+                let from: Vec<&str> = from.iter().map(String::as_str).take(MOST_ORIGINS).collect();
+                format!(", from what {} held before the scan{more}", from.join(", "))
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// What states it as a number of at most so many; none where it is no number.
+    pub(super) fn state(&self, facts: &mut Facts, most: u32) -> Option<()> {
+        let range = (0, i64::from(most));
+        match self.kind {
+            Kind::Count(_) => _ = facts.counts.insert(self.key.clone(), range),
+            Kind::Index(_) => _ = facts.indices.insert(self.key.clone(), range),
+            // The other is what few CPUs are set to.
+            Kind::IndexBits => facts.index_bits = Some(16),
+            Kind::Indirect => return None,
+        }
+        Some(())
+    }
+}
+
+/// A count, before all of one word are put together.
+struct Found {
+    word: Arc<str>,
+    places: Vec<(Location, Arc<str>)>,
+    counts: Counts,
+}
+
+impl Unknown {
+    /// The counts on which a bound rests, the dearest first. `times` is parallel to the program's instructions.
+    pub(super) fn counted(program: &Program, times: &[Times], upper: Picos) -> Vec<Unknown> {
         let mut costs = Costs { program, times, routines: BTreeMap::new() };
         let unknown = program.approximations.iter().filter_map(|one| match &one.what {
             Approximated::UnknownCount { word, most, .. } => {
@@ -59,13 +140,12 @@ impl UnknownCount {
             }
             let each = Picos(cost.0 / most.max(1).unsigned_abs());
             let places = vec![(instruction.place, instruction.text.clone())];
-            let (key, fact) = (String::new(), String::new());
-            Some(UnknownCount { word, places, most, each, cost, key, fact })
+            Some(Found { word, places, counts: Counts { most, each, cost } })
         });
-        let mut found: Vec<UnknownCount> = found.collect();
-        found.sort_by_key(|one| (std::cmp::Reverse(one.cost), one.places[0].0));
+        let mut found: Vec<Found> = found.collect();
+        found.sort_by_key(|one| (std::cmp::Reverse(one.counts.cost), one.places[0].0));
         found.dedup_by_key(|one| one.places[0].0);
-        let mut words: Vec<UnknownCount> = Vec::new();
+        let mut words: Vec<Found> = Vec::new();
         let mut known: BTreeMap<Arc<str>, usize> = BTreeMap::new();
         for one in found {
             let at = *known.entry(one.word.clone()).or_insert(words.len());
@@ -73,23 +153,26 @@ impl UnknownCount {
                 None => words.push(one),
                 Some(word) => {
                     word.places.extend(one.places);
-                    word.most = word.most.max(one.most);
-                    word.each = plus(word.each, one.each);
-                    word.cost = plus(word.cost, one.cost);
+                    word.counts = Counts {
+                        most: word.counts.most.max(one.counts.most),
+                        each: plus(word.counts.each, one.counts.each),
+                        cost: plus(word.counts.cost, one.counts.cost),
+                    };
                 }
             }
         }
-        words.retain(|one| one.cost.0 >= upper.0.div_ceil(SMALLEST).max(1));
-        words.sort_by_key(|one| (std::cmp::Reverse(one.cost), one.places[0].0));
-        for one in &mut words {
-            one.key = match one.places[..] {
+        words.retain(|one| one.counts.cost.0 >= upper.0.div_ceil(SMALLEST).max(1));
+        words.sort_by_key(|one| (std::cmp::Reverse(one.counts.cost), one.places[0].0));
+        let unknown = |Found { word, places, counts }: Found| {
+            let key = match places[..] {
                 [(at, _)] => key(program, at),
-                _ => one.word.to_string(),
+                _ => word.to_string(),
             };
             // A name in quotes: what TOML takes for an escape is one of Rust's, too.
-            one.fact = format!("{:?} = [0, 20]", one.key);
-        }
-        words
+            let fact = format!("{key:?} = [0, 20]");
+            Unknown { word, places, kind: Kind::Count(counts), key, fact }
+        };
+        words.into_iter().map(unknown).collect()
     }
 }
 
@@ -115,8 +198,8 @@ pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     }
 }
 
-/// What states the count at a place.
-fn key(program: &Program, at: Location) -> String {
+/// What a facts file calls a place.
+pub(super) fn key(program: &Program, at: Location) -> String {
     let whole = |index: usize| program.files.get(index).map_or("", |file| file.name.as_str());
     let last = |name: &'_ str| name.rsplit(['/', '\\']).next().map_or(0, str::len);
     let file = whole(at.file as usize);

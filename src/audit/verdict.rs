@@ -24,6 +24,12 @@ impl Margin {
         Picos(u64::try_from(most).unwrap_or(limit.0))
     }
 
+    /// As a number of millionths.
+    #[must_use]
+    pub fn millionths(self) -> u32 {
+        self.0
+    }
+
     /// Whether nothing is added.
     #[must_use]
     pub fn is_none(self) -> bool {
@@ -77,7 +83,7 @@ impl fmt::Display for MostAssumed {
 /// How much of a time that decides a check is assumed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Assumed {
-    /// The assumed part; of what lies between the scan that was found and the bound, all.
+    /// The assumed part; of what the search left open, all.
     pub time: Picos,
     /// The whole.
     pub of: Picos,
@@ -88,12 +94,12 @@ pub struct Assumed {
 impl Assumed {
     /// What is assumed of the bound, of all points that can be fitted where they are not stated.
     fn of_upper(audit: &Audit) -> Assumed {
-        let gap = audit.bound.upper.checked_sub(audit.bound.lower).unwrap_or_default();
         let points = audit.points.iter().filter_map(|points| points.most.as_ref());
         let assumed = points.filter(|most| most.founded == Evidence::Assumed);
         let more: Picos = assumed.map(|most| most.more).sum();
-        let time = audit.table.assumed_time + gap + more;
-        Assumed { time, of: audit.upper_with_all_points(), at_most: gap > Picos::ZERO }
+        let time = audit.assumed_part() + more;
+        let at_most = !audit.is_settled();
+        Assumed { time, of: audit.upper_with_all_points(), at_most }
     }
 
     /// What is assumed of the scan that was found.
@@ -255,7 +261,10 @@ fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<Reason> {
     }
     vec![match audit.clocked {
         Some(_) => Reason::WithinTolerance,
-        None => Reason::Between,
+        None => Reason::Between {
+            is_cut: !audit.cuts.is_empty(),
+            fact: audit.unknowns.first().map(|one| format!("[{}] {}", one.table(), one.fact)),
+        },
     }]
 }
 

@@ -7,7 +7,7 @@ use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
 use super::request::{Progress, Request};
 use super::stated;
-use super::unknown::UnknownCount;
+use super::unknown::Unknown;
 use crate::base::facts::Facts;
 use crate::base::time::Picos;
 use crate::passes::values::Trust;
@@ -41,7 +41,7 @@ pub struct WhatIf {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
     /// The count.
-    pub unknown: UnknownCount,
+    pub unknown: Unknown,
     /// The bound for each of [`WhatIf::most`]; none where it cannot be that at most.
     pub solved: Vec<Option<Picos>>,
 }
@@ -144,7 +144,7 @@ fn matters(lower: Picos, upper: Picos) -> bool {
 /// What an audit finds that is asked with other facts.
 struct Run {
     upper: Picos,
-    unknowns: Vec<UnknownCount>,
+    unknowns: Vec<Unknown>,
     assumptions: Vec<Assumption>,
 }
 
@@ -191,19 +191,15 @@ fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<Run>>, Fail
 
 /// States the dearest count, then besides that the dearest that is named then, and so on: the bound of one is often
 /// hidden behind that of the next.
-fn steps(
-    unknowns: &[UnknownCount],
-    request: &Request<'_>,
-    most: &[u32],
-) -> Result<Vec<Step>, Failure> {
+fn steps(unknowns: &[Unknown], request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>, Failure> {
     let mut steps: Vec<Step> = Vec::new();
     let mut facts = vec![request.facts.clone(); most.len()];
     let mut named = unknowns.to_vec();
     while steps.len() < MOST_STEPS && !(request.cancelled)() {
-        let is_new = |one: &&UnknownCount| steps.iter().all(|step| step.unknown.key != one.key);
+        let is_new = |one: &&Unknown| steps.iter().all(|step| step.unknown.key != one.key);
         let Some(unknown) = named.iter().find(is_new).cloned() else { break };
         for (facts, &most) in facts.iter_mut().zip(most) {
-            facts.counts.insert(unknown.key.clone(), (0, i64::from(most)));
+            _ = unknown.state(facts, most);
         }
         let found = runs(request, &facts)?;
         let solved = found.iter().map(|run| run.as_ref().map(|run| run.upper)).collect();

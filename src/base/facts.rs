@@ -223,11 +223,7 @@ impl Reader<'_> {
     }
 
     fn range(&mut self, device: &str, value: &Value<'_>) {
-        let numbers: Option<Vec<i64>> = value
-            .get_ref()
-            .as_array()
-            .and_then(|array| array.iter().map(|item| integer(item.get_ref())).collect());
-        match numbers.as_deref() {
+        match numbers(value).as_deref() {
             Some(&[low, high]) if low <= high => {
                 self.facts.ranges.insert(device.to_owned(), (low, high));
             }
@@ -286,9 +282,7 @@ impl Reader<'_> {
                 }
             }
             place if value.get_ref().as_array().is_some() => {
-                let ends = value.get_ref().as_array().into_iter().flatten();
-                let ends: Option<Vec<i64>> = ends.map(|one| integer(one.get_ref())).collect();
-                match ends.as_deref() {
+                match numbers(value).as_deref() {
                     Some(&[low, high]) if low <= high => {
                         self.facts.indices.insert(place.to_owned(), (low, high));
                     }
@@ -458,6 +452,11 @@ fn meant(wrong: &str, known: &[&str], help: &str) -> String {
     let nearest =
         nearest.max_by(|a, b| likeness(a).partial_cmp(&likeness(b)).unwrap_or(Ordering::Equal));
     nearest.map_or(String::new(), |name| format!("did you mean {name}? ")) + help
+}
+
+/// An array of whole numbers.
+fn numbers(value: &Value<'_>) -> Option<Vec<i64>> {
+    value.get_ref().as_array()?.iter().map(|item| integer(item.get_ref())).collect()
 }
 
 fn integer(value: &DeValue<'_>) -> Option<i64> {

@@ -8,4 +8,5 @@ pub mod diagnostic;
 pub mod facts;
 pub mod location;
 pub mod ring;
+pub mod spoken;
 pub mod time;

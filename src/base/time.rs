@@ -28,7 +28,7 @@ pub enum TimeError {
     #[error("too large")]
     TooLarge,
     /// A duration without a unit that is known.
-    #[error("give a unit: ps, ns, us, ms or s")]
+    #[error("give a unit: us, ms, s or min")]
     NoUnit,
 }
 
@@ -69,7 +69,7 @@ impl Picos {
         decimal(text.trim(), 6)
     }
 
-    /// Reads a duration with its unit (`10ms`, `1.5 us`, `200µs`), exactly.
+    /// Reads a duration with its unit in small letters or large (`10ms`, `1.5 us`, `200µs`, `2min`), exactly.
     ///
     /// # Errors
     /// If there is no unit, or the number is no decimal one, is finer than a picosecond, or is too long a time.
@@ -82,11 +82,23 @@ impl Picos {
     /// assert!(Picos::from_duration_text("1.5").is_err());
     /// ```
     pub fn from_duration_text(text: &str) -> Result<Picos, TimeError> {
-        let text = text.trim();
-        let units = [("ps", 0), ("ns", 3), ("us", 6), ("µs", 6), ("μs", 6), ("ms", 9), ("s", 12)];
-        for (unit, digits) in units {
+        let text = text.trim().to_lowercase();
+        let units = [
+            ("ps", 0, 1),
+            ("ns", 3, 1),
+            ("us", 6, 1),
+            ("µs", 6, 1),
+            ("μs", 6, 1),
+            ("ms", 9, 1),
+            ("days", 12, 86_400),
+            ("s", 12, 1),
+            ("min", 12, 60),
+            ("h", 12, 3_600),
+        ];
+        for (unit, digits, times) in units {
             if let Some(number) = text.strip_suffix(unit) {
-                return decimal(number.trim(), digits);
+                let time = decimal(number.trim(), digits)?;
+                return time.0.checked_mul(times).map(Picos).ok_or(TimeError::TooLarge);
             }
         }
         Err(if text.is_empty() { TimeError::Empty } else { TimeError::NoUnit })
@@ -227,7 +239,7 @@ mod tests {
     #[test]
     fn durations_have_units_and_texts_round_trip() {
         for (text, ps) in
-            [("10ms", 10_000_000_000), ("200µs", 200_000_000), ("1 s", 1_000_000_000_000)]
+            [("10MS", 10_000_000_000), ("200µs", 200_000_000), ("1.5min", 90_000_000_000_000)]
         {
             assert_eq!(text.parse::<Picos>(), Ok(Picos(ps)));
         }

@@ -40,15 +40,16 @@ pub struct Arguments {
     what_if: WhatIfOptions,
     #[command(flatten)]
     report: ReportOptions,
-    /// Write, for each group, SMT-LIB 2 files that prove its bound (unsatisfiable) and its scan (satisfiable)
+    /// Write SMT-LIB 2 files that prove each group's bound and its scan, and what these rest on; README.txt lists them
     #[arg(long, value_name = "DIRECTORY")]
     certificate: Option<PathBuf>,
 }
 
 /// Audits the project and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let (target, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
-    let concluded = arguments.project.with_request(|request| {
+    let project = arguments.project.or_here()?;
+    let (reports, trace) = arguments.report.targets(&project, &arguments.search)?;
+    let concluded = project.with_request(|request| {
         let given = Given { input: arguments.input_delay, output: arguments.output_delay };
         let response = arguments.response.then_some(given);
         let request = Request { response, ..arguments.search.of(request) };
@@ -57,13 +58,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         if let Some(most) = arguments.what_if.most() {
             audit::what_if(&mut concluded, &request, most)?;
         }
+        reports.draw(&mut concluded);
         Ok(concluded)
     })?;
     trace.write(&concluded.audit)?;
     if let Some(directory) = &arguments.certificate {
         certify(&concluded, directory)?;
     }
-    arguments.report.write(&concluded.audit, None, target)?;
+    arguments.report.write(&concluded.audit, None, reports)?;
     // The process ends here, and all of its memory with it: taking it apart piece by piece takes longer.
     std::mem::forget(concluded);
     Ok(Outcome::Done)

@@ -1,10 +1,17 @@
 //! `scanbound check`: whether the project keeps to a limit.
 
 use super::options::{ProjectOptions, ReportOptions, SearchOptions};
-use super::{Failure, Outcome, values};
+use super::output::say;
+use super::project_file::{self, ProjectFile};
+use super::values::{self, Limit};
+use super::{Failure, Outcome};
+use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use scanbound::audit::verdict::{Check, Margin, MostAssumed, Verdict};
+use scanbound::audit::{Request, conclude, follow};
 use scanbound::base::time::Picos;
+use scanbound::timing::table::Table;
+use std::path::Path;
 
 /// Which scan refutes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -19,7 +26,8 @@ enum Refute {
 const EXAMPLES: &str = "\
 Examples:
   scanbound check PLC/ --limit 10ms
-  scanbound check PLC/ --limit 10ms --margin 20% --confirm
+  scanbound check                            the project that scanbound.toml names (docs/pipelines.md)
+  scanbound check PLC/ --limit watchdog --margin 20% --confirm
 
 Exit codes: 0 proved, 1 refuted, 2 bad input or usage, 3 undecided, 70 internal error";
 
@@ -27,18 +35,21 @@ Exit codes: 0 proved, 1 refuted, 2 bad input or usage, 3 undecided, 70 internal 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The limit that no scan may pass, such as 10ms
-    #[arg(long, value_name = "DURATION", value_parser = values::duration, allow_hyphen_values = true)]
-    limit: Picos,
+    /// The limit that no scan may pass, such as 10ms or 2min, or the CPU's watchdog [default: that of scanbound.toml]
+    #[arg(long, value_name = "DURATION|watchdog", value_parser = values::limit, allow_hyphen_values = true)]
+    limit: Option<Limit>,
     /// What is added to the scan before it is held against the limit, such as 10%
-    #[arg(long, value_name = "PERCENT", default_value = "0%", allow_hyphen_values = true)]
-    margin: Margin,
+    #[arg(long, value_name = "PERCENT", allow_hyphen_values = true)]
+    margin: Option<Margin>,
     /// How much of the time that decides may rest on assumed times, such as 30%; with more the limit is undecided
     #[arg(long, value_name = "PERCENT", allow_hyphen_values = true)]
     max_assumed: Option<MostAssumed>,
     /// Which scan refutes: one that nothing known here excludes, or only one to which a run from power-up was found
     #[arg(long, value_enum, default_value_t)]
     refute: Refute,
+    /// Check every project that has a scanbound.toml here or below; the gravest exit code of all counts
+    #[arg(long, conflicts_with_all = ["programs", "output", "trace_search"])]
+    all: bool,
     #[command(flatten)]
     project: ProjectOptions,
     #[command(flatten)]
@@ -47,27 +58,104 @@ pub struct Arguments {
     report: ReportOptions,
 }
 
-/// Audits the project, judges and reports.
+/// What is checked.
+struct Wanted {
+    project: ProjectOptions,
+    limit: Limit,
+    margin: Margin,
+    max_assumed: Option<MostAssumed>,
+}
+
+impl Wanted {
+    /// What the command line says, and a project file where it is silent.
+    fn of(arguments: &Arguments, file: Option<&ProjectFile>) -> Result<Wanted, Failure> {
+        let limit = arguments.limit.or_else(|| file?.limit);
+        let margin = arguments.margin.or_else(|| file?.margin);
+        Ok(Wanted {
+            project: match file {
+                Some(file) => arguments.project.completed(file),
+                None => arguments.project.clone(),
+            },
+            limit: limit.ok_or_else(|| {
+                anyhow!("no limit is given: --limit 10ms, or limit = \"10ms\" in scanbound.toml")
+            })?,
+            margin: margin.unwrap_or_default(),
+            max_assumed: arguments.max_assumed.or_else(|| file?.max_assumed),
+        })
+    }
+
+    /// The limit, by the table that prices the program.
+    fn limit_by(&self, table: &Table) -> Result<Picos, Failure> {
+        match self.limit {
+            Limit::Time(time) => Ok(time),
+            Limit::Watchdog => table.watchdog().ok_or_else(|| {
+                let name = &table.name;
+                anyhow!("--limit watchdog: the table {name} does not say the CPU's watchdog time; give a time such as 200ms").into()
+            }),
+        }
+    }
+
+    /// Audits the project, judges and reports.
+    fn run(&self, arguments: &Arguments) -> Result<Outcome, Failure> {
+        let (reports, trace) = arguments.report.targets(&self.project, &arguments.search)?;
+        let (audit, limit) = self.project.with_request(|request| {
+            let request = arguments.search.of(request);
+            let followed = follow(&request)?;
+            let limit = self.limit_by(&followed.table)?;
+            let until = match self.max_assumed {
+                None => Some(self.margin.room(limit)),
+                // What a search that ends early leaves open would count as assumed.
+                Some(_) => None,
+            };
+            let mut concluded = conclude(followed, &Request { limit: until, ..request })?;
+            reports.draw(&mut concluded);
+            Ok((concluded.audit, limit))
+        })?;
+        trace.write(&audit)?;
+        let mut check = Check::new(&audit, limit, self.margin);
+        if arguments.refute == Refute::Reached {
+            check = check.if_reached(&audit);
+        }
+        if let Some(most) = self.max_assumed {
+            check = check.if_assumed_at_most(&audit, most);
+        }
+        arguments.report.write(&audit, Some(&check), reports)?;
+        Ok(match check.verdict {
+            Verdict::Proved => Outcome::Done,
+            Verdict::Refuted => Outcome::Refuted,
+            Verdict::Undecided(_) => Outcome::Undecided,
+        })
+    }
+}
+
+/// Checks the project that is named, the one here, or all that there are.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let (target, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
-    let room = arguments.margin.room(arguments.limit);
-    let audit = match arguments.max_assumed {
-        None => arguments.project.audit_until(room, &arguments.search)?,
-        // What a search that ends early leaves open would count as assumed.
-        Some(_) => arguments.project.audit(&arguments.search)?,
-    };
-    trace.write(&audit)?;
-    let mut check = Check::new(&audit, arguments.limit, arguments.margin);
-    if arguments.refute == Refute::Reached {
-        check = check.if_reached(&audit);
+    if arguments.all {
+        return all(arguments);
     }
-    if let Some(most) = arguments.max_assumed {
-        check = check.if_assumed_at_most(&audit, most);
+    let file = arguments.project.is_open().then(ProjectFile::here).transpose()?;
+    Wanted::of(arguments, file.as_ref())?.run(arguments)
+}
+
+/// Exit codes, the gravest first.
+const GRAVEST: [u8; 5] = [70, 2, 1, 3, 0];
+
+/// Checks one project after the other; what is wrong with one does not keep the others from being checked.
+fn all(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let mut codes = Vec::new();
+    for path in project_file::all(Path::new("."))? {
+        say(&format!("{}\n", path.display()));
+        let checked = ProjectFile::read(&path)
+            .and_then(|file| Wanted::of(arguments, Some(&file)))
+            .and_then(|wanted| wanted.run(arguments));
+        codes.push(match checked {
+            Ok(outcome) => outcome.code(),
+            Err(failure) => {
+                say(&failure.message());
+                failure.code()
+            }
+        });
     }
-    arguments.report.write(&audit, Some(&check), target)?;
-    Ok(match check.verdict {
-        Verdict::Proved => Outcome::Done,
-        Verdict::Refuted => Outcome::Refuted,
-        Verdict::Undecided(_) => Outcome::Undecided,
-    })
+    let gravest = GRAVEST.into_iter().find(|code| codes.contains(code));
+    Ok(Outcome::Told(gravest.unwrap_or(0)))
 }

@@ -6,6 +6,8 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::base::column::{UNITS, Unit};
 use scanbound::measured::{Bounds, Comparison, Decimal, Edge, Selection, Threshold, capture};
+use scanbound::report::compare;
+use scanbound::report::format::Detail;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -87,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             anyhow!("give the program's files, and behind them the file of measurements").into()
         );
     };
-    let (target, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
+    let (reports, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
     let name = measured.display().to_string();
     let bytes = std::fs::read(&measured)
         .with_context(|| format!("{name}, the file of measurements, cannot be read"))?;
@@ -121,6 +123,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some(found) = Comparison::new(audit.files, bounds, measurements, arguments.fit) else {
         return Err(Failure::Internal("measurements without a scan".to_owned()));
     };
-    target.fill(|out| (arguments.report.format().compare)(&found, out))?;
+    let answer = |_| format!("{}\n", compare::text::answer(&found));
+    arguments
+        .report
+        .fill(reports, Detail::Usual, answer, |format, _, out| (format.compare)(&found, out))?;
     Ok(if found.above.is_some() { Outcome::Refuted } else { Outcome::Done })
 }

@@ -40,13 +40,14 @@ enum Format {
 
 /// Follows the project and writes the group's question.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let project = arguments.project.or_here()?;
     let form = match arguments.format {
         Format::Wcnf => Form::Wcnf,
         Format::Smt2 => Form::Smt2,
     };
-    apart(&arguments.project.reads(), &[("--output", arguments.output.as_deref())])?;
+    apart(&project.reads(), &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
-    let followed = arguments.project.with_request(|request| Ok(audit::follow(request)?))?;
+    let followed = project.with_request(|request| Ok(audit::follow(request)?))?;
     let groups = followed.groups.len();
     let question = audit::question(&followed, arguments.group, form).ok_or_else(|| {
         let group = arguments.group;

@@ -28,9 +28,10 @@ pub struct Arguments {
 
 /// Audits the project, routines that are not there let pass, and writes what is worth stating.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    apart(&arguments.project.reads(), &[("--output", arguments.output.as_deref())])?;
+    let project = arguments.project.or_here()?;
+    apart(&project.reads(), &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
-    let text = arguments.project.with_request(|request| {
+    let text = project.with_request(|request| {
         let request = Request { incomplete: true, ..*request };
         let mut concluded = audit::conclude(audit::follow(&request)?, &request)?;
         if let Some(most) = arguments.what_if.most() {

@@ -4,12 +4,15 @@ mod audit;
 mod check;
 mod compare;
 mod convert;
+mod diff;
 mod emulate;
 mod export;
 mod facts;
 mod options;
 mod output;
 mod progress;
+mod project_file;
+mod show;
 mod sink;
 mod tables;
 mod values;
@@ -40,8 +43,12 @@ enum Command {
     Facts(facts::Arguments),
     /// Write the question of a group for a MaxSAT or SMT solver
     Export(export::Arguments),
+    /// Draw rungs as ladder
+    Show(show::Arguments),
     /// Hold measured scan times against the bound; the last file holds them
     Compare(compare::Arguments),
+    /// Hold two versions of a project against each other: what each change costs
+    Diff(diff::Arguments),
     /// Emulate a MINASEC-U that runs a program
     Emulate(emulate::Arguments),
     /// Assemble a MINASEC-U program, or take machine code apart
@@ -55,10 +62,12 @@ enum Command {
 pub enum Outcome {
     /// Done; for `check`: proved.
     Done,
-    /// `check`: refuted; `compare`: a measurement lies above the bound.
+    /// `check`: refuted; `compare`: a measurement lies above the bound; `diff`: the bound grew by more than is allowed.
     Refuted,
     /// `check`: undecided.
     Undecided,
+    /// Of several, the gravest end, of which the user was told.
+    Told(u8),
 }
 
 impl Outcome {
@@ -68,6 +77,7 @@ impl Outcome {
             Outcome::Done => 0,
             Outcome::Refuted => 1,
             Outcome::Undecided => 3,
+            Outcome::Told(code) => code,
         }
     }
 }
@@ -114,7 +124,7 @@ impl Failure {
     }
 
     /// The message for the user.
-    fn message(&self) -> String {
+    pub fn message(&self) -> String {
         match self {
             Failure::Input(faults) => scanbound::report::render::diagnostics(faults),
             Failure::Usage(error) => output::complaint(&format!("{error:#}")),
@@ -153,8 +163,10 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Audit(arguments) => audit::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Facts(arguments) => facts::run(arguments),
+        Command::Show(arguments) => show::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
+        Command::Diff(arguments) => diff::run(arguments),
         Command::Emulate(arguments) => emulate::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
         Command::Tables(arguments) => tables::run(arguments),

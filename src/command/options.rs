@@ -1,36 +1,40 @@
 //! The options that `audit` and `check` have in common, and the audit that they ask for.
 
 use super::output::{self, Target, say};
+use super::project_file::ProjectFile;
 use super::values::Most;
 use super::{Failure, progress, tables, values};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
+use scanbound::audit::breakdown::By;
+use scanbound::audit::ladder::Ladder;
 use scanbound::audit::verdict::Check;
-use scanbound::audit::{Audit, Request, audit};
+use scanbound::audit::{Audit, Concluded, Request, audit};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::facts::Facts;
-use scanbound::base::time::Picos;
 use scanbound::front::FRONTS;
 use scanbound::front::input::{Ignore, gather};
 use scanbound::passes::PASSES;
 use scanbound::passes::values::Trust;
-use scanbound::report::format::{Extent, Format};
+use scanbound::report::format::{Detail, Extent, Format};
 use scanbound::report::method;
-use scanbound::report::{FORMATS, formats};
+use scanbound::report::{FORMATS, formats, text};
 use scanbound::solve::Method;
 use scanbound::timing::table::{Override, StatedClock, parse_override};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// The project and how it is audited.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Project")]
 pub struct ProjectOptions {
-    /// Program files of one project, in the order in which they run; a directory stands for the programs in it
-    #[arg(value_name = "PROGRAM", required = true)]
+    /// Program files of one project, in the order in which they run; a directory stands for the programs in it [default:
+    /// those of scanbound.toml, docs/pipelines.md]
+    #[arg(value_name = "PROGRAM")]
     programs: Vec<PathBuf>,
     /// Leave out files of these names or paths (*, ?, [a-z], {a,b}, ** for directories); may be repeated
     #[arg(long, value_name = "PATTERN")]
@@ -151,12 +155,41 @@ pub struct ReportOptions {
     /// How the report is written [default: by the suffix of --output, else text]
     #[arg(long, value_name = "FORMAT", value_parser = values::format())]
     format: Option<String>,
-    /// Write the report to a file, whole or not at all
+    /// Write the report to a file, whole or not at all; may be repeated, each file's suffix names its format
     #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    output: Vec<PathBuf>,
     /// How many groups, and rungs of each, the text shows
     #[arg(long, value_name = "N", default_value_t = Extent::default().top, value_parser = values::count::<usize>, allow_negative_numbers = true)]
     top: usize,
+    /// Share the bound out to programs, routines, rungs or kinds of instructions: parts that add up to it
+    #[arg(long, value_enum, value_name = "WHAT")]
+    by: Option<ByName>,
+    /// Show more: of a check all that audit shows, of an audit every entry
+    #[arg(short, long)]
+    verbose: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum ByName {
+    /// Files
+    Program,
+    /// What is called, and the rest of its file
+    Routine,
+    /// Rungs, the dearest first
+    Rung,
+    /// Kinds of instructions
+    Instruction,
+}
+
+impl From<ByName> for By {
+    fn from(name: ByName) -> By {
+        match name {
+            ByName::Program => By::Program,
+            ByName::Routine => By::Routine,
+            ByName::Rung => By::Rung,
+            ByName::Instruction => By::Instruction,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -192,11 +225,45 @@ fn duration(text: &str) -> Result<Duration, String> {
 }
 
 impl ProjectOptions {
+    /// These options, or where no program is named what the project file here says, as far as they leave it open.
+    pub fn or_here(&self) -> Result<ProjectOptions, Failure> {
+        match self.programs.is_empty() {
+            true => Ok(self.completed(&ProjectFile::here()?)),
+            false => Ok(self.clone()),
+        }
+    }
+
+    /// Whether no program is named.
+    pub fn is_open(&self) -> bool {
+        self.programs.is_empty()
+    }
+
+    /// These options with what a project file says where they are silent.
+    pub fn completed(&self, file: &ProjectFile) -> ProjectOptions {
+        let own = self.clone();
+        ProjectOptions {
+            programs: file.programs.clone(),
+            ignore: [own.ignore, file.ignore.clone()].concat(),
+            table: own.table.or_else(|| file.table.clone()),
+            cpu: own.cpu.or_else(|| file.cpu.clone()),
+            dialect: own.dialect.or_else(|| file.dialect.clone()),
+            facts: own.facts.or_else(|| file.facts.clone()),
+            ..own
+        }
+    }
+
     /// These options without the last of the files, and that file; `None` if there is no other.
     pub fn split_last(&self) -> Option<(ProjectOptions, PathBuf)> {
         let mut rest = self.clone();
         let last = rest.programs.pop()?;
         (!rest.programs.is_empty()).then_some((rest, last))
+    }
+
+    /// These options with each of two programs alone; `None` if there are not two.
+    pub fn two(&self) -> Option<(ProjectOptions, ProjectOptions)> {
+        let [old, new] = self.programs.as_slice() else { return None };
+        let with = |one: &PathBuf| ProjectOptions { programs: vec![one.clone()], ..self.clone() };
+        Some((with(old), with(new)))
     }
 
     /// The files that are read.
@@ -213,13 +280,6 @@ impl ProjectOptions {
     /// Reads the files and audits them.
     pub fn audit(&self, search: &SearchOptions) -> Result<Audit, Failure> {
         self.with_request(|request| Ok(audit(&search.of(request))?))
-    }
-
-    /// The same, as far as it takes to know whether a scan takes longer than this.
-    pub fn audit_until(&self, limit: Picos, search: &SearchOptions) -> Result<Audit, Failure> {
-        self.with_request(|request| {
-            Ok(audit(&Request { limit: Some(limit), ..search.of(request) })?)
-        })
     }
 
     /// Reads the files and does something with what is asked, on the threads asked for.
@@ -281,36 +341,88 @@ impl ProjectOptions {
     }
 }
 
+/// Where reports go, each in its format.
+pub struct Reports(Vec<(Target, &'static Format)>);
+
+impl Reports {
+    /// Draws the project's rungs, if one of them shows them.
+    pub fn draw(&self, concluded: &mut Concluded) {
+        if self.0.iter().any(|(_, format)| format.draws) {
+            concluded.audit.ladder = Some(Ladder::of(concluded));
+        }
+    }
+}
+
 impl ReportOptions {
     /// The format asked for: by name, else by what the report's file is called, else text.
-    pub fn format(&self) -> &'static Format {
+    fn format(&self, output: Option<&Path>) -> &'static Format {
         let named = self.format.as_deref().and_then(|name| formats::named(FORMATS, name));
-        let output = self.output.as_deref().and_then(Path::to_str);
+        let output = output.and_then(Path::to_str);
         let meant = || output.and_then(|file| formats::by_suffix(FORMATS, file));
         named.or_else(meant).unwrap_or(&FORMATS[0])
     }
 
-    /// Where the report goes, and the trace, if one is asked for.
+    /// Where the reports go, and the trace, if one is asked for.
     pub fn targets(
         &self,
         project: &ProjectOptions,
         search: &SearchOptions,
-    ) -> Result<(Target, TraceTarget), Failure> {
+    ) -> Result<(Reports, TraceTarget), Failure> {
         let trace = search.trace_search.as_ref().and_then(Option::as_deref);
-        let written = [("--output", self.output.as_deref()), ("--trace-search", trace)];
+        let outputs = self.output.iter().map(|file| ("--output", Some(file.as_path())));
+        let written: Vec<_> = outputs.chain([("--trace-search", trace)]).collect();
         output::apart(&project.reads(), &written)?;
-        Ok((Target::new(self.output.as_deref())?, search.target()?))
+        let target = |file: Option<&Path>| Ok((Target::new(file)?, self.format(file)));
+        let reports: Result<Vec<_>, Failure> = match self.output.as_slice() {
+            [] => Ok(vec![target(None)?]),
+            files => files.iter().map(|file| target(Some(file))).collect(),
+        };
+        Ok((Reports(reports?), search.target()?))
     }
 
-    /// Writes the report in the format asked for.
+    /// Writes an audit's reports.
     pub fn write(
         &self,
         audit: &Audit,
         check: Option<&Check>,
-        target: Target,
+        reports: Reports,
     ) -> Result<(), Failure> {
-        let extent = Extent { top: self.top, ..Extent::default() };
-        target.fill(|out| (self.format().audit)(audit, check, extent, out))
+        let answer = |extent| text::answer(audit, check, extent);
+        let detail = if check.is_some() { Detail::Short } else { Detail::Usual };
+        self.fill(reports, detail, answer, |format, extent, out| {
+            (format.audit)(audit, check, extent, out)
+        })
+    }
+
+    /// Has each report written. Where none goes to stdout, the answer goes to stderr.
+    pub fn fill(
+        &self,
+        Reports(reports): Reports,
+        detail: Detail,
+        answer: impl Fn(Extent) -> String,
+        write: impl Fn(&Format, Extent, &mut dyn Write) -> std::io::Result<()>,
+    ) -> Result<(), Failure> {
+        let is_shown = reports.iter().any(|(target, _)| matches!(target, Target::Stdout));
+        for (target, format) in reports {
+            let extent = self.extent(detail, &target);
+            target.fill(|out| write(format, extent, out))?;
+        }
+        if !is_shown {
+            say(&answer(Extent { width: output::width_of_stderr(), ..Extent::default() }));
+        }
+        Ok(())
+    }
+
+    /// How much of a report is shown, and on what page.
+    fn extent(&self, detail: Detail, target: &Target) -> Extent {
+        let usual = Extent::default();
+        let (width, height) = target.page().unwrap_or((usual.width, usual.height));
+        let (detail, values) = match (self.verbose, detail) {
+            (false, detail) => (detail, usual.values),
+            (true, Detail::Short) => (Detail::Usual, usual.values),
+            (true, _) => (Detail::Full, usize::MAX),
+        };
+        Extent { top: self.top, values, detail, by: self.by.map(By::from), width, height }
     }
 }
 
@@ -325,9 +437,14 @@ fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
     Ok(Facts::parse(&name, &text)?)
 }
 
-/// Becomes true at the first Ctrl-C, which ends the audit with what is proved; the second ends the program.
+/// Becomes true at the first Ctrl-C, which ends the audit with what is proved; the second ends the program. It is
+/// watched for once, however many projects are audited.
 fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
+    static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+    if let Some(stop) = STOP.get() {
+        return Ok(Arc::clone(stop));
+    }
+    let stop = Arc::clone(STOP.get_or_init(Arc::default));
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {

@@ -4,11 +4,13 @@ use super::Failure;
 use anstream::StripStream;
 use anyhow::{Context, anyhow};
 use scanbound::base::diagnostic::Diagnostic;
+use scanbound::report::format::Extent;
 use scanbound::report::render;
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
+use terminal_size::{Height, Width};
 
 /// Refuses outputs that would take the place of what is read, or of each other. Each output has the option that names
 /// it.
@@ -85,6 +87,14 @@ impl Target {
         Ok(Target::Whole { new, file: real })
     }
 
+    /// The columns and lines of the terminal that it is; `None` if it is none.
+    pub fn page(&self) -> Option<(usize, usize)> {
+        match self {
+            Target::Stdout => page_of(terminal_size::terminal_size_of(std::io::stdout())),
+            Target::Whole { .. } | Target::Through(_) => None,
+        }
+    }
+
     /// Puts a file that is complete in the old one's place.
     pub fn keep(new: NamedTempFile, file: &Path) -> Result<(), Failure> {
         let context = || cannot(file);
@@ -128,6 +138,20 @@ impl Target {
         }
         Ok(())
     }
+}
+
+/// How wide messages are: as the terminal, else as usual.
+pub fn width_of_stderr() -> usize {
+    page_of(terminal_size::terminal_size_of(std::io::stderr()))
+        .map_or(Extent::default().width, |(width, _)| width)
+}
+
+/// No page is narrower, so that columns stay readable, and lines are not longer than the eye follows.
+const WIDTHS: std::ops::RangeInclusive<usize> = 40..=160;
+
+fn page_of(size: Option<(Width, Height)>) -> Option<(usize, usize)> {
+    let (Width(width), Height(height)) = size?;
+    Some((usize::from(width).clamp(*WIDTHS.start(), *WIDTHS.end()), usize::from(height)))
 }
 
 fn cannot(file: &Path) -> String {

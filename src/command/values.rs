@@ -47,6 +47,23 @@ pub fn duration(text: &str) -> Result<Picos, String> {
     text.parse().map_err(|error| format!("{error}; write it as 10ms or 1.5us"))
 }
 
+/// A limit on the scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// A time.
+    Time(Picos),
+    /// The CPU's watchdog time by default.
+    Watchdog,
+}
+
+/// A time with its unit, or the CPU's watchdog.
+pub fn limit(text: &str) -> Result<Limit, String> {
+    match text.trim().eq_ignore_ascii_case("watchdog") {
+        true => Ok(Limit::Watchdog),
+        false => duration(text).map(Limit::Time).map_err(|error| format!("{error}, or watchdog")),
+    }
+}
+
 /// A delay outside the scan.
 pub fn delay(text: &str) -> Result<Picos, String> {
     let longest = Picos(LONGEST_DELAY);
@@ -95,6 +112,9 @@ mod tests {
         }
         assert_eq!((two_digits("99"), two_digits("100").is_err()), (Ok(99), true));
         assert_eq!(duration("10ms"), Ok(Picos(10_000_000_000)));
+        assert_eq!(limit("10 MS"), Ok(Limit::Time(Picos(10_000_000_000))));
+        assert_eq!(limit("Watchdog"), Ok(Limit::Watchdog));
+        assert!(limit("10").expect_err("no unit").ends_with("10ms or 1.5us, or watchdog"));
         assert_eq!(delay("1001s"), Err("longer than 1000 s".to_owned()));
         let told = duration("-1ms").expect_err("negative");
         assert_eq!(told, "a time cannot be negative; write it as 10ms or 1.5us");

@@ -34,7 +34,10 @@ mod approximation;
 mod area;
 pub mod cell_budget;
 pub mod flow;
+mod indexed;
+pub mod ladder;
 pub mod meaning;
+pub mod place;
 mod reads;
 mod settled;
 mod tags;
@@ -44,6 +47,7 @@ mod timing;
 
 pub use approximation::{Approximated, Approximation, Unfollowed};
 pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
+pub use indexed::{Indexed, Length};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
 pub use settled::{Settled, Settling};
@@ -595,42 +599,6 @@ pub struct PowerUp {
     pub first_scan: Vec<Cell>,
 }
 
-/// The cells that an instruction writes whose device has an index, or of which a word counts how many there are.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Indexed {
-    /// The first cell if the index is 0.
-    pub first: Cell,
-    /// The index, each way in which it may be read: a signed number, its least word first. Which holds is not known.
-    pub readings: Vec<Vec<WordSource>>,
-    /// How many cells are written from there on.
-    pub length: Length,
-    /// What the user stated of the index: the least and the largest.
-    pub stated: Option<(i64, i64)>,
-}
-
-impl Indexed {
-    /// Whether a region is what these cells are some of: their area, or all from the first on.
-    #[must_use]
-    pub fn may_reach(&self, region: Region) -> bool {
-        match region {
-            Region::Area(area) => area == self.first.area,
-            Region::Range { first, count } => first == self.first && count > 1,
-            Region::Everything => false,
-        }
-    }
-}
-
-/// How many cells an instruction writes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Length {
-    /// A known number.
-    Exactly(u32),
-    /// A number for each that a word counts.
-    Counted(WordSource, u32),
-    /// It is not known.
-    Unknown,
-}
-
 /// A whole project: its files' programs run one after another in each scan.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Program {
@@ -651,6 +619,8 @@ pub struct Program {
     /// The `ForBegin`s of loops of which nothing says how many iterations they make. They are summarised, however few
     /// instructions they have.
     pub uncounted: BTreeSet<usize>,
+    /// Instructions at which fewer iterations or units are counted than their words could say, as `passes::values` found.
+    pub narrowed: BTreeSet<usize>,
     /// The routines that are not there, one for each call.
     pub absent: Vec<Absent>,
     /// How many rungs there are.

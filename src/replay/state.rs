@@ -423,7 +423,16 @@ impl<'p, F: Free> State<'p, F> {
             Mode::Real => fired.doubt.or(Some(self.at)),
         };
         let regions = match self.settling(choice) {
-            Some(Settling::Within(closer)) if self.mode == Mode::Model => closer.clone(),
+            Some(Settling::Within(closer))
+                if self.mode == Mode::Model
+                    && self
+                        .program
+                        .indexed
+                        .get(&choice)
+                        .is_some_and(|one| one.shares_area(region)) =>
+            {
+                closer.clone()
+            }
             _ => vec![region],
         };
         for region in regions {

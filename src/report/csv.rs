@@ -1,10 +1,12 @@
 //! An audit as CSV: a row a charge, for spreadsheets.
 
-use super::compare;
 use super::format::Format;
+use super::{compare, diff};
+use crate::audit::breakdown::{By, Piece};
 use crate::audit::{Audit, ChargeUse};
 use crate::base::time::Picos;
 use csv::Writer;
+use std::borrow::Cow;
 use std::io;
 
 /// A table for spreadsheets.
@@ -12,8 +14,13 @@ pub const FORMAT: Format = Format {
     name: "csv",
     about: "A row a charge, for spreadsheets",
     suffixes: &["csv"],
-    audit: |audit, _, _, out| write(audit, out),
+    draws: false,
+    audit: |audit, _, extent, out| match extent.by {
+        Some(by) => write_parts(audit, by, out),
+        None => write(audit, out),
+    },
     compare: |found, out| out.write_all(compare::csv::render(found).as_bytes()),
+    diff: |found, _, out| diff::csv::write(found, out),
 };
 
 const HEADS: [&str; 16] = [
@@ -44,14 +51,104 @@ pub fn render(audit: &Audit) -> String {
     String::from_utf8(bytes).expect("written from strings")
 }
 
-fn write(audit: &Audit, out: &mut dyn io::Write) -> io::Result<()> {
-    let mut writer = Writer::from_writer(out);
-    // As it was met: where the reader has gone away, that must still be seen.
-    let fault = |error: csv::Error| match error.into_kind() {
+/// What tells spreadsheets that a file is UTF-8.
+const MARK: &[u8] = "\u{FEFF}".as_bytes();
+
+/// Records for spreadsheets.
+pub(in crate::report) struct Sheet<'a>(Writer<&'a mut dyn io::Write>);
+
+impl<'a> Sheet<'a> {
+    pub(in crate::report) fn new(out: &'a mut dyn io::Write) -> io::Result<Sheet<'a>> {
+        out.write_all(MARK)?;
+        Ok(Sheet(Writer::from_writer(out)))
+    }
+
+    pub(in crate::report) fn put<T: AsRef<str>>(&mut self, fields: &[T]) -> io::Result<()> {
+        let record = fields.iter().map(|field| harmless(field.as_ref()));
+        self.0.write_record(record.map(Cow::into_owned)).map_err(fault)
+    }
+}
+
+impl Sheet<'_> {
+    /// The last of it.
+    pub(in crate::report) fn finish(mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+/// The fault as it was met: where the reader has gone away, that must still be seen.
+fn fault(error: csv::Error) -> io::Error {
+    match error.into_kind() {
         csv::ErrorKind::Io(error) => error,
         other => io::Error::other(format!("{other:?}")),
-    };
-    let mut put = |row: &[String]| writer.write_record(row).map_err(fault);
+    }
+}
+
+/// The text so that no spreadsheet takes it for a formula, as `= D0 K1` or `@end` would be.
+fn harmless(text: &str) -> Cow<'_, str> {
+    let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
+    let is_formula = text.starts_with(['=', '+', '-', '@', '\t', '\r'])
+        && !text.strip_prefix('-').is_some_and(is_number);
+    if is_formula { Cow::Owned(format!("'{text}")) } else { Cow::Borrowed(text) }
+}
+
+const PART_HEADS: [&str; 12] = [
+    "kind",
+    "file",
+    "line",
+    "step",
+    "rung",
+    "name",
+    "time_us",
+    "share_percent",
+    "most_us",
+    "always_us",
+    "instructions",
+    "order",
+];
+
+/// A row a part of the bound: the column `time_us` adds up to it.
+fn write_parts(audit: &Audit, by: By, out: &mut dyn io::Write) -> io::Result<()> {
+    let mut sheet = Sheet::new(out)?;
+    sheet.put(&PART_HEADS)?;
+    for (number, part) in audit.breakdown(by).iter().enumerate() {
+        let file = |index: u32| audit.files.get(index as usize).cloned().unwrap_or_default();
+        let (file, at, block, name) = match &part.piece {
+            Piece::Program(index) => (file(*index), None, None, String::new()),
+            Piece::Routine(index, name) => {
+                (file(*index), None, None, name.as_deref().unwrap_or_default().to_owned())
+            }
+            Piece::Rung { block, at, instruction } => {
+                (file(at.file), Some(*at), Some(*block), instruction.to_string())
+            }
+            Piece::Instruction(name) => (String::new(), None, None, name.to_string()),
+            Piece::EveryScan(name) => (String::new(), None, None, name.clone()),
+            Piece::Open => (String::new(), None, None, "not settled by the search".to_owned()),
+            Piece::Factor(text) => (String::new(), None, None, format!("factor {text}")),
+        };
+        let number_of = |value: Option<u32>| value.map_or(String::new(), |value| value.to_string());
+        let share = part.share(audit).0;
+        sheet.put(&[
+            part.piece.kind().to_owned(),
+            file,
+            number_of(at.map(|at| at.line)),
+            number_of(at.and_then(|at| at.step)),
+            number_of(block),
+            name,
+            part.time.us_text(),
+            format!("{}.{}", share / 10, share % 10),
+            part.most.us_text(),
+            part.always.us_text(),
+            part.instructions.to_string(),
+            (number + 1).to_string(),
+        ])?;
+    }
+    sheet.finish()
+}
+
+fn write(audit: &Audit, out: &mut dyn io::Write) -> io::Result<()> {
+    let mut sheet = Sheet::new(out)?;
+    let mut put = |row: &[String]| sheet.put(row);
     put(&HEADS.map(str::to_owned))?;
     for group in &audit.groups {
         for charge in &group.charges {
@@ -90,7 +187,7 @@ fn write(audit: &Audit, out: &mut dyn io::Write) -> io::Result<()> {
         });
         put(&row)?;
     }
-    writer.flush()
+    sheet.finish()
 }
 
 fn row(audit: &Audit, charge: &ChargeUse, group: &str, part: &str) -> [String; HEADS.len()] {
@@ -121,7 +218,34 @@ fn factor(audit: &Audit, time: Picos) -> String {
 
 #[cfg(test)]
 mod tests {
+    use crate::audit::breakdown::By;
     use crate::audit::fixture::fixture;
+    use crate::base::time::Picos;
+
+    #[test]
+    fn no_cell_is_taken_for_a_formula() {
+        for text in ["= D0 K1", "+ K1 D0", "-P D0 D1", "@end"] {
+            assert_eq!(super::harmless(text), format!("'{text}"));
+        }
+        for text in ["LD= D0 K1", "-1.5"] {
+            assert_eq!(super::harmless(text), text);
+        }
+    }
+
+    #[test]
+    fn the_parts_of_the_fixture_add_up_to_its_bound() {
+        let audit = fixture();
+        for by in By::ALL {
+            let mut bytes = Vec::new();
+            super::write_parts(&audit, by, &mut bytes).expect("memory takes all");
+            let text = String::from_utf8(bytes).expect("text");
+            let table = text.strip_prefix('\u{FEFF}').expect("a mark");
+            let mut reader = csv::Reader::from_reader(table.as_bytes());
+            let times = reader.records().map(|row| row.expect("a row")[6].to_owned());
+            let sum: Picos = times.map(|us| Picos::from_us_text(&us).expect("a time")).sum();
+            assert_eq!(sum, audit.bound.upper, "{}", by.name());
+        }
+    }
 
     #[test]
     fn the_fixture_as_csv() {

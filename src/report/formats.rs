@@ -8,13 +8,15 @@ pub fn named<'f>(formats: &'f [Format], name: &str) -> Option<&'f Format> {
     formats.iter().find(|format| format.name == name)
 }
 
-/// The format that a file's name means by its end.
+/// The format that a file's name means by its end; of several ends the longest counts (`a.sarif.json`).
 #[must_use]
 pub fn by_suffix<'f>(formats: &'f [Format], file: &str) -> Option<&'f Format> {
-    let (_, suffix) = file.rsplit_once('.')?;
-    let means =
-        |format: &&Format| format.suffixes.iter().any(|one| one.eq_ignore_ascii_case(suffix));
-    formats.iter().find(means)
+    let file = file.to_lowercase();
+    let ends =
+        formats.iter().flat_map(|format| format.suffixes.iter().map(move |end| (end, format)));
+    let meant =
+        ends.filter(|(end, _)| file.strip_suffix(**end).is_some_and(|name| name.ends_with('.')));
+    meant.max_by_key(|(end, _)| end.len()).map(|(_, format)| format)
 }
 
 #[cfg(test)]

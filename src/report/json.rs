@@ -1,7 +1,9 @@
 //! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
 
-use super::compare;
+mod parts;
+
 use super::format::Format;
+use super::{compare, diff};
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{self, Audit, Engine, Opinion};
 use crate::base::budget::{Cut, End};
@@ -16,8 +18,10 @@ pub const FORMAT: Format = Format {
     name: "json",
     about: "For programs (docs/json.md)",
     suffixes: &["json"],
+    draws: false,
     audit: |audit, check, _, out| write(audit, check, out),
     compare: |found, out| out.write_all(compare::json::render(found).as_bytes()),
+    diff: |found, _, out| diff::json::write(found, out),
 };
 
 /// Something that the user stated.
@@ -38,6 +42,7 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     witness_run: Vec<RunScan<'a>>,
     deciding: Vec<&'a str>,
+    conditions: Vec<Condition<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     path: Vec<PathStep<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -59,6 +64,7 @@ struct Report<'a> {
     approximations: Vec<Approximation<'a>>,
     warnings: Vec<Warning<'a>>,
     overhead: Vec<Overhead<'a>>,
+    breakdown: parts::Breakdown,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     ended: Vec<Ended<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -66,6 +72,16 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     response: Option<Response<'a>>,
     seconds: f64,
+}
+
+/// A value that the longest scan found needs.
+#[derive(Serialize)]
+struct Condition<'a> {
+    name: &'a str,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    comment: &'a str,
+    at_start: bool,
+    worth_ps: u64,
 }
 
 /// What a word holds whenever a scan starts, or which relays are never both on then.
@@ -85,9 +101,15 @@ struct Unknown<'a> {
     name: &'a str,
     kind: &'static str,
     places: Vec<UnknownPlace<'a>>,
-    taken: [i64; 2],
-    per_unit_ps: u64,
-    ps: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    taken: Option<[i64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    per_unit_ps: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ps: Option<u64>,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    from: &'a [String],
+    table: &'static str,
     fact: &'a str,
 }
 
@@ -373,7 +395,22 @@ pub fn render(audit: &Audit, check: Option<&Check>) -> String {
 }
 
 fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::Result<()> {
-    let report = Report {
+    let report = report(audit, check);
+    serde_json::to_writer_pretty(&mut *out, &report)?;
+    out.write_all(b"\n")
+}
+
+/// The same on one line, but for what it says of each execution of each instruction and of each device.
+pub(super) fn without_charges(audit: &Audit, check: Option<&Check>) -> serde_json::Result<String> {
+    let mut report = report(audit, check);
+    report.groups.iter_mut().for_each(|group| group.charges.clear());
+    report.witness.0.clear();
+    report.path.clear();
+    serde_json::to_string(&report)
+}
+
+fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> {
+    Report {
         schema: "scanbound.audit/1",
         program: Program {
             files: &audit.files,
@@ -401,6 +438,7 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
         ),
         witness_run: audit.witness_run.iter().map(run_scan).collect(),
         deciding: audit.witness.iter().filter(|v| v.matters).map(|v| v.name.as_str()).collect(),
+        conditions: conditions(audit),
         path: audit.path.iter().map(step).collect(),
         unbounded: audit.unbounded.iter().map(endless).collect(),
         facts: audit
@@ -453,13 +491,28 @@ fn write(audit: &Audit, check: Option<&Check>, out: &mut dyn io::Write) -> io::R
                 why: &term.why,
             })
             .collect(),
+        breakdown: parts::Breakdown::of(audit),
         ended: audit.cuts.iter().map(ended).collect(),
         check: check.map(|check| result(audit, check)),
         response: audit.response.as_ref().map(response),
         seconds: audit.elapsed.as_secs_f64(),
-    };
-    serde_json::to_writer_pretty(&mut *out, &report)?;
-    out.write_all(b"\n")
+    }
+}
+
+/// What matters, the worthiest first.
+fn conditions(audit: &Audit) -> Vec<Condition<'_>> {
+    let mut found: Vec<&audit::FreeValue> = audit.witness.iter().filter(|v| v.matters).collect();
+    found.sort_by_key(|value| std::cmp::Reverse(value.worth));
+    found.into_iter().map(condition).collect()
+}
+
+fn condition(value: &audit::FreeValue) -> Condition<'_> {
+    Condition {
+        name: &value.name,
+        comment: &value.comment,
+        at_start: value.at_start,
+        worth_ps: value.worth.0,
+    }
 }
 
 fn assumption(one: &audit::Assumption) -> Assumption<'_> {
@@ -497,14 +550,25 @@ fn places(all: &[(Location, Arc<str>)]) -> Vec<UnknownPlace<'_>> {
         .collect()
 }
 
-fn unknown(one: &audit::UnknownCount) -> Unknown<'_> {
+fn unknown(one: &audit::Unknown) -> Unknown<'_> {
+    let counts = one.counts();
     Unknown {
         name: &one.word,
-        kind: "count",
+        kind: match one.kind {
+            audit::Kind::Count(_) => "count",
+            audit::Kind::Index(_) => "index",
+            audit::Kind::IndexBits => "index-bits",
+            audit::Kind::Indirect => "indirect",
+        },
         places: places(&one.places),
-        taken: [0, one.most],
-        per_unit_ps: one.each.0,
-        ps: one.cost.0,
+        taken: counts.map(|counts| [0, counts.most]),
+        per_unit_ps: counts.map(|counts| counts.each.0),
+        ps: counts.map(|counts| counts.cost.0),
+        from: match &one.kind {
+            audit::Kind::Index(from) => from,
+            _ => &[],
+        },
+        table: one.table(),
         fact: &one.fact,
     }
 }

@@ -4,14 +4,18 @@
 
 mod columns;
 pub mod compare;
+pub mod diff;
 pub mod facts;
+mod findings;
 pub mod format;
 pub mod formats;
+pub mod ladder;
 pub mod method;
 mod path;
 pub mod render;
 mod response;
 pub mod tables;
+mod wrap;
 
 /// Declares the formats' modules and lists what each has as its `FORMAT`.
 macro_rules! formats {
@@ -27,4 +31,9 @@ formats! {
     text,
     json,
     csv,
+    sarif,
+    junit,
+    github,
+    markdown,
+    html,
 }

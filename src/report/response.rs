@@ -1,26 +1,25 @@
 //! What a clock's tolerance adds, and the worst response time, as parts of the text report.
 
-use super::columns::{Cell, columns, left, right};
+use super::columns::{fitted, left, right};
 use crate::audit::Audit;
 use crate::audit::response::SCANS;
 use crate::timing::table::Evidence;
 
-/// The longest scan without the table's factor, where the factor is a clock's tolerance: one row for the head.
-pub(super) fn nominal(audit: &Audit) -> Option<Vec<Cell>> {
+/// The longest scan without the table's factor, where the factor is a clock's tolerance.
+pub(super) fn nominal(audit: &Audit) -> Option<String> {
     audit.clocked?;
     let factor = audit.table.factor.as_ref()?;
-    Some(vec![
-        left("nominal"),
-        right(factor.without.best_text()),
-        left(format!(
-            "without the factor {} on the whole scan ({}): {}",
-            factor.text, factor.evidence, factor.source
-        )),
-    ])
+    Some(format!(
+        "{} without the factor {} on the whole scan ({}): {}",
+        factor.without.best_text(),
+        factor.text,
+        factor.evidence,
+        factor.source
+    ))
 }
 
 /// The worst response time with its parts; nothing if it was not asked for.
-pub(super) fn section(audit: &Audit) -> String {
+pub(super) fn section(audit: &Audit, width: usize) -> String {
     let Some(response) = &audit.response else { return String::new() };
     let row = |name: &str, time: String, what: String| vec![left(name), right(time), left(what)];
     let evidence = |evidence: Evidence| match evidence {
@@ -50,5 +49,5 @@ pub(super) fn section(audit: &Audit) -> String {
             "at most, where the program takes the input to the output within one scan".to_owned(),
         ),
     ];
-    format!("\nFrom an input's edge to an output's\n{}", columns(2, &rows))
+    format!("\nFrom an input's edge to an output's\n{}", fitted(2, &rows, width))
 }

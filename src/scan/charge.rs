@@ -37,6 +37,7 @@ impl Run<'_> {
         let number: Vec<Word> = counted.words.iter().map(|word| self.word(*word, at)).collect();
         if !Counted::is_asked(&self.frames) {
             if number.iter().any(|&word| self.memory.words.as_constant(word).is_none()) {
+                self.note_units(at, fires);
                 let most = times.with(counted.most_units());
                 return (if self.purpose == Purpose::UpperBound { most } else { times.on }, None);
             }
@@ -74,6 +75,8 @@ impl Run<'_> {
                 here => units.push((here, more)),
             }
         }
+        let beyond = circuit.and(fires, over);
+        self.note_units(at, beyond);
         if units.is_empty() {
             return (base, None);
         }

@@ -100,5 +100,5 @@ impl Run<'_> {
 /// A choice's name: the instruction that makes it.
 pub(super) fn describe(program: &Program, at: usize) -> String {
     let instruction = &program.instructions[at];
-    format!("`{}` in line {}", instruction.text, instruction.place.line)
+    format!("`{}` in {}", instruction.text, program.told(instruction.place))
 }

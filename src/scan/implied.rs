@@ -220,14 +220,14 @@ impl Implied {
     /// `before` has that, and where both are the same.
     pub fn keep_also(
         &mut self,
-        before: impl Fn(Word) -> Option<(Word, Lit)>,
+        before: &FxHashMap<Word, (Word, Lit)>,
         circuit: &Circuit,
         words: &Words,
     ) {
         let known: Vec<(Word, Ring)> =
             self.words.iter().map(|(&word, &ring)| (word, ring)).collect();
         for (short, ring) in known {
-            if let Some((word, under)) = before(short)
+            if let Some(&(word, under)) = before.get(&short)
                 && self.holds(circuit, words, under)
             {
                 let known = self.words.entry(word).or_insert(Ring::TOP);

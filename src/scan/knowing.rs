@@ -91,14 +91,7 @@ impl Known {
         let known = implied.take().filter(|(by, _)| *by == reached);
         let known = known.unwrap_or_else(|| {
             let mut given = Implied::by(circuit, words, always, reached);
-            given.keep_also(
-                |short| {
-                    let &(word, under) = before.get(&short)?;
-                    Some((word, under))
-                },
-                circuit,
-                words,
-            );
+            given.keep_also(before, circuit, words);
             (reached, given)
         });
         &implied.insert(known).1

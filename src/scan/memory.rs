@@ -1,5 +1,6 @@
 //! The symbolic memory: the newest version of every cell, guarded writes, and regions that were havocked.
 
+use super::watch::Watch;
 use super::word::{Word, Words};
 use crate::program::{BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Program, Region, WordTarget};
 use crate::scan::model::{Atom, Circuit, Havoc, Lit, Origin, ScanModel, VarId, VarKind, Variable};
@@ -32,6 +33,8 @@ pub struct Memory<'p> {
     havocs: Vec<Vec<HavockedRegion>>,
     choices: FxHashMap<ChoiceKey, VarId>,
     word_choices: Vec<bool>,
+    /// What is noted of writes, if anything is.
+    pub watch: Option<Box<Watch>>,
 }
 
 impl<'p> Memory<'p> {
@@ -47,6 +50,7 @@ impl<'p> Memory<'p> {
             havocs: vec![Vec::new(); program.areas.len()],
             choices: FxHashMap::default(),
             word_choices,
+            watch: None,
         }
     }
 
@@ -234,6 +238,9 @@ impl<'p> Memory<'p> {
     pub fn write_word(&mut self, target: WordTarget, guard: Lit, value: Word) {
         match target {
             WordTarget::Cell(cell) => {
+                if let Some(watch) = &mut self.watch {
+                    watch.written(&mut self.words, &mut self.model.circuit, cell, guard, value);
+                }
                 let old = if guard == Lit::TRUE { value } else { self.read_word(cell) };
                 let value = self.words.either(guard, value, old);
                 self.word_cells.insert(cell, self.newest(cell, value));
@@ -252,6 +259,9 @@ impl<'p> Memory<'p> {
     pub fn havoc(&mut self, region: Region, guard: Lit, frames: &[Frame], choice: ChoiceId) {
         if guard == Lit::FALSE {
             return;
+        }
+        if let Some(watch) = &mut self.watch {
+            watch.lost(&mut self.model.circuit, region, guard);
         }
         let index = u32::try_from(self.model.havocs.len()).expect("too many havocked regions");
         self.model.havocs.push(Havoc { happened: guard, frames: frames.to_vec(), choice });

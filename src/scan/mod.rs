@@ -5,10 +5,14 @@
 
 mod answer;
 mod charge;
+#[cfg(test)]
+mod choice_tests;
 mod expression;
+mod far;
 pub mod fit;
 pub mod groups;
 mod implied;
+pub mod keeping;
 mod knowing;
 mod memory;
 pub mod model;
@@ -16,18 +20,20 @@ mod number;
 mod settling;
 mod spans;
 mod term;
+mod watch;
 mod word;
 
 use crate::base::time::Times;
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    BitSource, Cell, Effect, Exit, Frame, Join, Logic, Program, Relation, Source, Step, Summary,
-    When, WordSource, Write,
+    BitSource, Cell, Effect, Exit, Frame, Join, Logic, Program, Source, Step, Summary, When,
+    WordSource, Write,
 };
 use crate::scan::model::{Iterations, Lit, ScanModel, Unbounded};
 use fit::SizeLimits;
 use memory::Memory;
 use std::collections::{BTreeMap, BTreeSet};
+use watch::Watch;
 use word::Word;
 
 /// Why a program has no scan model.
@@ -115,7 +121,7 @@ pub fn scan_model_knowing(
     purpose: Purpose,
     limits: &SizeLimits<'_>,
 ) -> Result<ScanModel, ScanError> {
-    Ok(run(program, times, knowledge, purpose, limits, &[])?.0)
+    Ok(run(program, times, knowledge, purpose, limits, None, |_| ())?.0)
 }
 
 /// The model of upper bounds, and what these bits hold when the scan ends.
@@ -128,17 +134,20 @@ pub fn scan_model_to_end(
     limits: &SizeLimits<'_>,
     bits: &[Cell],
 ) -> Result<(ScanModel, Vec<Lit>), ScanError> {
-    run(program, times, &Knowledge::new(), Purpose::UpperBound, limits, bits)
+    let ends = |memory: &mut Memory<'_>| bits.iter().map(|&bit| memory.read_bit(bit)).collect();
+    run(program, times, &Knowledge::new(), Purpose::UpperBound, limits, None, ends)
 }
 
-fn run(
+/// The model, and what is asked of memory when the scan ends.
+fn run<T>(
     program: &Program,
     times: &[Times],
     knowledge: &Knowledge,
     purpose: Purpose,
     limits: &SizeLimits<'_>,
-    bits: &[Cell],
-) -> Result<(ScanModel, Vec<Lit>), ScanError> {
+    watch: Option<Box<Watch>>,
+    end: impl FnOnce(&mut Memory<'_>) -> T,
+) -> Result<(ScanModel, T), ScanError> {
     let mut run = Run {
         program,
         times,
@@ -152,6 +161,7 @@ fn run(
         limits,
         costly: BTreeSet::new(),
     };
+    run.memory.watch = watch;
     for range in &program.ranges {
         run.constrain(&range.cells, range.low, range.high);
     }
@@ -174,10 +184,10 @@ fn run(
             run.frames.pop();
         }
     }
-    let ends = bits.iter().map(|&bit| run.memory.read_bit(bit)).collect();
+    let found = end(&mut run.memory);
     // Costly instructions do no harm if the model has become whole in spite of them.
     if run.memory.words.given_up == 0 {
-        return Ok((run.memory.model, ends));
+        return Ok((run.memory.model, found));
     }
     let instruction = run.costly.first().copied().unwrap_or(0);
     Err(ScanError::Grown { instruction, costly: run.costly })
@@ -323,9 +333,10 @@ impl Run<'_> {
             }
             _ => None,
         };
-        for (slot, there) in results.slots {
-            let here = met.results.slots.get(&slot).copied().unwrap_or(there);
-            met.results.slots.insert(slot, circuit.ite(taken, there, here));
+        // What one of the paths did not save is not what the other did: it may not be asked for.
+        met.results.slots.retain(|slot, _| results.slots.contains_key(slot));
+        for (slot, here) in &mut met.results.slots {
+            *here = circuit.ite(taken, results.slots[slot], *here);
         }
         met.taken = circuit.or(met.taken, taken);
         met
@@ -411,6 +422,8 @@ impl Run<'_> {
             Write::Havoc(region, choice) => {
                 let guard = self.write_known_of(*choice, guard, at);
                 if guard != Lit::FALSE {
+                    self.note_far(*choice, *region, at);
+                    self.note_reach(guard, *choice, at);
                     for region in self.reached(*choice, *region, at) {
                         self.memory.havoc(region, guard, &self.frames, *choice);
                     }
@@ -484,14 +497,16 @@ impl Run<'_> {
             }
             Step::ForBegin { count, least, most, end } => {
                 self.hold_iterations(act.active, at, *count);
+                self.note_iterations(act.active, at, *count, *most);
                 self.iterations(act, at, *count, *least, *most, *end)?;
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
             Step::Summary(summary) => {
                 let Summary { end, charges, havocs, choice, exits, iterations } = &**summary;
-                if let Some((count, ..)) = *iterations {
+                if let Some((count, _, most)) = *iterations {
                     self.hold_iterations(act.active, at, count);
+                    self.note_iterations(act.active, at, count, most);
                 }
                 match *iterations {
                     Some(iterations) if self.purpose == Purpose::LowerBound => {
@@ -666,6 +681,7 @@ impl Run<'_> {
         };
         let word = self.word(word, at);
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        self.memory.model.counting.extend(far::parts(words, &[word]));
         let known = words.most(circuit, word);
         let iterations = known.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(once));
         if !self.knowledge.is_empty() {
@@ -687,26 +703,8 @@ impl Run<'_> {
 
     /// Whether a number of these words, least first, lies in a range.
     fn within(&mut self, value: &[Word], signed: bool, low: i64, high: i64) -> Lit {
-        let bits = 16 * value.len() as u32;
-        let (least, largest) = match signed {
-            true => (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1),
-            false => (0, (1i64 << bits) - 1),
-        };
-        if low > largest || high < least {
-            return Lit::FALSE;
-        }
-        let limits = [
-            (low.max(least), Relation::GreaterOrEqual),
-            (high.min(largest), Relation::LessOrEqual),
-        ];
-        limits.into_iter().fold(Lit::TRUE, |all, (limit, relation)| {
-            let limit: Vec<Word> = (0..value.len())
-                .map(|i| self.memory.words.constant((limit >> (16 * i)) as u16))
-                .collect();
-            let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
-            let holds = number::compare(words, circuit, relation, signed, value, &limit);
-            self.memory.circuit().and(all, holds)
-        })
+        let Memory { words, model, .. } = &mut self.memory;
+        number::within(words, &mut model.circuit, value, signed, low, high)
     }
 
     /// Leaves out all scans in which this does not hold where that does.

@@ -56,6 +56,33 @@ pub fn bitwise(words: &mut Words, a: &[Word], b: &[Word], gate: Gate) -> Vec<Wor
     a.iter().zip(b).map(|(&x, &y)| words.bitwise(gate, x, y)).collect()
 }
 
+/// Whether a number of these words, least first, lies in a range.
+pub fn within(
+    words: &mut Words,
+    circuit: &mut Circuit,
+    value: &[Word],
+    signed: bool,
+    low: i64,
+    high: i64,
+) -> Lit {
+    let bits = 16 * value.len() as u32;
+    let (least, largest) = match signed {
+        true => (-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1),
+        false => (0, (1i64 << bits) - 1),
+    };
+    if low > largest || high < least || low > high {
+        return Lit::FALSE;
+    }
+    let limits =
+        [(low.max(least), Relation::GreaterOrEqual), (high.min(largest), Relation::LessOrEqual)];
+    limits.into_iter().fold(Lit::TRUE, |all, (limit, relation)| {
+        let limit: Vec<Word> =
+            (0..value.len()).map(|i| words.constant((limit >> (16 * i)) as u16)).collect();
+        let holds = compare(words, circuit, relation, signed, value, &limit);
+        circuit.and(all, holds)
+    })
+}
+
 /// Compares two numbers as integers.
 pub fn compare(
     words: &mut Words,

@@ -84,15 +84,15 @@ impl<'p> Run<'p> {
     /// the end of its area it reaches nothing, as README says of what is not modelled.
     pub(super) fn reached(&mut self, choice: ChoiceId, region: Region, at: usize) -> Vec<Region> {
         let program = self.program;
-        let Some(indexed) = program.indexed.get(&choice) else { return vec![region] };
+        let indexed = program.indexed.get(&choice).filter(|indexed| indexed.shares_area(region));
+        let Some(indexed) = indexed else { return vec![region] };
         let Some(stretches) = self.reach(indexed, at) else { return vec![region] };
         let area = indexed.first.area;
         let is_closer = match region {
             Region::Range { count: more, .. } => {
                 stretches.iter().map(|&(_, count)| u64::from(count)).sum::<u64>() < more.into()
             }
-            Region::Area(whole) => whole == area,
-            Region::Everything => false,
+            Region::Area(_) | Region::Everything => true,
         };
         if !is_closer {
             return vec![region];
@@ -361,7 +361,7 @@ impl<'p> Run<'p> {
     }
 
     /// What words may hold.
-    fn may_hold(&mut self, sources: &[WordSource], at: usize) -> Option<Vec<Ring>> {
+    pub(super) fn may_hold(&mut self, sources: &[WordSource], at: usize) -> Option<Vec<Ring>> {
         let mut found = Vec::with_capacity(sources.len());
         for &source in sources {
             if !self.is_steady_word(source) {

@@ -6,7 +6,8 @@
 //! second one of them is false becomes a new soft literal of that weight, an output of a totalizer. When all soft
 //! literals that are left can be true together, the bound is met. Heavier ones come first (stratification).
 //!
-//! What is special to ladder programs: nearly all conflicts are local. So the search begins with small partitions of
+//! Guards that exclude each other by their form are taken together first (`exclusive`). What is special to ladder
+//! programs: nearly all conflicts are local. So the search begins with small partitions of
 //! the program, as they follow each other in the order of execution, each with a small solver of its own, and goes on
 //! with larger ones. A partition's clauses are a subset of the whole's, so its cores are cores of the whole. No two
 //! partitions share a soft literal, so all threads work on them side by side. In between, `propagation` looks for cores

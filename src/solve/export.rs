@@ -1,7 +1,7 @@
 //! A group's question in the formats of other solvers: WCNF for MaxSAT, SMT-LIB 2 for SMT.
 
 use super::clauses::Clauses;
-use super::{Group, Problem};
+use super::{Group, Item, Problem};
 use crate::base::time::Picos;
 use crate::scan::model::{Atom, Lit, Node, Portion, ScanModel, VarId, VarKind};
 use std::collections::BTreeMap;
@@ -86,6 +86,32 @@ pub fn certificate(
     total(&mut text, &problem, charge);
     line(&mut text, format_args!("(assert (> total {}))", bound.0));
     text.push_str("(check-sat)\n");
+    text
+}
+
+/// Whether any of a group's charges can be reached, whatever it costs: `head` says what is asked, `charge` what it is
+/// that never happens. A solver that answers `unsat` confirms that none can.
+#[must_use]
+pub fn never(
+    model: &ScanModel,
+    group: &Group,
+    head: &[String],
+    charge: &dyn Fn(usize) -> String,
+) -> String {
+    let problem = Problem::with_negations(model, group);
+    let mut text = String::new();
+    head.iter().for_each(|one| line(&mut text, format_args!("; {}", one_line(one))));
+    text.push_str("(set-logic QF_BV)\n");
+    definitions(&mut text, model, &problem);
+    text.push_str("(assert (or false\n");
+    for &index in &group.charges {
+        // What the formula rules out by its form is asked of no gate.
+        let of = |item: &&Item| item.charges.contains(&index);
+        let guard = problem.items.iter().find(of).map_or(Lit::FALSE, |item| item.guard);
+        let guard = if model.charges[index].reached == Lit::TRUE { Lit::TRUE } else { guard };
+        line(&mut text, format_args!("  {} ; {}", reference(guard), one_line(&charge(index))));
+    }
+    text.push_str("))\n(check-sat)\n");
     text
 }
 

@@ -7,6 +7,7 @@ mod explain;
 pub mod export;
 mod formula;
 mod hitting;
+mod impossible;
 pub mod inductive;
 mod maxima;
 mod oracle;
@@ -18,6 +19,7 @@ mod totalizer;
 pub mod trace;
 
 pub use explain::exclusions;
+pub use impossible::impossible;
 pub use maxima::{maxima, methods};
 pub use problem::{Item, Problem};
 pub use second::{Opinion, second_opinion};

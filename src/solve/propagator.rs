@@ -122,6 +122,11 @@ impl Propagator {
         of(variable) + of(-variable)
     }
 
+    /// How many assumptions are held.
+    pub fn level(&self) -> usize {
+        self.limits.len()
+    }
+
     /// What follows from the assumptions, these among them.
     pub fn implied(&self) -> &[i32] {
         &self.trail[self.limits.first().copied().unwrap_or(0)..]

@@ -17,6 +17,8 @@ mod rungs;
 mod slice;
 mod slots;
 mod state;
+#[cfg(test)]
+mod tests;
 mod write;
 
 use super::{Pass, Settings, loops};
@@ -183,6 +185,9 @@ fn keeps(program: &Program, slots: &Slots, written: &[Option<Ring>]) -> BTreeSet
 }
 
 /// Whether nobody but the program has reason to write a cell, which is 0 at power-up.
+///
+/// What may change at any moment is named here so that nothing is said of it. No bound can rest on what is believed of it
+/// either way: every read of it is any value (`passes::interrupts`).
 #[must_use]
 pub fn is_ours(program: &Program, cell: Cell) -> bool {
     let holds = |region: &Region| region.holds(cell);
@@ -217,28 +222,27 @@ fn writers(program: &Program, kept: &mut [TrustedRange]) {
 
 /// Puts into the program what was found.
 fn apply(program: &mut Program, found: &Found) {
-    let points = points(program);
+    let indexed = &program.indexed;
+    // Beyond the end of its area it reaches nothing, as README says of what is not modelled.
     let reach = |choice: ChoiceId, region: Region| match found.reaches.get(&choice) {
-        // Beyond the last device that the program names there may be none, and the CPU may do otherwise.
         Some(&Some((low, high))) => {
-            let area = match region {
-                Region::Area(area) => area,
-                Region::Range { first, .. } => first.area,
-                Region::Everything => return None,
-            };
-            points.get(&area.0).filter(|&&points| high < points)?;
-            let first = Cell { area, index: low };
+            let indexed = indexed.get(&choice).filter(|indexed| indexed.may_reach(region))?;
+            let first = Cell { index: low, ..indexed.first };
             Some(Region::Range { first, count: high - low + 1 })
         }
         _ => None,
     };
     let mut counted: BTreeSet<usize> = BTreeSet::new();
+    let mut reached: BTreeMap<ChoiceId, (u32, u32)> = BTreeMap::new();
     for (at, instruction) in program.instructions.iter_mut().enumerate() {
         for effect in &mut instruction.effects {
             if let Write::Havoc(region, choice) = &mut effect.write
                 && let Some(closer) = reach(*choice, *region)
             {
                 *region = closer;
+                reached.extend(
+                    found.reaches.get(choice).copied().flatten().map(|ends| (*choice, ends)),
+                );
             }
         }
         if let Some(Units::Counted(units)) = instruction.timing.as_mut().map(|key| &mut key.units)
@@ -263,36 +267,9 @@ fn apply(program: &mut Program, found: &Found) {
         !(counted.contains(&one.instruction)
             && matches!(one.what, Approximated::UnknownCount { .. }))
     });
-    loops::lower(program, &found.turns);
-}
-
-/// How many devices of each area there are at least: up to the last that the program names.
-fn points(program: &Program) -> BTreeMap<u16, u32> {
-    let mut points: BTreeMap<u16, u32> = BTreeMap::new();
-    let mut name = |cell: Cell| {
-        let known = points.entry(cell.area.0).or_default();
-        *known = (*known).max(cell.index.saturating_add(1));
-    };
-    for instruction in &program.instructions {
-        instruction.each_read(&mut |source| {
-            use crate::program::{BitSource, Source, WordSource};
-            match source {
-                Source::Bit(BitSource::Cell(cell) | BitSource::WordBit(cell, _))
-                | Source::Word(WordSource::Cell(cell)) => name(cell),
-                Source::Word(WordSource::Bits { first, count }) => {
-                    name(first.plus(u32::from(count) - 1));
-                }
-                _ => {}
-            }
-        });
-        for effect in &instruction.effects {
-            for region in crate::program::flow::written_by(&effect.write) {
-                if let Region::Range { first, .. } = region {
-                    name(first);
-                }
-            }
-        }
+    for (choice, ends) in reached {
+        program.indexed.entry(choice).and_modify(|indexed| indexed.found = Some(ends));
     }
-    program.indexed.values().for_each(|indexed| name(indexed.first));
-    points
+    program.narrowed.append(&mut counted);
+    loops::lower(program, &found.turns);
 }

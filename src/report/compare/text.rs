@@ -29,6 +29,13 @@ pub fn render(found: &Comparison) -> String {
     text
 }
 
+/// The verdict in a sentence.
+#[must_use]
+pub fn answer(found: &Comparison) -> String {
+    let text = anstream::adapter::strip_str(&verdict(found)).to_string();
+    text.trim_end().to_owned()
+}
+
 /// What the scans are: measured, unless their file says that they are not.
 fn kind(found: &Comparison) -> &'static str {
     if found.measured.emulated { "emulated" } else { "measured" }

@@ -16,6 +16,12 @@ impl Lit {
     /// Never true.
     pub const FALSE: Lit = Lit(1);
 
+    /// A node's output.
+    #[must_use]
+    pub fn positive(node: usize) -> Lit {
+        Lit(u32::try_from(node << 1).expect("nodes are numbered in 31 bits"))
+    }
+
     /// The node.
     #[must_use]
     pub fn node(self) -> usize {

@@ -9,7 +9,7 @@ pub use shared::Shared;
 
 use crate::base::time::Picos;
 use crate::program::{Cell, ChoiceId, ChoiceKey, Frame, Settled};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// What a free variable holds.
@@ -42,6 +42,25 @@ pub struct Havoc {
     pub frames: Vec<Frame>,
     /// Under which choice.
     pub choice: ChoiceId,
+}
+
+/// A write of any value to where an index says that is not known, or to anywhere at all.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FarWrite {
+    /// The instruction, an index into `Program::instructions`.
+    pub instruction: usize,
+    /// Under which choice.
+    pub choice: ChoiceId,
+    /// Whether an index says where.
+    pub has_index: bool,
+    /// How often it is executed.
+    pub executions: u32,
+    /// Whether in one execution the index comes from nothing that another such write may have left.
+    pub is_first: bool,
+    /// Cells of which the index may hold what they were when the scan starts.
+    pub starts: BTreeSet<Cell>,
+    /// Other such writes from which the index may come.
+    pub follows: BTreeSet<ChoiceId>,
 }
 
 /// A free variable.
@@ -95,10 +114,16 @@ impl Charge {
     /// What it costs where the circuit's nodes have these values.
     #[must_use]
     pub fn cost(&self, values: &Values) -> Picos {
-        match (values.get(self.fires), values.get(self.reached)) {
+        self.cost_by(|lit| values.get(lit))
+    }
+
+    /// What it costs where its literals have these values.
+    #[must_use]
+    pub fn cost_by(&self, value: impl Fn(Lit) -> bool) -> Picos {
+        match (value(self.fires), value(self.reached)) {
             (true, _) => {
                 let (base, units) = self.fired();
-                let handled = units.iter().filter(|(handled, _)| values.get(*handled));
+                let handled = units.iter().filter(|(handled, _)| value(*handled));
                 base + handled.map(|(_, more)| *more).sum()
             }
             (false, true) => self.off,
@@ -167,6 +192,10 @@ pub struct ScanModel {
     pub constraints: Vec<Lit>,
     /// The writes of any value, in order of execution.
     pub havocs: Vec<Havoc>,
+    /// The free words from which the counts of summarised loops come.
+    pub counting: BTreeSet<VarId>,
+    /// The writes of which it is not known where they go, in order of execution.
+    pub far_writes: Vec<FarWrite>,
     /// Where a scan goes round for ever.
     pub unbounded: Vec<Unbounded>,
     /// How many iterations summarised loops make at most, by what their counts can say.

@@ -24,6 +24,9 @@ const FEWEST: usize = 8;
 /// How many passes there are at most; further cores are left to the solver.
 const PASSES: usize = 3;
 
+/// Larger cores are only asked for what propagation uses of them, and not literal by literal.
+const LARGEST: usize = 40;
+
 /// How many soft literals are looked at between two looks at the clock.
 const LOOK: usize = 64;
 
@@ -189,15 +192,35 @@ fn shrunk(
     if core.len() <= 2 {
         return core;
     }
+    // What comes last is used least.
+    loop {
+        probe.back(0);
+        let used = core.iter().find_map(|&literal| probe.require(literal));
+        let Some(used) = used.filter(|used| used.len() < core.len()) else { break };
+        core.retain(|literal| used.contains(literal));
+        core.reverse();
+    }
+    if core.len() > LARGEST {
+        probe.back(0);
+        return core;
+    }
     core.sort_unstable_by_key(|&literal| (Reverse(objective.weight(literal)), literal));
+    // The probe's level behind each of the core's first literals that it holds: from one question to the next they stay.
+    let mut levels = vec![0];
     let mut at = core.len();
     while at > 0 && core.len() > 1 && !limits.reached() {
         at -= 1;
-        probe.back(0);
-        let others = core.iter().enumerate().filter(|&(other, _)| other != at);
-        if let Some(smaller) =
-            others.map(|(_, &literal)| literal).find_map(|literal| probe.require(literal))
-        {
+        levels.truncate(at + 1);
+        probe.back(levels[levels.len() - 1]);
+        let mut smaller = None;
+        while smaller.is_none() && levels.len() <= at {
+            smaller = probe.require(core[levels.len() - 1]);
+            levels.push(probe.level());
+        }
+        let behind = || core[at + 1..].iter().find_map(|&literal| probe.require(literal));
+        if let Some(smaller) = smaller.or_else(behind) {
+            let gone = core.iter().position(|literal| !smaller.contains(literal));
+            levels.truncate(gone.map_or(levels.len(), |gone| gone + 1));
             core.retain(|literal| smaller.contains(literal));
             at = at.min(core.len());
         }

@@ -214,6 +214,7 @@ impl Emitter<'_> {
                         readings: vec![vec![WordSource::Const(0)]],
                         length,
                         stated: None,
+                        found: None,
                     };
                     let is_switched = self.is_switched(device.name);
                     found.push((area, Some(indexed).filter(|_| is_counted && !is_switched)));
@@ -229,7 +230,17 @@ impl Emitter<'_> {
                 _ => None,
             });
             let lost: Vec<ChoiceId> = lost.collect();
-            if let (true, [choice]) = (alone, &lost[..]) {
+            // All that is written in this area with that choice is narrowed to these cells later.
+            let others = |choice: ChoiceId| {
+                let is_one = |effect: &&Effect| match effect.write {
+                    Write::Havoc(region, own) => own == choice && indexed.shares_area(region),
+                    _ => false,
+                };
+                effects.iter().filter(is_one).count() > 1
+            };
+            if let (true, [choice]) = (alone, &lost[..])
+                && !others(*choice)
+            {
                 self.out.program.indexed.insert(*choice, indexed.clone());
             }
         }
@@ -276,7 +287,13 @@ impl Emitter<'_> {
                 _ => readings.push(wide),
             }
         }
-        Some(Indexed { first: Cell { area, index: number }, readings, length, stated: None })
+        Some(Indexed {
+            first: Cell { area, index: number },
+            readings,
+            length,
+            stated: None,
+            found: None,
+        })
     }
 
     /// A special relay that the outside switches, but not twice within a scan: the clocks.

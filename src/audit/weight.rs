@@ -1,0 +1,160 @@
+//! What each free value of a scan is worth: how much less the scan would cost if it alone were another.
+
+use crate::base::time::Picos;
+use crate::scan::model::{Assignment, Atom, Lit, Node, ScanModel, Values, VarKind};
+
+/// So many other values are tried at once: one a bit.
+const LANES: usize = 64;
+
+/// One value that is tried in place of another.
+struct Trial {
+    /// Which of the variables asked for.
+    of: usize,
+    variable: usize,
+    value: u16,
+}
+
+/// For each of these variables the time that the charges lose at most where it alone has another value. A bit is
+/// turned over; of a word a few values are tried, since what the program holds against it is mostly 0, 1 or a sign.
+pub fn weights(
+    model: &ScanModel,
+    assignment: &Assignment,
+    charges: &[usize],
+    variables: &[usize],
+) -> Vec<Picos> {
+    let mut trials = Vec::new();
+    for (of, &variable) in variables.iter().enumerate() {
+        let now = assignment.0[variable];
+        let others: &[u16] = match model.variables[variable].kind {
+            VarKind::Bit => &[0, 1],
+            VarKind::Word => &[0, 1, 0x7FFF, 0x8000],
+        };
+        let others = others.iter().filter(|&&value| value != now);
+        trials.extend(others.map(|&value| Trial { of, variable, value }));
+    }
+    let values = model.circuit.evaluate(assignment);
+    let mut worth = vec![Picos::ZERO; variables.len()];
+    let mut lane_of: Vec<Vec<usize>> = vec![Vec::new(); model.variables.len()];
+    for batch in trials.chunks(LANES) {
+        batch.iter().enumerate().for_each(|(lane, trial)| lane_of[trial.variable].push(lane));
+        let changes = Changes::of(model, &values, batch, &lane_of);
+        for (trial, lost) in batch.iter().zip(losses(model, charges, &changes, batch.len())) {
+            worth[trial.of] = worth[trial.of].max(lost);
+        }
+        batch.iter().for_each(|trial| lane_of[trial.variable].clear());
+    }
+    worth
+}
+
+/// What every node is as things are, and in which lanes it is another.
+struct Changes<'a> {
+    values: &'a Values,
+    turned: Vec<u64>,
+}
+
+impl<'a> Changes<'a> {
+    fn of(
+        model: &ScanModel,
+        values: &'a Values,
+        batch: &[Trial],
+        lane_of: &[Vec<usize>],
+    ) -> Changes<'a> {
+        let nodes = model.circuit.nodes();
+        let mut changes = Changes { values, turned: vec![0; nodes.len()] };
+        for (index, node) in nodes.iter().enumerate() {
+            let now = || changes.values.get(Lit::positive(index));
+            changes.turned[index] = match *node {
+                Node::True => 0,
+                Node::Atom(atom) => {
+                    let is = |word: u16| match atom {
+                        Atom::Bit(_) => word != 0,
+                        Atom::AtLeast(_, threshold) => word >= threshold,
+                        Atom::WordBit(_, bit) => word >> bit & 1 == 1,
+                    };
+                    let lanes = lane_of[atom.variable().0 as usize].iter();
+                    let turns = lanes.filter(|&&lane| is(batch[lane].value) != now());
+                    turns.fold(0, |all, &lane| all | 1 << lane)
+                }
+                Node::And(a, b) if changes.turned[a.node()] | changes.turned[b.node()] == 0 => 0,
+                Node::And(a, b) => (changes.lanes(a) & changes.lanes(b)) ^ every(now()),
+            };
+        }
+        changes
+    }
+
+    /// What it is in every lane.
+    fn lanes(&self, lit: Lit) -> u64 {
+        every(self.values.get(lit)) ^ self.turned[lit.node()]
+    }
+
+    fn lane(&self, lit: Lit, lane: usize) -> bool {
+        self.lanes(lit) >> lane & 1 == 1
+    }
+}
+
+/// The same in every lane.
+fn every(value: bool) -> u64 {
+    if value { u64::MAX } else { 0 }
+}
+
+/// How much less the charges cost in each lane.
+fn losses(model: &ScanModel, charges: &[usize], changes: &Changes<'_>, lanes: usize) -> Vec<Picos> {
+    let mut more = vec![Picos::ZERO; lanes];
+    let mut less = vec![Picos::ZERO; lanes];
+    for &index in charges {
+        let charge = &model.charges[index];
+        let turned = charge.literals().fold(0, |all, lit| all | changes.turned[lit.node()]);
+        if turned == 0 {
+            continue;
+        }
+        let now = charge.cost(changes.values);
+        for lane in (0..lanes).filter(|lane| turned >> lane & 1 == 1) {
+            let then = charge.cost_by(|lit| changes.lane(lit, lane));
+            less[lane] += now.checked_sub(then).unwrap_or_default();
+            more[lane] += then.checked_sub(now).unwrap_or_default();
+        }
+    }
+    less.iter().zip(more).map(|(less, more)| less.checked_sub(more).unwrap_or_default()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::{AreaId, Cell};
+    use crate::scan::model::{Charge, Origin, VarId, Variable};
+
+    #[test]
+    fn a_value_is_worth_what_the_scan_loses_without_it() {
+        let mut model = ScanModel::default();
+        for index in 0..70 {
+            model.variables.push(Variable {
+                kind: if index == 69 { VarKind::Word } else { VarKind::Bit },
+                origin: Origin::Start(Cell { area: AreaId(0), index }),
+                name: format!("X{index}"),
+            });
+        }
+        let bits: Vec<Lit> = (0..69).map(|v| model.circuit.atom(Atom::Bit(VarId(v)))).collect();
+        let word = model.circuit.atom(Atom::AtLeast(VarId(69), 10));
+        let both = model.circuit.and(bits[0], bits[1]);
+        let last = model.circuit.and(bits[68], word);
+        for (fires, on, off) in [(both, 50, 2), (!bits[1], 10, 0), (last, 7, 0)] {
+            model.charges.push(Charge {
+                instruction: 0,
+                frames: Vec::new(),
+                reached: Lit::TRUE,
+                fires,
+                on: Picos(on),
+                off: Picos(off),
+                counted: None,
+            });
+        }
+        let mut values = vec![1; 70];
+        values[69] = 12;
+        let all: Vec<usize> = (0..70).collect();
+        let found = weights(&model, &Assignment(values), &[0, 1, 2], &all);
+        // Without X1 the second charge runs in place of the first.
+        assert_eq!((found[0], found[1]), (Picos(48), Picos(38)));
+        assert!(found[2..68].iter().all(|&worth| worth == Picos::ZERO));
+        assert_eq!((found[68], found[69]), (Picos(7), Picos(7)));
+    }
+}

@@ -1,0 +1,52 @@
+//! What is written at a device that has an index, or as far as a word counts.
+
+use super::{Cell, Region, WordSource};
+
+/// The cells that an instruction writes whose device has an index, or of which a word counts how many there are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Indexed {
+    /// The first cell if the index is 0.
+    pub first: Cell,
+    /// The index, each way in which it may be read: a signed number, its least word first. Which holds is not known.
+    pub readings: Vec<Vec<WordSource>>,
+    /// How many cells are written from there on.
+    pub length: Length,
+    /// What the user stated of the index: the least and the largest.
+    pub stated: Option<(i64, i64)>,
+    /// The least and the largest cell that are written, as `passes::values` found.
+    pub found: Option<(u32, u32)>,
+}
+
+impl Indexed {
+    /// Whether a region lies in the area of these cells. Another that is written with them is none of theirs, and none that
+    /// is written with the same choice lies there besides.
+    #[must_use]
+    pub fn shares_area(&self, region: Region) -> bool {
+        match region {
+            Region::Area(area) => area == self.first.area,
+            Region::Range { first, .. } => first.area == self.first.area,
+            Region::Everything => false,
+        }
+    }
+
+    /// Whether a region is what these cells are some of: their area, or all from the first on.
+    #[must_use]
+    pub fn may_reach(&self, region: Region) -> bool {
+        match region {
+            Region::Area(area) => area == self.first.area,
+            Region::Range { first, count } => first == self.first && count > 1,
+            Region::Everything => false,
+        }
+    }
+}
+
+/// How many cells an instruction writes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Length {
+    /// A known number.
+    Exactly(u32),
+    /// A number for each that a word counts.
+    Counted(WordSource, u32),
+    /// It is not known.
+    Unknown,
+}

@@ -1,0 +1,27 @@
+//! Places of the source in words: with the file where there are several.
+
+use super::Program;
+use crate::base::location::Location;
+
+/// A file's name without its directories, where that tells it from the others.
+#[must_use]
+pub fn short<'a>(name: &'a str, all: impl Iterator<Item = &'a str>) -> &'a str {
+    let last = |name: &'a str| name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let own = last(name);
+    if all.filter(|other| last(other) == own).count() == 1 { own } else { name }
+}
+
+impl Program {
+    /// `line 5`, or `MAIN.csv:5` where there are several files.
+    #[must_use]
+    pub fn told(&self, at: Location) -> String {
+        match self.files.len() {
+            // Programs made by hand may have no files.
+            0 | 1 => format!("line {}", at.line),
+            _ => {
+                let names = self.files.iter().map(|file| file.name.as_str());
+                format!("{}:{}", short(&at.of(&self.files).name, names), at.line)
+            }
+        }
+    }
+}

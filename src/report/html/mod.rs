@@ -1,0 +1,87 @@
+//! An audit as one page for a browser, without a network: the bound and its parts, what to do, and all rungs drawn as ladder
+//! with the longest scan lit.
+//!
+//! The page holds data and draws it itself, a rung when it comes into view: so it stays small where a project is large.
+
+mod data;
+
+use super::format::{Detail, Extent, Format};
+use super::{compare, json, text};
+use crate::audit::Audit;
+use crate::audit::verdict::Check;
+use std::io::{self, Write};
+
+/// A page for a browser.
+pub const FORMAT: Format = Format {
+    name: "html",
+    about: "One page for a browser, with the ladder drawn",
+    suffixes: &["html", "htm"],
+    draws: true,
+    audit: write,
+    compare: |found, out| {
+        let told = compare::text::render(found);
+        out.write_all(told_only("Measured scan times against the bound", &told).as_bytes())
+    },
+    diff: |found, extent, out| {
+        let mut told = Vec::new();
+        (text::FORMAT.diff)(found, Extent { width: WIDTH, ..extent }, &mut told)?;
+        let told = String::from_utf8_lossy(&told);
+        out.write_all(told_only("Two versions of a program", &told).as_bytes())
+    },
+};
+
+const PAGE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// The text's columns.
+const WIDTH: usize = 110;
+
+fn write(audit: &Audit, check: Option<&Check>, _: Extent, out: &mut dyn Write) -> io::Result<()> {
+    let extent =
+        Extent { detail: Detail::Usual, width: WIDTH, height: usize::MAX, ..Extent::default() };
+    let plain = |text: &str| anstream::adapter::strip_str(text).to_string();
+    let data = format!(
+        "{{\"version\":{},\"answer\":{},\"text\":{},\"report\":{},\"ladder\":{}}}",
+        serde_json::to_string(env!("CARGO_PKG_VERSION"))?,
+        serde_json::to_string(&plain(&text::answer(audit, check, extent)))?,
+        serde_json::to_string(&plain(&text::render(audit, check, extent)))?,
+        json::without_charges(audit, check)?,
+        serde_json::to_string(&data::ladder(audit))?,
+    );
+    // Nothing in it ends the element that holds it.
+    let data = data.replace('<', "\\u003c");
+    let body = format!(
+        "<main id=\"page\"></main>\n<noscript><pre>{}</pre></noscript>\n<script type=\"application/json\" id=\"data\">{data}</script>\n<script>{SCRIPT}</script>",
+        escaped(&plain(&text::render(audit, check, extent)))
+    );
+    write!(out, "{}", framed(&title(audit), &body))
+}
+
+/// A page that holds a text.
+fn told_only(title: &str, told: &str) -> String {
+    let told = anstream::adapter::strip_str(told).to_string();
+    framed(title, &format!("<main><h1>{}</h1><pre>{}</pre></main>", escaped(title), escaped(&told)))
+}
+
+fn framed(title: &str, body: &str) -> String {
+    // The body comes last: what it holds is replaced by nothing.
+    let head = PAGE.replace("{{title}}", &escaped(title)).replace("{{style}}", STYLE);
+    match head.split_once("{{body}}") {
+        Some((before, after)) => [before, body, after].concat(),
+        None => head,
+    }
+}
+
+fn title(audit: &Audit) -> String {
+    let name = |file: &String| file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
+    let first = audit.files.first().map(name).unwrap_or_default();
+    match audit.files.len() {
+        0 | 1 => first,
+        n => format!("{first} and {} more", n - 1),
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

@@ -1,0 +1,116 @@
+//! Results as JUnit XML: a case for the limit, so that a pipeline shows it among its tests.
+
+use super::format::{Detail, Extent, Format};
+use super::text::{self, verdict};
+use super::{compare, diff};
+use crate::audit::Audit;
+use crate::audit::difference::Difference;
+use crate::audit::verdict::{Check, Verdict};
+use crate::measured::Comparison;
+use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
+use std::io::{self, Write};
+
+/// XML for servers that show tests.
+pub const FORMAT: Format = Format {
+    name: "junit",
+    about: "JUnit XML for pipelines",
+    suffixes: &["xml"],
+    draws: false,
+    audit: |audit, check, extent, out| write(case(audit, check, extent), &audit.files, out),
+    compare: |found, out| write(compared(found), &found.files, out),
+    diff: |found, extent, out| write(differed(found, extent), &found.new_files, out),
+};
+
+fn case(audit: &Audit, check: Option<&Check>, extent: Extent) -> TestCase {
+    let answer = verdict::answer(audit, check).plain();
+    let status = match check.map(|check| &check.verdict) {
+        _ if !audit.unbounded.is_empty() => failed("refuted", answer),
+        None | Some(Verdict::Proved) => TestCaseStatus::success(),
+        Some(Verdict::Refuted) => failed("refuted", answer),
+        Some(Verdict::Undecided(_)) => {
+            let mut status = failed("undecided", answer);
+            status.set_description(verdict::reasons(check).join("\n"));
+            status
+        }
+    };
+    let name = match check {
+        Some(check) => format!("no scan takes longer than {}", check.limit),
+        None => "the scan time is bounded".to_owned(),
+    };
+    let mut case = TestCase::new(name, status);
+    let short = Extent { detail: Detail::Short, height: usize::MAX, ..extent };
+    let shown = anstream::adapter::strip_str(&text::render(audit, check, short)).to_string();
+    case.set_system_out(shown);
+    case.set_time(audit.elapsed);
+    case
+}
+
+fn compared(found: &Comparison) -> TestCase {
+    let status = match found.above {
+        Some(_) => failed("above", compare::text::answer(found)),
+        None => TestCaseStatus::success(),
+    };
+    let mut case = TestCase::new("no measured scan takes longer than the bound", status);
+    case.set_system_out(anstream::adapter::strip_str(&compare::text::render(found)).to_string());
+    case
+}
+
+fn differed(found: &Difference, extent: Extent) -> TestCase {
+    let status = match found.is_above() {
+        true => failed("above", diff::text::answer(found)),
+        false => TestCaseStatus::success(),
+    };
+    let mut case = TestCase::new("the bound grows by no more than is allowed", status);
+    let shown = diff::text::render(found, extent);
+    case.set_system_out(anstream::adapter::strip_str(&shown).to_string());
+    case
+}
+
+fn failed(kind: &str, message: String) -> TestCaseStatus {
+    let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+    status.set_type(kind).set_message(message);
+    status
+}
+
+fn write(mut case: TestCase, files: &[String], out: &mut dyn Write) -> io::Result<()> {
+    case.set_classname("scanbound");
+    let mut suite = TestSuite::new(files.join(", "));
+    suite.add_test_case(case);
+    let mut report = Report::new("scanbound");
+    report.add_test_suite(suite);
+    let text = report.to_string().map_err(io::Error::other)?;
+    out.write_all(text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audit::fixture::fixture;
+    use crate::audit::verdict::Margin;
+    use crate::base::time::Picos;
+
+    /// The report as it is read by others: failures, and what the first case says.
+    fn read(limit: u64) -> (usize, Option<String>) {
+        let mut audit = fixture();
+        audit.doubts.clear();
+        let check = Check::new(&audit, Picos(limit), Margin::default());
+        let mut bytes = Vec::new();
+        write(case(&audit, Some(&check), Extent::default()), &audit.files, &mut bytes)
+            .expect("memory takes all");
+        let text = String::from_utf8(bytes).expect("text");
+        let report = Report::deserialize_from_str(&text).expect("JUnit");
+        let case = &report.test_suites[0].test_cases[0];
+        let told = match &case.status {
+            TestCaseStatus::NonSuccess { ty, .. } => ty.as_ref().map(|ty| ty.as_str().to_owned()),
+            _ => None,
+        };
+        (report.failures, told)
+    }
+
+    #[test]
+    fn a_limit_that_is_not_proved_is_a_failure() {
+        assert_eq!(read(600_000_000), (0, None));
+        assert_eq!(read(450_000_000), (1, Some("undecided".to_owned())));
+        assert_eq!(read(300_000_000), (1, Some("refuted".to_owned())));
+    }
+}

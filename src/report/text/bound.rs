@@ -1,0 +1,120 @@
+//! The bound to the picosecond, how it was found, and its groups.
+
+use super::style::{BAD, BOLD, CARE, FAINT};
+use super::words::{count, heading, place};
+use crate::audit::{Audit, Evidence, Share};
+use crate::base::spoken::{Scale, about};
+use crate::base::time::Picos;
+use crate::report::columns::{Cell, fitted, left, right};
+use crate::report::format::Extent;
+use crate::report::method;
+
+/// The bound, the longest scan found, the structural bound, and which search it was.
+pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
+    let bound = &audit.bound;
+    let time = |time: Picos| right(time.text_like(bound.naive));
+    let reached = match audit.is_reached() {
+        true => "; a run from power-up leads to it",
+        false => "; nothing excludes that a scan starts so, no run from power-up to it was found",
+    };
+    let mut rows: Vec<Vec<Cell>> = Vec::new();
+    let mut row =
+        |name: &str, time: Cell, what: String| rows.push(vec![left(name), time, left(what)]);
+    if !audit.unbounded.is_empty() {
+        row(
+            "longest scan",
+            right("unbounded").styled(BAD),
+            "a scan can go round a loop without end".to_owned(),
+        );
+        row(
+            "cut off",
+            time(bound.upper),
+            "at most, if each scan ends where it has gone round such a loop".to_owned(),
+        );
+    } else if audit.possible() == bound.upper {
+        let what = format!("exact: a scan that takes this long was found and replayed{reached}");
+        row("longest scan", time(bound.upper).styled(BOLD), what);
+    } else {
+        row(
+            "longest scan",
+            time(bound.upper).styled(BOLD),
+            "at most: no scan takes longer".to_owned(),
+        );
+        let what = format!("at least: a scan that takes this long was found and replayed{reached}");
+        row("", time(audit.possible()).styled(BOLD), what);
+    }
+    if let Some(why) = &audit.stands_between {
+        let what =
+            format!("the dearest scan by what is known of devices' values; between the two: {why}");
+        row("by the search", time(bound.model), what);
+    }
+    row(
+        "structural bound",
+        time(bound.naive),
+        format!(
+            "if all ran at once, each instruction at its dearer time; that not all can takes off {}{} ({})",
+            if audit.ended_early { "at least " } else { "" },
+            bound.saved(),
+            Share::of(bound.saved(), bound.naive)
+        ),
+    );
+    if let Some(first) = audit.networks.iter().map(|one| one.first).min() {
+        let what: Vec<&str> = audit.networks.iter().map(|one| one.what.as_str()).collect();
+        rows.push(vec![
+            left("plus network refresh").styled(CARE),
+            right("not stated"),
+            left(format!(
+                "of {}, first used in {}: [network] refresh = \"1.5ms\" or \"none\"",
+                what.join(", "),
+                place(audit, first)
+            )),
+        ]);
+    }
+    let mut told = |name: &str, what: Option<String>| {
+        rows.extend(what.map(|what| vec![left(name), right(""), left(what)]));
+    };
+    told("search", method::searched(audit));
+    told("confirmed", method::confirmed(audit));
+    heading("The bound, exactly", extent) + &fitted(2, &rows, extent.width)
+}
+
+/// The bound by its groups: charges that no device ties together have maxima that add up.
+pub(super) fn groups(audit: &Audit, extent: Extent) -> String {
+    let bound = &audit.bound;
+    // The factor is a row of its own here, so the others are without it.
+    let always = "what no state of the plant changes".to_owned();
+    let mut parts = vec![("always".to_owned(), audit.bare(bound.always), always)];
+    for term in &audit.overhead {
+        let why = term.why.split(';').next().unwrap_or_default();
+        let assumed = if term.evidence == Evidence::Assumed { " (assumed)" } else { "" };
+        parts.push((term.name.clone(), audit.bare(term.time), format!("{why}{assumed}")));
+    }
+    let (shown, rest) = audit.main_groups(extent.top);
+    for group in shown {
+        let exact = if group.exact() { "exact" } else { "at most" };
+        let what = format!("{exact}; structural {}", about(audit.bare(group.naive)));
+        parts.push((format!("group {}", group.id), audit.bare(group.upper), what));
+    }
+    if !rest.is_empty() {
+        let small: Picos = rest.iter().map(|group| audit.bare(group.upper)).sum();
+        let name = count(rest.len(), "small group", "small groups");
+        parts.push((name, small, String::new()));
+    }
+    if let Some(factor) = &audit.table.factor {
+        let assumed = if factor.evidence == Evidence::Assumed { " (assumed)" } else { "" };
+        let what = format!("on the rows above{assumed}");
+        parts.push((format!("factor {}", factor.text), factor.part, what));
+    }
+    let times: Vec<Picos> = parts.iter().map(|(_, time, _)| *time).collect();
+    let told = Scale::of(bound.upper).parts(&times);
+    let rows: Vec<Vec<Cell>> = parts
+        .into_iter()
+        .zip(told)
+        .map(|((name, time, what), told)| {
+            let share = Share::of(time, bound.upper).to_string();
+            vec![left(name), right(told), right(share), left(what).styled(FAINT)]
+        })
+        .collect();
+    heading("Parts of the bound: groups that depend on no common device add up", extent)
+        + &fitted(2, &rows, extent.width)
+}

@@ -1,0 +1,110 @@
+//! What the bound is founded on: assumed times, what was stated, and what is trusted.
+
+use super::style::FAINT;
+use super::words::{count, heading, list, more, place};
+use crate::audit::{Assumption, Audit, Fact, Minor, Status};
+use crate::base::spoken::{about, at_most};
+use crate::report::columns::{Cell, fitted, left, right};
+use crate::report::format::Extent;
+
+/// So many of the instructions that write a word are named.
+const MOST_WRITERS: usize = 4;
+
+pub(super) fn assumed(audit: &Audit, extent: Extent) -> String {
+    let table = &audit.table;
+    if table.assumed.is_empty() {
+        return String::new();
+    }
+    let title = format!(
+        "Assumed times: {} of the bound; in the scan that was found",
+        audit.assumed_share()
+    );
+    let rows: Vec<Vec<Cell>> = table
+        .assumed
+        .iter()
+        .take(extent.values)
+        .map(|one| {
+            let used = match one.count {
+                0 if one.row == "@factor" => {
+                    "on the whole scan: what it adds to other times".to_owned()
+                }
+                0 => "a term of the scan".to_owned(),
+                1 => "once in the program".to_owned(),
+                n => format!("{n} times in the program"),
+            };
+            let class = if one.by_class {
+                format!(", priced by its class {}", one.row)
+            } else {
+                String::new()
+            };
+            vec![left(&one.name), right(about(one.time)), left(used + &class).styled(FAINT)]
+        })
+        .collect();
+    heading(&title, extent)
+        + &fitted(2, &rows, extent.width)
+        + &more(table.assumed.len(), extent.values, "assumed time", "assumed times")
+}
+
+/// The words that are trusted, what for, and which scans that leaves out.
+pub(super) fn trusted(audit: &Audit, extent: Extent) -> String {
+    let mut lines: Vec<String> =
+        audit.assumptions.iter().map(|one| assumption(audit, one)).collect();
+    if let Some(Minor { count: n, without }) = audit.what_if.as_ref().and_then(|one| one.minor) {
+        let others = if lines.is_empty() { "" } else { "further " };
+        let words = count(n, "word or set of relays", "words or sets of relays");
+        lines.push(format!(
+            "{others}{words}, none of which lowers the bound by 0.1 % alone: without all of them the bound is {}",
+            at_most(without)
+        ));
+    }
+    if !lines.is_empty() && audit.what_if.is_none() {
+        lines.push("--what-if solves what each is worth: the bound without it".to_owned());
+    }
+    if !lines.is_empty() {
+        lines.push(
+            "not covered: the first scans after a download or a change in RUN, when memory may hold anything"
+                .to_owned(),
+        );
+    }
+    let title = "What is trusted: nobody but the program writes these (--trust none does without)"
+        .to_owned();
+    let order = if audit.what_if.is_some() { ", the dearest first" } else { "" };
+    list(&(title + order), &lines, extent)
+}
+
+/// What is trusted of a word or of relays, and the lines that write them.
+fn assumption(audit: &Audit, one: &Assumption) -> String {
+    let mut by = one
+        .written
+        .iter()
+        .take(MOST_WRITERS)
+        .map(|(at, instruction)| format!("`{instruction}` ({})", place(audit, *at)))
+        .collect::<Vec<_>>()
+        .join(", ");
+    if one.written.len() > MOST_WRITERS {
+        by += &format!(" and {} more", one.written.len() - MOST_WRITERS);
+    }
+    let without =
+        one.without.map(|bound| format!("; without that the bound is {}", at_most(bound)));
+    let without = without.unwrap_or_default();
+    match one.range {
+        Some((low, high)) => {
+            let name = one.name();
+            format!("{name} is {low} to {high} whenever a scan starts: written by {by}{without}")
+        }
+        None => {
+            let names = one.name();
+            format!("of {names} no two are on when a scan starts: written by {by}{without}")
+        }
+    }
+}
+
+/// What was stated, and whether the program keeps it.
+pub(super) fn facts(audit: &Audit) -> Vec<String> {
+    let told = |fact: &Fact| match fact.status() {
+        Status::Kept => format!("{fact}: the program writes nothing else into it"),
+        Status::Unproved => format!("{fact}: nothing here proves it"),
+        Status::Stated => fact.to_string(),
+    };
+    audit.facts.iter().map(told).collect()
+}

@@ -1,0 +1,67 @@
+//! What to do next, the most useful first.
+
+use super::style::BOLD;
+use super::words::place;
+use crate::audit::{Audit, Doubt, Share};
+use crate::base::spoken::about;
+use crate::report::columns::{Cell, left};
+
+/// So many steps are told.
+const MOST: usize = 2;
+
+/// More than this rests on assumed times before it is worth a word.
+const MUCH: Share = Share(200);
+
+/// Rows to be read behind "next".
+pub(super) fn next(audit: &Audit) -> Vec<Vec<Cell>> {
+    let label = |index: usize| left(if index == 0 { "next" } else { "" }).styled(BOLD);
+    let steps = steps(audit).into_iter().take(MOST).enumerate();
+    steps.map(|(at, step)| vec![label(at), left(step)]).collect()
+}
+
+/// All steps.
+pub(in crate::report) fn steps(audit: &Audit) -> Vec<String> {
+    let mut found = Vec::new();
+    if let Some(first) = audit.unknowns.first() {
+        let at = place(audit, first.places[0].0);
+        found.push(match first.counts() {
+            Some(counts) => format!(
+                "state what {} is at most ({at}), {} hang on it: scanbound facts",
+                first.word,
+                about(counts.cost)
+            ),
+            None => format!(
+                "state {} ({at}): what is written there may be anywhere: scanbound facts",
+                first.word
+            ),
+        });
+    }
+    if !audit.cuts.is_empty() {
+        found.push("give it more time: --time-limit 10min".to_owned());
+    }
+    for doubt in audit.all_doubts() {
+        found.extend(match doubt {
+            Doubt::Networks { .. } => Some(
+                "state what network refresh takes: [network] refresh = \"1.5ms\" (--facts)"
+                    .to_owned(),
+            ),
+            Doubt::Interrupts { name, .. } => {
+                Some(format!("state how often {name} interrupts a scan: --interrupts {name}=2"))
+            }
+            _ => None,
+        });
+    }
+    let sides: Vec<String> =
+        audit.points.iter().map(|points| format!("{}s = 64", points.side)).collect();
+    if !sides.is_empty() {
+        found.push(format!("state the I/O points fitted: [io] {} (--facts)", sides.join(", ")));
+    }
+    if audit.assumed_share() >= MUCH {
+        let first = audit.table.assumed.iter().find(|one| one.count > 0);
+        found.extend(first.map(|one| {
+            let name = one.name.split(' ').next().unwrap_or_default();
+            format!("replace assumed times, {name} first: --time {name}=1.5us, or --table FILE")
+        }));
+    }
+    found
+}

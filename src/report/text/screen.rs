@@ -1,0 +1,147 @@
+//! The first screen: the answer, what it rests on, where the time goes, what to do next.
+
+use super::next::next;
+use super::parts;
+use super::style::{BOLD, CARE};
+use super::verdict::{answer, reasons};
+use super::words::{capped, count, file, item};
+use crate::audit::verdict::{Check, Margin, Verdict};
+use crate::audit::{Audit, Doubt, Share};
+use crate::base::spoken::at_most;
+use crate::report::columns::{Cell, fitted, left};
+use crate::report::format::{Detail, Extent};
+use crate::report::response;
+use std::collections::BTreeSet;
+
+/// So many rungs are shown however small the screen is.
+const FEWEST: usize = 3;
+/// From so many thousandths on a share is told as so many times.
+const MANY_TIMES: u64 = 10_000;
+
+/// The first screen. Rungs are left out where it would be higher than the page, all else stays.
+pub(super) fn first(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
+    let mut text = answer(audit, check).lines(extent.width);
+    text += &reasons(check).iter().map(|reason| item(2, reason, extent)).collect::<String>();
+    text += &fitted(2, &fact_rows(audit), extent.width);
+    let mut last = next(audit);
+    if extent.detail == Detail::Short {
+        let told = "-v the whole report, --by program|rung|instruction where the time goes";
+        last.push(vec![left("more").styled(BOLD), left(told)]);
+    }
+    let last = fitted(2, &last, extent.width);
+    let whole = |top: usize| parts::dearest(audit, Extent { top, ..extent });
+    let lines = |part: &str| part.lines().count();
+    // A line is left for the prompt.
+    let room = extent.height.saturating_sub(1 + lines(&text) + lines(&last));
+    let over = lines(&whole(extent.top)).saturating_sub(room);
+    let top = match extent.top {
+        top if top > Extent::default().top => top,
+        top => top.saturating_sub(over).max(FEWEST.min(top)),
+    };
+    text + &whole(top) + &last
+}
+
+/// Something about the answer.
+pub(in crate::report) struct Fact {
+    pub(in crate::report) label: &'static str,
+    pub(in crate::report) told: String,
+    /// Whether it is to be seen.
+    is_care: bool,
+}
+
+fn fact_rows(audit: &Audit) -> Vec<Vec<Cell>> {
+    let row = |fact: Fact| {
+        let label = left(fact.label);
+        vec![if fact.is_care { label.styled(CARE) } else { label }, left(fact.told)]
+    };
+    facts(audit).into_iter().map(row).collect()
+}
+
+/// What the answer is about and what it rests on.
+pub(in crate::report) fn facts(audit: &Audit) -> Vec<Fact> {
+    let cpu = audit.cpu.as_ref().map_or(String::new(), |cpu| format!("{cpu}, "));
+    let files: Vec<String> =
+        (0..).take(audit.files.len()).map(|one| file(audit, one).to_owned()).collect();
+    let fact = |label, told| Fact { label, told, is_care: false };
+    let mut found = vec![fact(
+        "program",
+        format!(
+            "{}: {}; {cpu}table {}",
+            capped(&files, 2).join(", "),
+            count(audit.instructions, "instruction", "instructions"),
+            audit.table.name
+        ),
+    )];
+    found.extend(watchdog(audit).map(|told| fact("watchdog", told)));
+    let rests = rests(audit);
+    if !rests.is_empty() {
+        found.push(fact("rests on", rests.join(", ")));
+    }
+    found.extend(response::nominal(audit).map(|told| fact("nominal", told)));
+    found.extend(audit.cuts.iter().map(|cut| Fact {
+        label: "ended",
+        told: format!("by {} while {}: {}", cut.by, cut.stage, cut.open),
+        is_care: true,
+    }));
+    if audit.ended_early {
+        let told = "as soon as the limit was decided; audit looks for the longest scan";
+        found.push(fact("ended", told.to_owned()));
+    }
+    found
+}
+
+/// How the bound stands to the watchdog time that the CPU has unless somebody sets it.
+fn watchdog(audit: &Audit) -> Option<String> {
+    let time = audit.table.watchdog?;
+    let share = Share::of(audit.upper_with_all_points(), time);
+    let told = match Check::new(audit, time, Margin::default()).verdict {
+        Verdict::Proved => format!("kept, {share} of it used"),
+        Verdict::Refuted if !audit.unbounded.is_empty() => {
+            "runs out in a loop without end".to_owned()
+        }
+        Verdict::Refuted => "a scan was found that takes longer".to_owned(),
+        Verdict::Undecided(_) if share <= Share(1000) => {
+            format!("{share} of it used, what is not stated not counted")
+        }
+        Verdict::Undecided(_) if share.0 >= MANY_TIMES => {
+            format!("not proved to be kept: the bound is {} times it", share.0 / 1000)
+        }
+        Verdict::Undecided(_) => format!("not proved to be kept: the bound is {share} of it"),
+    };
+    Some(format!("{} by default: {told}", at_most(time)))
+}
+
+/// What the bound rests on, the weightiest first.
+fn rests(audit: &Audit) -> Vec<String> {
+    let mut found = Vec::new();
+    let assumed = audit.assumed_share();
+    if assumed > Share(0) {
+        let most = if audit.is_settled() { "" } else { "at most " };
+        found.push(format!("assumed times ({most}{assumed})"));
+    }
+    let counted =
+        |number: usize, one: &str, several: &str| (number > 0).then(|| count(number, one, several));
+    let counts = audit.unknowns.iter().filter(|one| one.counts().is_some()).count();
+    found.extend(counted(counts, "count that nobody stated", "counts that nobody stated"));
+    let indices = audit.unknowns.len() - counts;
+    found.extend(counted(indices, "index that nobody stated", "indices that nobody stated"));
+    let trusted = audit.assumptions.len();
+    found.extend(counted(trusted, "trusted word", "trusted words"));
+    found.extend(counted(audit.facts.len(), "stated fact", "stated facts"));
+    let open: BTreeSet<&str> = audit.all_doubts().iter().map(left_open).collect();
+    found.extend(open.into_iter().map(|what| format!("{what} not stated")));
+    found
+}
+
+/// What a doubt is about, in a word or two.
+fn left_open(doubt: &Doubt) -> &'static str {
+    match doubt {
+        Doubt::Points(_) => "I/O points",
+        Doubt::Interrupts { .. } => "interrupts",
+        Doubt::Networks { .. } => "network refresh",
+        Doubt::Endless { .. } | Doubt::PerhapsEndless { .. } | Doubt::MorePerhapsEndless(_) => {
+            "whether loops end"
+        }
+        Doubt::OutlastsTimer(_) => "timers that run out within a scan",
+    }
+}

@@ -1,0 +1,85 @@
+//! What is noted of what would break that on which a bound rests, while a scan is followed.
+
+use super::number;
+use super::word::{Word, Words};
+use crate::program::{Cell, Program, Region, TrustedRange};
+use crate::scan::model::{Circuit, Lit};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+
+/// What no scan does that starts in a state in which all of it holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Breach {
+    /// It writes a value into a trusted word that is not in its range: an index into `Program::trusted`. Every write
+    /// counts: of a latched word a power failure leaves what stood there in the midst of a scan.
+    Word(usize),
+    /// It ends with both of two relays on that are apart.
+    Both(Cell, Cell),
+    /// At this instruction more iterations or units are counted than was found.
+    Count(usize),
+    /// This instruction writes by an index where it was found not to reach.
+    Reach(usize),
+}
+
+/// What was noted so far.
+#[derive(Debug)]
+pub struct Watch {
+    words: FxHashMap<Cell, Watched>,
+    others: BTreeMap<Breach, Lit>,
+}
+
+/// A trusted word.
+#[derive(Debug)]
+struct Watched {
+    /// Its place in `Program::trusted`.
+    place: usize,
+    low: i64,
+    high: i64,
+    /// Where another value was written.
+    broken: Lit,
+}
+
+impl Watch {
+    /// Nothing yet.
+    pub fn of(program: &Program) -> Watch {
+        let word = |(place, one): (usize, &TrustedRange)| {
+            (one.cell, Watched { place, low: one.low, high: one.high, broken: Lit::FALSE })
+        };
+        let words = program.trusted.iter().enumerate().map(word).collect();
+        Watch { words, others: BTreeMap::new() }
+    }
+
+    /// A word is written where `guard` holds.
+    pub fn written(
+        &mut self,
+        words: &mut Words,
+        circuit: &mut Circuit,
+        cell: Cell,
+        guard: Lit,
+        value: Word,
+    ) {
+        let Some(watched) = self.words.get_mut(&cell) else { return };
+        let within = number::within(words, circuit, &[value], true, watched.low, watched.high);
+        let outside = circuit.and(guard, !within);
+        watched.broken = circuit.or(watched.broken, outside);
+    }
+
+    /// Any values are written into a region where `guard` holds.
+    pub fn lost(&mut self, circuit: &mut Circuit, region: Region, guard: Lit) {
+        for (_, watched) in self.words.iter_mut().filter(|(cell, _)| region.holds(**cell)) {
+            watched.broken = circuit.or(watched.broken, guard);
+        }
+    }
+
+    /// Something else is broken where this holds.
+    pub fn note(&mut self, circuit: &mut Circuit, breach: Breach, happens: Lit) {
+        let all = self.others.entry(breach).or_insert(Lit::FALSE);
+        *all = circuit.or(*all, happens);
+    }
+
+    /// All that may be broken, each with where it is.
+    pub fn found(self) -> BTreeMap<Breach, Lit> {
+        let words = self.words.into_values().map(|word| (Breach::Word(word.place), word.broken));
+        words.chain(self.others).collect()
+    }
+}

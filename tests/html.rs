@@ -1,0 +1,67 @@
+//! The page for a browser holds what the report holds, all rungs, and nothing that a project could slip into it.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// The page of a project.
+fn page(arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .arg("audit")
+        .args(arguments)
+        .args(["--format", "html", "--time-limit", "600s"])
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
+        .output()
+        .expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+/// What the page's script reads.
+fn data(page: &str) -> Value {
+    let (_, after) = page.split_once("id=\"data\">").expect("data");
+    let (data, _) = after.split_once("</script>").expect("its end");
+    serde_json::from_str(data).expect("JSON")
+}
+
+#[test]
+fn the_page_holds_all_rungs_and_what_each_takes() {
+    let page = page(&["samples/transfer-line/line.il", "--cpu", "Q26UDV"]);
+    let data = data(&page);
+    let rungs = data["ladder"].as_array().expect("rungs");
+    assert_eq!(rungs.len() as u64, data["report"]["program"]["blocks"].as_u64().expect("a number"));
+    let elements = || rungs.iter().flat_map(|rung| rung[3].as_array().expect("elements"));
+    let instructions = data["report"]["program"]["instructions"].as_u64().expect("a number");
+    assert_eq!(elements().count() as u64, instructions);
+    // All that instructions take is in some rung.
+    let scan = &data["report"]["scan"];
+    let ps = |value: &Value| value.as_u64().expect("a time");
+    let parts: u64 = elements().map(|one| ps(&one[8])).sum();
+    let rows = data["report"]["breakdown"]["rung"].as_array().expect("parts");
+    let told = rows.iter().filter(|row| row.get("block").is_some()).map(|row| ps(&row["ps"]));
+    // Rounded once an instruction.
+    assert!(parts.abs_diff(told.sum()) <= instructions, "{parts}");
+    assert!(parts > 0 && parts < ps(&scan["upper_ps"]));
+    let lit = elements().filter(|one| one[7].as_u64() > Some(0)).count();
+    assert!(
+        lit > 0 && lit < elements().count(),
+        "some conduct in the longest scan, and some do not"
+    );
+}
+
+#[test]
+fn the_page_needs_no_network_and_takes_names_for_text() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("a<script>alert(1)</script>.il");
+    // A slash is no part of a name.
+    let file = std::path::PathBuf::from(file.to_str().expect("UTF-8").replace("</script>", "<b>"));
+    std::fs::write(&file, "LD X0\nOUT Y0\nEND\n").expect("written");
+    let page = page(&[file.to_str().expect("UTF-8"), "--cpu", "Q26UDV"]);
+    assert!(!page.contains("<script>alert"), "a file's name is text");
+    assert_eq!(page.matches("</script>").count(), 2);
+    assert!(page.contains("default-src 'none'"));
+    for address in ["http://", "https://"] {
+        let others = page.replace("http://www.w3.org/2000/svg", "");
+        assert!(!others.contains(address), "{address}");
+    }
+}
