@@ -121,6 +121,172 @@ fn a_report_takes_the_old_ones_place_whole() {
     assert_eq!(left, 1, "no half-written file is left behind");
 }
 
+/// A program's run with a text as its stdin.
+fn fed(arguments: &[&str], text: &str, directory: &Path) -> Output {
+    use std::process::Stdio;
+    let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .args(arguments)
+        .current_dir(directory)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    child.stdin.take().expect("a pipe").write_all(text.as_bytes()).expect("written");
+    child.wait_with_output().expect("it ends")
+}
+
+#[test]
+fn a_program_on_stdin_is_as_one_in_a_file() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = |output: Output| {
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{told}");
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let directory = tempfile::tempdir().expect("a directory");
+    let program = std::fs::read_to_string(root.join("samples/paper/program.il"));
+    let program = program.expect("a sample");
+    let table = root.join("samples/paper/table.csv");
+    std::fs::copy(table, directory.path().join("table.csv")).expect("copied");
+    // As reports name it.
+    std::fs::write(directory.path().join("stdin"), &program).expect("written");
+    let how = ["--table", "table.csv"];
+    for command in [&["audit"][..], &["check", "--limit", "1s"], &["show"], &["facts"]] {
+        let named = text(scanbound(&[command, &["stdin"], &how].concat(), directory.path()));
+        let piped = [command, &["-", "--dialect", "melsec-list"], &how].concat();
+        assert_eq!(text(fed(&piped, &program, directory.path())), named);
+        if command != ["show"] {
+            let out = [command, &["-", "-o", "-"], &how].concat();
+            assert_eq!(text(fed(&out, &program, directory.path())), named);
+        }
+    }
+    let machine = std::fs::read_to_string(root.join("samples/minasec-u/test-program.asm"));
+    let machine = machine.expect("a sample");
+    let hex = text(fed(&["convert", "-", "--to", "hex"], &machine, root));
+    assert!(hex.starts_with(':'), "{hex}");
+    let scans = text(fed(&["emulate", "-", "--scans", "3"], &hex, root));
+    assert_eq!(
+        scans.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())).count(),
+        3,
+        "{scans}"
+    );
+    let program = "tests/cli/minasec.in/program.asm";
+    let measured = fed(&["compare", program, "-"], "scan_ms\n0.61\n0.62\n", root);
+    assert!(text(measured).contains("stdin"));
+    // Twice the same, and nothing at all.
+    for (arguments, told) in [(&["audit", "-", "-"][..], "named twice"), (&["audit", "-"], "empty")]
+    {
+        let output = fed(arguments, "", root);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&output.stderr).contains(told), "{output:?}");
+    }
+}
+
+#[test]
+fn colours_are_where_they_are_asked_for() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let audit = ["audit", "samples/paper/program.il", "--table", "samples/paper/table.csv"];
+    for (how, coloured) in [("always", true), ("never", false), ("auto", false)] {
+        let report = scanbound(&[&audit[..], &["--color", how]].concat(), root).stdout;
+        let fault = scanbound(&["--color", how, "audit", "nowhere.il"], root).stderr;
+        for text in [report, fault] {
+            assert_eq!(text.contains(&0x1B), coloured, "{how}: {}", String::from_utf8_lossy(&text));
+        }
+    }
+    // A file has none.
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("a.txt");
+    let out = ["--color", "always", "-o", file.to_str().expect("a plain path")];
+    assert_eq!(scanbound(&[&audit[..], &out].concat(), root).status.code(), Some(0));
+    assert!(!std::fs::read(file).expect("a report").contains(&0x1B));
+}
+
+#[test]
+fn completions_and_pages_name_every_command() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let help = String::from_utf8(scanbound(&["--help"], root).stdout).expect("text");
+    let commands = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
+    let commands: Vec<&str> = commands
+        .take_while(|line| line.starts_with("  "))
+        .filter_map(|line| line[2..].split(' ').next().filter(|first| !first.is_empty()))
+        .filter(|&command| command != "help")
+        .collect();
+    assert!(commands.contains(&"audit"), "{help}");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = scanbound(&["completions", shell], root);
+        let script = String::from_utf8(output.stdout).expect("text");
+        let missing: Vec<_> =
+            commands.iter().filter(|command| !script.contains(**command)).collect();
+        assert!(missing.is_empty() && script.contains("time-limit"), "{shell}: {missing:?}");
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    let place = directory.path().join("man1");
+    let made = scanbound(&["man", place.to_str().expect("a plain path")], root);
+    assert_eq!(made.status.code(), Some(0), "{made:?}");
+    for command in commands {
+        let file = place.join(format!("scanbound-{command}.1"));
+        let page = std::fs::read_to_string(&file).unwrap_or_else(|_| panic!("{}", file.display()));
+        assert!(page.contains(".SH SYNOPSIS"), "{page:.200}");
+    }
+    let page = String::from_utf8(scanbound(&["man"], root).stdout).expect("text");
+    assert!(page.contains("scanbound\\-audit(1)"), "{page}");
+}
+
+/// Waits until a text has been said so often; what was said by then.
+#[cfg(unix)]
+fn heard(from: &std::sync::mpsc::Receiver<String>, text: &str, times: usize) -> String {
+    let mut all = String::new();
+    while all.matches(text).count() < times {
+        let line = from.recv_timeout(std::time::Duration::from_secs(60));
+        all += &line.unwrap_or_else(|_| panic!("{text} is not said: {all}"));
+        all.push('\n');
+    }
+    all
+}
+
+#[cfg(unix)]
+#[test]
+fn a_watched_check_begins_again_when_a_file_changes() {
+    use std::io::{BufRead, BufReader};
+    use std::process::Stdio;
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = |name: &str| directory.path().join(name);
+    let write = |name: &str, text: &str| std::fs::write(at(name), text).expect("written");
+    std::fs::create_dir(at("plc")).expect("a directory");
+    write("plc/a.il", "LD X0\nMOV K1 D0\nEND\n");
+    write("facts.toml", "[io]\ninputs = 16\noutputs = 16\n");
+    let project = "programs = [\"plc\"]\ncpu = \"Q26UDV\"\nfacts = \"facts.toml\"\n";
+    write("scanbound.toml", &format!("{project}limit = \"10ms\"\n"));
+    let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        // What it writes beside the programs does not begin it again.
+        .args(["check", "--watch", "-o", "plc/report.json"])
+        .current_dir(directory.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let (say, from) = std::sync::mpsc::channel();
+    std::thread::spawn(move || lines.map_while(Result::ok).for_each(|line| drop(say.send(line))));
+    let first = heard(&from, "watching ", 1);
+    assert!(first.contains("PROVED") && first.contains("watching 3 files"), "{first}");
+    // A fault is told, and mended by the next change.
+    write("plc/a.il", "LD X0\nMVO K1 D0\nEND\n");
+    let second = heard(&from, "watching ", 1);
+    assert!(second.contains("a.il changed") && second.contains("MVO"), "{second}");
+    write("plc/a.il", "LD X0\nMOV K1 D1\nEND\n");
+    assert!(heard(&from, "watching ", 1).contains("PROVED"));
+    write("scanbound.toml", &format!("{project}limit = \"1us\"\n"));
+    let last = heard(&from, "watching ", 1);
+    assert!(last.contains("scanbound.toml changed") && last.contains("REFUTED"), "{last}");
+    let ended = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(ended.expect("a signal").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(1), "the last verdict");
+    let report = std::fs::read_to_string(at("plc/report.json")).expect("a report");
+    assert!(report.contains("\"verdict\": \"refuted\""));
+}
+
 /// Every file of Rust below a directory.
 fn sources(directory: &Path, found: &mut Vec<std::path::PathBuf>) {
     for entry in std::fs::read_dir(directory).expect("a directory") {

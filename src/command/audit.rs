@@ -2,6 +2,7 @@
 
 use super::options::{ProjectOptions, ReportOptions, SearchOptions, WhatIfOptions};
 use super::output::Target;
+use super::watch::WatchOptions;
 use super::{Failure, Outcome, values};
 use anyhow::Context;
 use clap::Args;
@@ -17,7 +18,9 @@ Examples:
   scanbound audit PLC/ --facts plant.toml    with what the program does not say
   scanbound audit PLC/ --what-if             what it would be if counts were stated
   scanbound audit PLC/ --trace-search        how the bound was found, question by question
-  scanbound audit PLC/ --format json -o bound.json";
+  scanbound audit PLC/ --format json -o bound.json
+  scanbound audit PLC/ --watch               again whenever a file changes
+  unzip -p plc.zip MAIN.csv | scanbound audit -";
 
 /// The arguments of `audit`.
 #[derive(Debug, Args)]
@@ -40,13 +43,21 @@ pub struct Arguments {
     what_if: WhatIfOptions,
     #[command(flatten)]
     report: ReportOptions,
+    #[command(flatten)]
+    watch: WatchOptions,
     /// Write SMT-LIB 2 files that prove each group's bound and its scan, and what these rest on; README.txt lists them
     #[arg(long, value_name = "DIRECTORY")]
     certificate: Option<PathBuf>,
 }
 
-/// Audits the project and reports.
+/// Audits the project and reports, whenever its files change if that is asked for.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let mut written = arguments.report.writes(&arguments.search);
+    written.extend(arguments.certificate.clone());
+    arguments.watch.run(|| arguments.project.watched(), &written, || once(arguments))
+}
+
+fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
     let project = arguments.project.or_here()?;
     let (reports, trace) = arguments.report.targets(&project, &arguments.search)?;
     let concluded = project.with_request(|request| {
@@ -66,8 +77,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         certify(&concluded, directory)?;
     }
     arguments.report.write(&concluded.audit, None, reports)?;
-    // The process ends here, and all of its memory with it: taking it apart piece by piece takes longer.
-    std::mem::forget(concluded);
+    if !arguments.watch.watch {
+        // The process ends here, and all of its memory with it: taking it apart piece by piece takes longer.
+        std::mem::forget(concluded);
+    }
     Ok(Outcome::Done)
 }
 

@@ -4,6 +4,7 @@ use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::output::say;
 use super::project_file::{self, ProjectFile};
 use super::values::{self, Limit};
+use super::watch::WatchOptions;
 use super::{Failure, Outcome};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
@@ -27,6 +28,7 @@ const EXAMPLES: &str = "\
 Examples:
   scanbound check PLC/ --limit 10ms
   scanbound check                            the project that scanbound.toml names (docs/pipelines.md)
+  scanbound check --watch                    again whenever a file of it changes
   scanbound check PLC/ --limit watchdog --margin 20% --confirm
 
 Exit codes: 0 proved, 1 refuted, 2 bad input or usage, 3 undecided, 70 internal error";
@@ -48,7 +50,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t)]
     refute: Refute,
     /// Check every project that has a scanbound.toml here or below; the gravest exit code of all counts
-    #[arg(long, conflicts_with_all = ["programs", "output", "trace_search"])]
+    #[arg(long, conflicts_with_all = ["programs", "output", "trace_search", "watch"])]
     all: bool,
     #[command(flatten)]
     project: ProjectOptions,
@@ -56,6 +58,8 @@ pub struct Arguments {
     search: SearchOptions,
     #[command(flatten)]
     report: ReportOptions,
+    #[command(flatten)]
+    watch: WatchOptions,
 }
 
 /// What is checked.
@@ -133,8 +137,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.all {
         return all(arguments);
     }
-    let file = arguments.project.is_open().then(ProjectFile::here).transpose()?;
-    Wanted::of(arguments, file.as_ref())?.run(arguments)
+    let written = arguments.report.writes(&arguments.search);
+    arguments.watch.run(
+        || arguments.project.watched(),
+        &written,
+        || {
+            let file = arguments.project.is_open().then(ProjectFile::here).transpose()?;
+            Wanted::of(arguments, file.as_ref())?.run(arguments)
+        },
+    )
 }
 
 /// Exit codes, the gravest first.
@@ -144,7 +155,9 @@ const GRAVEST: [u8; 5] = [70, 2, 1, 3, 0];
 fn all(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut codes = Vec::new();
     for path in project_file::all(Path::new("."))? {
-        say(&format!("{}\n", path.display()));
+        if !arguments.report.is_quiet() {
+            say(&format!("{}\n", path.display()));
+        }
         let checked = ProjectFile::read(&path)
             .and_then(|file| Wanted::of(arguments, Some(&file)))
             .and_then(|wanted| wanted.run(arguments));

@@ -5,6 +5,8 @@ use super::{Failure, Outcome};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::base::column::{UNITS, Unit};
+use scanbound::front::Input;
+use scanbound::front::input::one;
 use scanbound::measured::{Bounds, Comparison, Decimal, Edge, Selection, Threshold, capture};
 use scanbound::report::compare;
 use scanbound::report::format::Detail;
@@ -90,9 +92,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         );
     };
     let (reports, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
-    let name = measured.display().to_string();
-    let bytes = std::fs::read(&measured)
-        .with_context(|| format!("{name}, the file of measurements, cannot be read"))?;
+    let Input { name, bytes } = one(&measured).with_context(|| {
+        format!("{}, the file of measurements, cannot be read", measured.display())
+    })?;
     let selection = Selection {
         column: arguments.column.as_deref(),
         pulses: arguments.pulses,

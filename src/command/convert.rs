@@ -7,8 +7,9 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
+use scanbound::front::input::one;
 use scanbound::front::minasec::{Source, assembly, machine_code};
-use scanbound::front::{Input, read};
+use scanbound::front::read;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +22,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// A MINASEC-U program: assembly, Intel HEX, or the program memory's bytes
+    /// A MINASEC-U program: assembly, Intel HEX, or the program memory's bytes; - for stdin
     #[arg(value_name = "PROGRAM")]
     program: PathBuf,
     /// The dialect [default: found from the content]
@@ -61,9 +62,9 @@ impl Form {
 
 /// Reads a MINASEC-U program from a file.
 pub fn source(file: &Path, dialect: Option<&str>) -> Result<Source, Failure> {
-    let name = file.display().to_string();
-    let bytes = std::fs::read(file).with_context(|| format!("{name} cannot be read"))?;
-    let project = read(&[Input { name: name.clone(), bytes }], dialect)?;
+    let input = one(file).with_context(|| format!("{} cannot be read", file.display()))?;
+    let name = input.name.clone();
+    let project = read(&[input], dialect)?;
     project.into_of().ok_or_else(|| {
         Failure::Input(vec![Diagnostic::file(
             Code::OtherDialect,

@@ -25,7 +25,7 @@ Examples:
 #[command(group = ArgGroup::new("length").required(true))]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// A MINASEC-U program: assembly, Intel HEX, or the program memory's bytes
+    /// A MINASEC-U program: assembly, Intel HEX, or the program memory's bytes; - for stdin
     #[arg(value_name = "PROGRAM")]
     program: PathBuf,
     /// What the plant does: a CSV of times and of inputs and switches that change then (docs/minasec-u.md)

@@ -3,6 +3,7 @@
 mod audit;
 mod check;
 mod compare;
+mod completions;
 mod convert;
 mod diff;
 mod emulate;
@@ -16,8 +17,10 @@ mod show;
 mod sink;
 mod tables;
 mod values;
+mod version;
+mod watch;
 
-use clap::{Parser, Subcommand};
+use clap::{ColorChoice, CommandFactory, Parser, Subcommand};
 use scanbound::base::diagnostic::Diagnostic;
 use std::panic::{UnwindSafe, catch_unwind};
 
@@ -27,10 +30,13 @@ use std::panic::{UnwindSafe, catch_unwind};
 /// MINASEC-U and flowchart PCs, prices them with a timing table, and proves an upper bound on the scan time; shows
 /// the scan that attains it, and the reasons.
 #[derive(Debug, Parser)]
-#[command(version, propagate_version = true, max_term_width = 100)]
+#[command(version, long_version = version::long(), propagate_version = true, max_term_width = 100)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Whether output is coloured; auto: on a terminal, unless NO_COLOR is set
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t)]
+    color: ColorChoice,
 }
 
 #[derive(Debug, Subcommand)]
@@ -55,6 +61,10 @@ enum Command {
     Convert(convert::Arguments),
     /// List the timing tables, show one, or check one of your own
     Tables(tables::Arguments),
+    /// Write the completions of a shell
+    Completions(completions::Completions),
+    /// Write the manual's pages, for `man`
+    Man(completions::Man),
 }
 
 /// How a command ended.
@@ -138,7 +148,12 @@ impl Failure {
 /// The exit code of a command, after the user was told on stderr why it failed, if it did. A panic is an internal
 /// error.
 pub fn code(command: impl FnOnce() -> Result<Outcome, Failure> + UnwindSafe) -> u8 {
-    match ended(command) {
+    code_of(ended(command))
+}
+
+/// The same of an end.
+fn code_of(end: Result<Outcome, Failure>) -> u8 {
+    match end {
         Ok(outcome) => outcome.code(),
         Err(failure) => {
             output::say(&failure.message());
@@ -159,6 +174,7 @@ fn ended(
 
 /// Runs the command that the arguments name. If it fails, nothing was written to stdout.
 pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
+    output::colour(cli.color);
     match &cli.command {
         Command::Audit(arguments) => audit::run(arguments),
         Command::Check(arguments) => check::run(arguments),
@@ -170,6 +186,8 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Emulate(arguments) => emulate::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
         Command::Tables(arguments) => tables::run(arguments),
+        Command::Completions(arguments) => completions::completions(arguments, Cli::command()),
+        Command::Man(arguments) => completions::man(arguments, Cli::command()),
     }
 }
 

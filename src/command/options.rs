@@ -1,7 +1,7 @@
 //! The options that `audit` and `check` have in common, and the audit that they ask for.
 
 use super::output::{self, Target, say};
-use super::project_file::ProjectFile;
+use super::project_file::{self, ProjectFile};
 use super::values::Most;
 use super::{Failure, progress, tables, values};
 use anyhow::{Context, anyhow};
@@ -32,8 +32,8 @@ use std::time::Duration;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Project")]
 pub struct ProjectOptions {
-    /// Program files of one project, in the order in which they run; a directory stands for the programs in it [default:
-    /// those of scanbound.toml, docs/pipelines.md]
+    /// Program files of one project, in the order in which they run; a directory stands for the programs in it, - for
+    /// stdin [default: those of scanbound.toml, docs/pipelines.md]
     #[arg(value_name = "PROGRAM")]
     programs: Vec<PathBuf>,
     /// Leave out files of these names or paths (*, ?, [a-z], {a,b}, ** for directories); may be repeated
@@ -167,6 +167,9 @@ pub struct ReportOptions {
     /// Show more: of a check all that audit shows, of an audit every entry
     #[arg(short, long)]
     verbose: bool,
+    /// Show nothing but errors: reports go to files only (--output), and the exit code is the answer
+    #[arg(short, long, conflicts_with = "verbose")]
+    quiet: bool,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -277,6 +280,18 @@ impl ProjectOptions {
             .collect()
     }
 
+    /// The files that are read, and the project file where no program is named.
+    pub fn watched(&self) -> Vec<PathBuf> {
+        let own =
+            |project: &ProjectOptions| project.reads().into_iter().map(Path::to_owned).collect();
+        if !self.is_open() {
+            return own(self);
+        }
+        // A project file that cannot be read will be changed.
+        let files: Vec<PathBuf> = self.or_here().as_ref().map(own).unwrap_or_default();
+        files.into_iter().chain([PathBuf::from(project_file::NAME)]).collect()
+    }
+
     /// Reads the files and audits them.
     pub fn audit(&self, search: &SearchOptions) -> Result<Audit, Failure> {
         self.with_request(|request| Ok(audit(&search.of(request))?))
@@ -372,8 +387,12 @@ impl ReportOptions {
         let outputs = self.output.iter().map(|file| ("--output", Some(file.as_path())));
         let written: Vec<_> = outputs.chain([("--trace-search", trace)]).collect();
         output::apart(&project.reads(), &written)?;
+        if self.quiet {
+            progress::hide();
+        }
         let target = |file: Option<&Path>| Ok((Target::new(file)?, self.format(file)));
         let reports: Result<Vec<_>, Failure> = match self.output.as_slice() {
+            [] if self.quiet => Ok(Vec::new()),
             [] => Ok(vec![target(None)?]),
             files => files.iter().map(|file| target(Some(file))).collect(),
         };
@@ -407,10 +426,21 @@ impl ReportOptions {
             let extent = self.extent(detail, &target);
             target.fill(|out| write(format, extent, out))?;
         }
-        if !is_shown {
+        if !is_shown && !self.quiet {
             say(&answer(Extent { width: output::width_of_stderr(), ..Extent::default() }));
         }
         Ok(())
+    }
+
+    /// Whether nothing but errors is shown.
+    pub fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// The files that are written.
+    pub fn writes(&self, search: &SearchOptions) -> Vec<PathBuf> {
+        let trace = search.trace_search.iter().flatten();
+        self.output.iter().chain(trace).cloned().collect()
     }
 
     /// How much of a report is shown, and on what page.
@@ -439,7 +469,7 @@ fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
 
 /// Becomes true at the first Ctrl-C, which ends the audit with what is proved; the second ends the program. It is
 /// watched for once, however many projects are audited.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
+pub fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
     static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
     if let Some(stop) = STOP.get() {
         return Ok(Arc::clone(stop));

@@ -3,6 +3,7 @@
 use super::Failure;
 use anstream::StripStream;
 use anyhow::{Context, anyhow};
+use clap::ColorChoice;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::report::format::Extent;
 use scanbound::report::render;
@@ -12,6 +13,19 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use terminal_size::{Height, Width};
 
+/// Sets whether output is coloured.
+pub fn colour(choice: ColorChoice) {
+    match choice {
+        ColorChoice::Auto => anstream::ColorChoice::Auto,
+        ColorChoice::Always => anstream::ColorChoice::Always,
+        ColorChoice::Never => anstream::ColorChoice::Never,
+    }
+    .write_global();
+}
+
+/// The name that stands for stdin among what is read, and for stdout among what is written.
+const STREAM: &str = "-";
+
 /// Refuses outputs that would take the place of what is read, or of each other. Each output has the option that names
 /// it.
 pub fn apart(read: &[&Path], written: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
@@ -20,8 +34,8 @@ pub fn apart(read: &[&Path], written: &[(&str, Option<&Path>)]) -> Result<(), Fa
     for &(option, file) in written {
         let Some(file) = file else { continue };
         let real = resolved(file);
-        // A device takes what it is given.
-        if real.exists() && !real.is_file() {
+        // A stream or a device takes what it is given.
+        if file == Path::new(STREAM) || real.exists() && !real.is_file() {
             continue;
         }
         let name = file.display();
@@ -64,8 +78,9 @@ pub enum Target {
 }
 
 impl Target {
-    /// The file, or stdout if none is named.
+    /// The file, or stdout if none is named or it is `-`.
     pub fn new(file: Option<&Path>) -> Result<Target, Failure> {
+        let file = file.filter(|file| *file != Path::new(STREAM));
         let Some(file) = file else { return Ok(Target::Stdout) };
         let context = || cannot(file);
         // A link must keep pointing to what it points to.

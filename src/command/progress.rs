@@ -3,7 +3,15 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use scanbound::audit::{Progress, Share};
 use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+
+static HIDDEN: AtomicBool = AtomicBool::new(false);
+
+/// Shows no progress from here on.
+pub fn hide() {
+    HIDDEN.store(true, Ordering::Relaxed);
+}
 
 /// The progress line; shows nothing where stderr is no terminal.
 pub struct Line(ProgressBar);
@@ -11,7 +19,7 @@ pub struct Line(ProgressBar);
 impl Line {
     /// Begins the line.
     pub fn new() -> Line {
-        if !std::io::stderr().is_terminal() {
+        if HIDDEN.load(Ordering::Relaxed) || !std::io::stderr().is_terminal() {
             return Line(ProgressBar::hidden());
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());

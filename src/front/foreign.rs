@@ -4,101 +4,128 @@ use super::Input;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 
-/// A format that cannot be read.
+/// A format that is not read, by how its files' names end.
 struct Foreign {
-    /// How its files' names end, in small letters.
+    /// In small letters.
     endings: &'static [&'static str],
+    kind: Kind,
+}
+
+/// What a file is that is not read.
+#[derive(Clone, Copy)]
+struct Kind {
     what: &'static str,
     help: &'static str,
 }
 
-const WORKS: &str = "open it in the tool and export its programs as CSV";
+/// What the same tool, or another, writes that is read.
+const WORKS: &str = "open it in the tool and write each of its programs to CSV; give these files, and that of the device comments";
 const LIST: &str =
-    "if its instructions can be exported as a list for one of the CPUs that are known, give that";
+    "if the tool lists its instructions for one of the CPUs that are known, give that list";
 const MEASURED: &str = "name the program first; `compare` takes measurements as the last file";
-const NOT_YET: &str = "programs of this maker's PLCs cannot be read";
+const NONE: &str = "its tools export nothing else that is read; programs are read of MELSEC, of OMRON's C, CS, CJ and CP series, of MINASEC-U and of flowchart PCs";
+const UNPACK: &str = "unpack it and give the programs in it";
+const SHEET: &str = "save its sheet as CSV, as the vendor's tool exported it";
 
-/// By the endings of names.
+const fn kind(what: &'static str, help: &'static str) -> Kind {
+    Kind { what, help }
+}
+
+const ROCKWELL: Kind = kind("a project of Rockwell's Logix tools", NONE);
+const SIEMENS: Kind = kind("a program of Siemens' SIMATIC tools", NONE);
+const SCHNEIDER: Kind = kind("a project of Schneider's tools", NONE);
+const KEYENCE: Kind = kind("a program of KEYENCE's KV series", NONE);
+const CODESYS: Kind = kind("a project of CODESYS or of a tool built on it", NONE);
+const TWINCAT: Kind = kind("a project of TwinCAT", NONE);
+const SYSMAC: Kind = kind("a project of Sysmac Studio (OMRON's NJ, NX and NY series)", NONE);
+const STRUCTURED: Kind = kind("Structured Text (IEC 61131-3)", LIST);
+const ARCHIVE: Kind = kind("an archive", UNPACK);
+
 const FOREIGN: &[Foreign] = &[
-    Foreign {
-        endings: &["gxw", "gpj", "gps"],
-        what: "a project of GX Works2 or GX Developer",
-        help: WORKS,
-    },
-    Foreign { endings: &["gx3", "gxa"], what: "a project of GX Works3", help: WORKS },
+    Foreign { endings: &["gxw"], kind: kind("a project of GX Works2", WORKS) },
+    Foreign { endings: &["gpj", "gps"], kind: kind("a project of GX Developer", WORKS) },
+    Foreign { endings: &["gx3", "gxa"], kind: kind("a project of GX Works3", WORKS) },
     Foreign {
         endings: &["cxp", "cxr", "opt", "cxf", "cx2"],
-        what: "a project of CX-Programmer",
-        help: "save it as text (.cxt), or copy its mnemonics to a text file",
+        kind: kind(
+            "a project of CX-Programmer in its binary form",
+            "save it as text (.cxt), or copy its mnemonics to a text file",
+        ),
     },
-    Foreign { endings: &["smc", "smc2"], what: "a project of Sysmac Studio", help: NOT_YET },
-    Foreign {
-        endings: &["mnm", "kpr", "kvp", "kpx"],
-        what: "a program of KEYENCE's KV series",
-        help: NOT_YET,
-    },
-    Foreign {
-        endings: &["l5x", "l5k", "acd", "rss", "rsp"],
-        what: "a project of Rockwell's Logix tools",
-        help: NOT_YET,
-    },
+    Foreign { endings: &["smc", "smc2", "csm2"], kind: SYSMAC },
+    Foreign { endings: &["mnm", "kpr", "kvp", "kpx"], kind: KEYENCE },
+    Foreign { endings: &["l5x", "l5k", "acd", "rss", "rsp"], kind: ROCKWELL },
     Foreign {
         endings: &[
             "awl", "scl", "s7p", "s7dcl", "ap13", "ap14", "ap15", "ap15_1", "ap16", "ap17", "ap18",
             "ap19", "ap20", "zap15", "zap16", "zap17", "zap18", "zap19", "zap20", "mwp",
         ],
-        what: "a program of Siemens' SIMATIC tools",
-        help: NOT_YET,
+        kind: SIEMENS,
     },
     Foreign {
-        endings: &["stu", "sta", "xef", "zef", "xpg", "smbp"],
-        what: "a project of Schneider's tools",
-        help: NOT_YET,
+        endings: &["stu", "sta", "xef", "zef", "xpg", "smbp", "xst", "xld", "xbd", "xil", "xsf"],
+        kind: SCHNEIDER,
     },
-    Foreign {
-        endings: &[
-            "project", "library", "pro", "exp", "export", "tsproj", "tcpou", "tcgvl", "tcdut",
-            "plcproj",
-        ],
-        what: "a project of CODESYS or of a tool built on it",
-        help: NOT_YET,
-    },
+    Foreign { endings: &["project", "library", "pro", "exp", "export"], kind: CODESYS },
+    Foreign { endings: &["tsproj", "tcpou", "tcgvl", "tcdut", "plcproj", "tnzip"], kind: TWINCAT },
     Foreign {
         endings: &["fp", "fpw", "ppn", "spg"],
-        what: "a project of Panasonic's tools",
-        help: NOT_YET,
+        kind: kind("a project of Panasonic's tools", NONE),
     },
     Foreign {
         endings: &["xgwx", "xgp", "dvp", "isp", "wpl"],
-        what: "a project of another maker's tool",
-        help: NOT_YET,
+        kind: kind("a project of another maker's tool", NONE),
     },
-    Foreign { endings: &["st", "iecst", "stx"], what: "Structured Text (IEC 61131-3)", help: LIST },
-    Foreign { endings: &["xml"], what: "XML, such as PLCopen's", help: LIST },
-    Foreign {
-        endings: &["zip", "7z", "rar", "gz", "tar", "lzh"],
-        what: "an archive",
-        help: "unpack it and give the programs in it",
-    },
-    Foreign {
-        endings: &["xls", "xlsx", "xlsm", "ods"],
-        what: "a spreadsheet",
-        help: "save its sheet as CSV, as the vendor's tool exported it",
-    },
+    Foreign { endings: &["st", "iecst", "stx"], kind: STRUCTURED },
+    Foreign { endings: &["xml"], kind: kind("XML", LIST) },
+    Foreign { endings: &["zip", "7z", "rar", "gz", "tar", "lzh"], kind: ARCHIVE },
+    Foreign { endings: &["xls", "xlsx", "xlsm", "ods"], kind: kind("a spreadsheet", SHEET) },
 ];
 
-/// By what is in the text: a piece of its beginning.
-const CONTENT: [(&str, &str, &str); 6] = [
-    ("<RSLogix5000Content", "a project of Rockwell's Logix tools (L5X)", NOT_YET),
-    ("plcopen.org/xml", "a project in PLCopen XML", LIST),
-    ("<TcPlcObject", "a program of TwinCAT", NOT_YET),
-    ("<?xml", "XML", LIST),
-    ("$timescale", "a captured signal (VCD)", MEASURED),
-    ("; CSV generated by", "a captured signal", MEASURED),
+/// By a piece of what the text begins with; the first that is found counts.
+const TEXTS: [(&str, Kind); 20] = [
+    ("<RSLogix5000Content", kind("a project of Rockwell's Logix tools (L5X)", NONE)),
+    ("IE_VER :=", kind("a project of Rockwell's Logix tools (L5K)", NONE)),
+    ("https://www.ia.omron.com/Smc", SYSMAC),
+    ("TC65SC65BWG7TF10", kind("a project in the XML of IEC 61131-10", LIST)),
+    ("plcopen.org/xml", kind("a project in PLCopen XML", LIST)),
+    ("<TcPlcObject", TWINCAT),
+    ("<TcSmProject", TWINCAT),
+    ("<SW.Blocks.", kind("a block of Siemens' TIA Portal in XML", NONE)),
+    ("<CAEXFile", kind("a project in AutomationML", NONE)),
+    ("ExchangeFile>", SCHNEIDER),
+    ("<StructuredView Guid=", CODESYS),
+    ("(* @NESTEDCOMMENTS :=", CODESYS),
+    ("(* @OBJECTFLAGS :=", CODESYS),
+    ("ORGANIZATION_BLOCK", SIEMENS),
+    ("{ S7_", SIEMENS),
+    (";MODULE_TYPE:", KEYENCE),
+    ("_FILES_CLASSICLADDER", kind("a project of ClassicLadder", NONE)),
+    ("$timescale", kind("a captured signal (VCD)", MEASURED)),
+    ("; CSV generated by", kind("a captured signal", MEASURED)),
+    ("<?xml", kind("XML", LIST)),
+];
+
+/// What files begin with that are no text. Many tools' projects are archives or compound files: of these a known name says
+/// more.
+const BYTES: [(&[u8], Kind); 7] = [
+    (b"PK\x03\x04", kind("an archive (ZIP), or a tool's project that is one", UNPACK)),
+    (
+        b"\xD0\xCF\x11\xE0",
+        kind("a compound file, as GX Works2 and other Windows tools keep projects in", WORKS),
+    ),
+    (b"7z\xBC\xAF\x27\x1C", ARCHIVE),
+    (b"Rar!\x1A\x07", ARCHIVE),
+    (b"\x1F\x8B", ARCHIVE),
+    (b"SQLite format 3\0", kind("a database, as some tools keep projects in", WORKS)),
+    (
+        b"%PDF-",
+        kind("a PDF", "export the program as text or CSV from the tool in place of a print"),
+    ),
 ];
 
 /// Words with which a line of Structured Text begins, and nothing else's.
-const STRUCTURED: [&str; 10] = [
+const WORDS: [&str; 9] = [
     "FUNCTION_BLOCK",
     "END_FUNCTION_BLOCK",
     "END_PROGRAM",
@@ -107,37 +134,53 @@ const STRUCTURED: [&str; 10] = [
     "VAR_OUTPUT",
     "END_VAR",
     "END_IF;",
-    "ORGANIZATION_BLOCK",
     "END_FOR;",
 ];
 
-/// That a file is in a known format which cannot be read; `None` if it is in none of them.
+/// Words with which a line of a sequential function chart as text begins.
+const CHART: [&str; 3] = ["INITIAL_STEP", "END_STEP", "END_TRANSITION"];
+
+/// That a file is in a known format which is not read; `None` if it is in none of them.
 pub(super) fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
-    let (what, help) = by_content(&input.bytes, beginning).or_else(|| by_name(&input.name))?;
-    let message = format!("this is {what}, which cannot be read");
+    let found =
+        by_text(beginning).or_else(|| by_name(&input.name)).or_else(|| by_bytes(&input.bytes));
+    let Kind { what, help } = found?;
+    // What only has to be written in another form is supported, if not so.
+    let message = match help {
+        NONE | LIST => format!("this is {what}: not supported yet"),
+        _ => format!("this is {what}, which cannot be read"),
+    };
     Some(Diagnostic::file(Code::UnsupportedFormat, &input.name, message, help))
 }
 
-fn by_name(name: &str) -> Option<(&'static str, &'static str)> {
+fn by_name(name: &str) -> Option<Kind> {
     let ending = name.rsplit_once('.')?.1.to_ascii_lowercase();
     let one = FOREIGN.iter().find(|one| one.endings.contains(&ending.as_str()))?;
-    Some((one.what, one.help))
+    Some(one.kind)
 }
 
-fn by_content(bytes: &[u8], beginning: &str) -> Option<(&'static str, &'static str)> {
-    if bytes.starts_with(&[0xD0, 0xCF, 0x11, 0xE0]) || bytes.starts_with(b"PK\x03\x04") {
-        // Many tools' projects are such files: the name says more.
-        return None;
+fn by_bytes(bytes: &[u8]) -> Option<Kind> {
+    BYTES.iter().find(|(begins, _)| bytes.starts_with(begins)).map(|&(_, kind)| kind)
+}
+
+fn by_text(beginning: &str) -> Option<Kind> {
+    if let Some(&(_, kind)) = TEXTS.iter().find(|(piece, _)| beginning.contains(piece)) {
+        return Some(kind);
     }
-    let known = CONTENT.iter().find(|(piece, ..)| beginning.contains(piece));
-    if let Some(&(_, what, help)) = known {
-        return Some((what, help));
+    let begins = |words: &[&str]| {
+        beginning.lines().any(|line| {
+            let first = line.split_whitespace().next().unwrap_or_default();
+            words.iter().any(|word| first.eq_ignore_ascii_case(word))
+        })
+    };
+    // Statement lists of Siemens' name their blocks so and have networks.
+    if begins(&["NETWORK"]) && beginning.contains("TITLE =") {
+        return Some(SIEMENS);
     }
-    let structured = beginning.lines().any(|line| {
-        let first = line.split_whitespace().next().unwrap_or_default();
-        STRUCTURED.iter().any(|word| first.eq_ignore_ascii_case(word))
-    });
-    structured.then_some(("Structured Text (IEC 61131-3)", LIST))
+    if begins(&CHART) {
+        return Some(kind("a sequential function chart as text (IEC 61131-3)", LIST));
+    }
+    begins(&WORDS).then_some(STRUCTURED)
 }
 
 #[cfg(test)]
@@ -156,9 +199,26 @@ mod tests {
         };
         is("a.csv", "; CSV generated by libsigrok\n", "captured signal");
         is("a.txt", "$date today $end\n$timescale 1 ns $end\n", "VCD");
-        is("a.txt", "<?xml version=\"1.0\"?>\n<RSLogix5000Content>", "Rockwell");
-        is("a.txt", "FUNCTION_BLOCK f\nVAR_INPUT\n", "Structured Text");
-        is("a.GXW", "\u{0}", "GX Works2");
+        is("a.GXW", "\u{0}", "a project of GX Works2, which cannot be read");
+        is("a.cxp", "\u{0}", "CX-Programmer");
+        is("a.bin", "PK\u{3}\u{4}", "ZIP");
+        for (text, part) in [
+            ("<?xml version=\"1.0\"?>\n<RSLogix5000Content>", "Rockwell's Logix tools (L5X)"),
+            ("(*****\n  Import-Export\n*****)\n\nIE_VER := 2.11;\n", "(L5K)"),
+            ("FUNCTION_BLOCK f\nVAR_INPUT\n", "Structured Text"),
+            ("DATA_BLOCK DB 1\nTITLE =\nBEGIN\nNETWORK\n", "Siemens"),
+            ("ORGANIZATION_BLOCK \"Main\"\n{ S7_Optimized_Access := 'TRUE' }\n", "Siemens"),
+            ("<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\">", "PLCopen XML"),
+            ("<Project xmlns:smcext=\"https://www.ia.omron.com/Smc\">", "Sysmac Studio"),
+            ("<?xml version=\"1.0\"?>\n<TcPlcObject Version=\"1.1\">", "TwinCAT"),
+            ("<?xml version=\"1.0\"?>\n<FEFExchangeFile>", "Schneider"),
+            ("(* @NESTEDCOMMENTS := 'Yes' *)\nPROGRAM p\nVAR\n", "CODESYS"),
+            ("DEVICE:55\n;MODULE:Main\n;MODULE_TYPE:0\nLD R0\n", "KEYENCE"),
+            ("INITIAL_STEP s0:\nEND_STEP\n", "sequential function chart"),
+        ] {
+            is("a.txt", text, part);
+            is("a.txt", text, ": not supported yet");
+        }
         assert_eq!(what("a.txt", "call the customer"), None);
     }
 

@@ -18,6 +18,8 @@ pub use ignore::Ignore;
 
 /// Larger files are refused: the largest programs have a million steps, about a third of this.
 const LARGEST: u64 = 256 << 20;
+/// What stands for stdin among the paths that a user names.
+pub const STDIN: &str = "-";
 /// Most names that one message lists.
 const LISTED: usize = 20;
 /// How deep directories are looked through for programs that nobody named.
@@ -42,9 +44,9 @@ pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagno
     let mut gathering =
         Gathering { ignore, named, inputs: Vec::new(), seen: BTreeSet::new(), found: Vec::new() };
     for path in paths {
-        if path.is_dir() {
+        if path.is_dir() && !is_stdin(path) {
             gathering.directory(path);
-        } else if ignore.matches(path, None) {
+        } else if !is_stdin(path) && ignore.matches(path, None) {
             gathering.left_out(path, "left out by --ignore");
         } else if let Some(bytes) = gathering.read(path) {
             gathering.inputs.push(Input { name: name(path), bytes });
@@ -65,6 +67,18 @@ pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagno
         return Err(found);
     }
     Ok(Gathered { inputs, warnings: found })
+}
+
+/// Reads one file, or stdin, whatever it is.
+///
+/// # Errors
+/// Why it cannot be read.
+pub fn one(path: &Path) -> io::Result<Input> {
+    Ok(Input { name: name(path), bytes: bytes(path, u64::MAX)? })
+}
+
+fn is_stdin(path: &Path) -> bool {
+    path == Path::new(STDIN)
 }
 
 struct Gathering<'a> {
@@ -346,12 +360,19 @@ fn few(names: &[String]) -> String {
 }
 
 fn name(path: &Path) -> String {
+    if is_stdin(path) {
+        return "stdin".to_owned();
+    }
     path.to_string_lossy().into_owned()
 }
 
 /// At most so many bytes of a file.
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
+    if is_stdin(path) {
+        io::stdin().take(most).read_to_end(&mut bytes)?;
+        return Ok(bytes);
+    }
     File::open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }

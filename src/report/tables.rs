@@ -44,6 +44,7 @@ pub fn one(table: &Table) -> String {
     };
     put("for", table.title.clone());
     put("CPUs", table.cpus.join(" "));
+    put("date", table.date.clone().unwrap_or_default());
     put("family", table.family.clone().unwrap_or_default());
     put("amends", table.base.clone().unwrap_or_default());
     if let Some(factor) = &table.factor {

@@ -78,6 +78,14 @@ pub fn names() -> Vec<&'static str> {
     FILES.iter().map(|(name, _)| *name).collect()
 }
 
+/// The names of the built-in tables, each with the day of its last change.
+pub fn dates() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let dated = |&(name, text): &(&'static str, &'static str)| {
+        (name, cells(text, "\n@date,").next().unwrap_or_default())
+    };
+    FILES.iter().map(dated)
+}
+
 /// A built-in table's text; letter case does not count.
 #[must_use]
 pub fn text(name: &str) -> Option<&'static str> {

@@ -171,6 +171,8 @@ pub struct Table {
     pub name: String,
     /// What it is for, one line; empty if it does not say.
     pub title: String,
+    /// The day of its last change, as `2026-11-21`.
+    pub date: Option<String>,
     /// The family whose instruction set it prices, as a built-in table names it (`q`, `fx5`).
     pub family: Option<String>,
     /// The CPUs it is for, upper case, without the word CPU.

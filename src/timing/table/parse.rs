@@ -100,7 +100,7 @@ pub(crate) const POINTS: [&str; 2] = ["@max-inputs", "@max-outputs"];
 /// No PLC has more inputs or outputs.
 const MOST_POINTS: u32 = 65_536;
 /// Rows whose second field is text.
-const TEXT: [&str; 5] = ["@base", "@cpu", "@family", "@note", "@title"];
+const TEXT: [&str; 6] = ["@base", "@cpu", "@date", "@family", "@note", "@title"];
 
 const HEAD_HELP: &str = "begin the table with the line instruction,on_us,off_us (separated by commas; further columns: per_unit_us,unit,evidence,source)";
 const TIME_HELP: &str =
@@ -523,6 +523,12 @@ impl<'a> Reader<'a> {
         match name {
             "@title" => self.table.title = text,
             "@note" => self.table.notes.push(text),
+            "@date" if is_date(&text) => self.table.date = Some(text),
+            "@date" => {
+                let message = format!("'{}' is no date", shown(&text));
+                let help = "write year, month and day: 2026-11-21";
+                self.fault_at(fields, Code::TableRow, &text, message, help);
+            }
             "@cpu" => self.table.cpus.extend(text.split_whitespace().map(str::to_ascii_uppercase)),
             "@family" if super::builtin::families().contains(&*text.to_ascii_lowercase()) => {
                 self.table.family = Some(text.to_ascii_lowercase());
@@ -564,6 +570,7 @@ impl<'a> Reader<'a> {
             if !table.cpus.is_empty() {
                 base.cpus = table.cpus;
             }
+            base.date = table.date.or(base.date);
             base.family = table.family.or(base.family);
             base.factor = table.factor.or(base.factor);
             base.most_inputs = table.most_inputs.or(base.most_inputs);
@@ -576,6 +583,23 @@ impl<'a> Reader<'a> {
             table.put(Row { amends, ..row });
         }
         Ok(Parsed { table, warnings: self.warnings })
+    }
+}
+
+/// Whether a text is a day in the form `2026-11-21`.
+fn is_date(text: &str) -> bool {
+    let digits = |part: &str, most: u32| {
+        part.bytes().all(|byte| byte.is_ascii_digit())
+            && part.parse().is_ok_and(|number: u32| (1..=most).contains(&number))
+    };
+    match text.split('-').collect::<Vec<_>>()[..] {
+        [year, month, day] => {
+            (year.len(), month.len(), day.len()) == (4, 2, 2)
+                && digits(year, 9999)
+                && digits(month, 12)
+                && digits(day, 31)
+        }
+        _ => false,
     }
 }
 

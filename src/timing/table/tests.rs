@@ -67,6 +67,9 @@ fn a_faulty_row_is_told_with_its_line_and_what_to_do() {
     assert_eq!(fault("@max-inputs,4k,"), "@max-inputs is '4k': not a number of points");
     assert_eq!(fault("@max-outputs,65537,"), "@max-outputs is '65537': not a number of points");
     assert_eq!(fault("@max-outputs,,"), "@max-outputs is '': not a number of points");
+    for bad in ["today", "2026-13-01", "2026-1-01", "26-01-01", "2026-01-32", "2026-01-+1"] {
+        assert_eq!(fault(&format!("@date,{bad},")), format!("'{bad}' is no date"));
+    }
     assert_eq!(fault("@title,one,two"), "@title takes one text, in the second field");
 }
 
@@ -203,6 +206,8 @@ fn every_built_in_table_is_complete_and_says_where_its_times_come_from() {
     for name in builtin::names() {
         let table = Table::builtin(name).unwrap();
         assert!(!table.title.is_empty() && !table.cpus.is_empty(), "{name}");
+        let date = builtin::dates().find(|(own, _)| *own == name).map(|(_, date)| date);
+        assert!(date.is_some() && date == table.date.as_deref(), "{name}: {date:?}");
         for row in table.rows() {
             assert!(!row.source.is_empty(), "{name}: {}", row.name);
             assert_ne!(row.evidence, Evidence::Stated, "{name}: {}", row.name);
