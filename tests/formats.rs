@@ -129,6 +129,26 @@ fn two_versions_differ_by_what_their_rungs_say() {
 }
 
 #[test]
+fn a_scan_that_may_never_end_is_above_whatever_is_allowed() {
+    let directory = project();
+    let main = "LBL0: AND 1\nCJP LBL1\nGJ\nJMP LBL0\nLBL1: GS 0\nGJ\nJMP LBL0\nGN 0\nLBL5: ";
+    for (name, group) in [("ends.lst", "TIM 10 #30\nWAIT\nOUT 200\n"), ("round.lst", "OUT 200\n")] {
+        let text = format!("{main}{group}JMP LBL5\n");
+        fs::write(directory.path().join(name), text).expect("written");
+    }
+    for (new, code) in [("round.lst", 1), ("ends.lst", 0)] {
+        let command = ["diff", "ends.lst", new, "--fail-above", "100%", "--format", "json"];
+        let output = scanbound(&command, directory.path());
+        assert_eq!(output.status.code(), Some(code), "{}", told(&output));
+        let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let is_endless = Value::from(code == 1);
+        assert_eq!((&json["endless"], &json["above_allowed"]), (&is_endless, &is_endless));
+        // Of the scans that end the bound is no higher.
+        assert!(json["delta_ps"].as_i64() <= Some(0), "{json}");
+    }
+}
+
+#[test]
 fn a_project_file_stands_for_arguments() {
     let directory = project();
     let common = "cpu = \"Q26UDV\"\nfacts = \"../facts.toml\"\nprograms = [\"../old.il\"]\n";

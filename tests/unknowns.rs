@@ -3,7 +3,7 @@
 mod common;
 
 use common::audited::{asked, listed, table};
-use scanbound::audit::{Audit, Kind, conclude, follow, what_if};
+use scanbound::audit::{Audit, UnknownKind, conclude, follow, what_if};
 use scanbound::base::facts::Facts;
 use scanbound::passes::values::Trust;
 
@@ -81,12 +81,23 @@ fn the_bits_of_an_index_are_named_where_they_matter() {
 }
 
 #[test]
+fn an_index_is_named_whatever_device_it_is_added_to() {
+    // All that 16 bits can say is some of the area, and not from there on.
+    let text = "LD X0; MOV D10 Z0; MOV K1 ZR40000Z0; LD= ZR50000 K3; Op9; END";
+    let line = "\"a.txt:3\" = [0, 99], from what D10 held before the scan";
+    assert_eq!(named(text, "[index]\nbits = 16\n"), [line]);
+}
+
+#[test]
 fn what_is_solved_for_an_index_is_the_bound_with_that_fact() {
     let text = "FOR D50; LD X1; Op9; NEXT; LD SM400; MOV K3 D50; LD X0; MOV K1 D1000Z0; LD X0; MOV K5 Z1; MOV K1 ZR1000Z1; FOR ZR20; LD X2; Op1; NEXT; LD SM400; MOV K5 ZR20; END";
     let found = with(text, "", &[20, 1000]);
     let what_if = found.what_if.as_ref().expect("it was asked for");
-    let kinds: Vec<bool> =
-        what_if.steps.iter().map(|step| matches!(step.unknown.kind, Kind::Count(_))).collect();
+    let kinds: Vec<bool> = what_if
+        .steps
+        .iter()
+        .map(|step| matches!(step.unknown.kind, UnknownKind::Count(_)))
+        .collect();
     assert!(kinds.contains(&false), "{:?}", what_if.steps);
     let mut before = [found.bound.upper; 2];
     for (index, step) in what_if.steps.iter().enumerate() {

@@ -5,7 +5,6 @@ use super::deciding::{deciding, depends_on};
 use super::doubt::Doubt;
 use super::executed::{Executed, stands_between, started};
 use super::fact::Fact;
-use super::far;
 use super::method::SearchUse;
 use super::names::Names;
 use super::real::Found;
@@ -13,6 +12,7 @@ use super::request::Request;
 use super::response::Delays;
 use super::unbounded::Loops;
 use super::unknown::Unknown;
+use super::unknown_writes;
 use super::weight::weights;
 use super::{
     ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
@@ -88,8 +88,8 @@ impl Findings<'_> {
     /// What the bound rests on and is not known: counts, then where is written.
     fn unknowns(&self, upper: Picos) -> Vec<Unknown> {
         let mut unknowns = Unknown::counted(self.program, &self.prices.times(), upper);
-        unknowns.extend(far::all(self.program, self.model, self.groups, self.open));
-        far::put_last(&mut unknowns, self.program, self.model);
+        unknowns.extend(unknown_writes::all(self.program, self.model, self.groups, self.open));
+        unknown_writes::put_last(&mut unknowns, self.program, self.model);
         unknowns
     }
 

@@ -90,6 +90,8 @@ pub struct Difference {
     pub besides: i128,
     /// Whether either bound may be too low, as something is not stated.
     pub is_doubtful: bool,
+    /// Whether a scan of the new version can go round a loop for ever: its bound holds for scans that end.
+    pub is_endless: bool,
     /// By how many millionths of the old bound the new one may be larger, if that is a condition.
     pub allowed: Option<u32>,
 }
@@ -117,6 +119,7 @@ impl Difference {
             unchanged,
             besides: whole - told,
             is_doubtful: doubtful(old) || doubtful(new),
+            is_endless: !new.unbounded.is_empty(),
             allowed,
         }
     }
@@ -134,12 +137,12 @@ impl Difference {
         (delta.abs() * 2000 + old) / (old * 2) * delta.signum()
     }
 
-    /// Whether the bound grew by more than is allowed.
+    /// Whether the bound grew by more than is allowed, as it does where a scan need not end.
     #[must_use]
     pub fn is_above(&self) -> bool {
         let above =
             |allowed| self.delta() * 1_000_000 > i128::from(self.old.0) * i128::from(allowed);
-        self.allowed.is_some_and(above)
+        self.allowed.is_some_and(|allowed| self.is_endless || above(allowed))
     }
 }
 

@@ -169,7 +169,7 @@ pub fn fixture() -> Audit {
         unknowns: vec![Unknown {
             word: "D50".into(),
             places: vec![(Location { file: 0, line: 6, step: None }, "BMOV D0 D100 D50".into())],
-            kind: Kind::Count(Counts {
+            kind: UnknownKind::Count(Counts {
                 most: 65_535,
                 each: Picos(40_000),
                 cost: Picos(2_621_400_000),

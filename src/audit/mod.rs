@@ -15,7 +15,6 @@ mod doubt;
 mod executed;
 mod fact;
 mod failure;
-mod far;
 #[cfg(test)]
 pub mod fixture;
 mod indices;
@@ -40,6 +39,7 @@ mod stated;
 mod unbounded;
 mod understood;
 mod unknown;
+mod unknown_writes;
 pub mod verdict;
 mod weight;
 mod what_if;
@@ -66,7 +66,7 @@ pub use assumption::Assumption;
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
-pub use unknown::{Counts, Kind, Unknown};
+pub use unknown::{Counts, Unknown, UnknownKind};
 pub use what_if::{Minor, Own, Step, WhatIf, what_if, what_if_offered};
 
 /// What is known about one project's longest scan.

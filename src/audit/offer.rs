@@ -5,7 +5,7 @@ use super::names::Names;
 use super::pipeline::Concluded;
 use super::request::Request;
 use super::stated;
-use super::unknown::{INDEX, Kind, Unknown};
+use super::unknown::{INDEX, Unknown, UnknownKind};
 use crate::base::facts::key;
 use crate::base::location::Location;
 use crate::base::time::Picos;
@@ -126,7 +126,7 @@ fn ranges(program: &Program) -> Vec<Offer> {
 /// The index by which a region is written, where nothing is known of it.
 fn unknown_index(program: &Program, region: Region, choice: ChoiceId) -> Option<&Indexed> {
     let indexed = program.indexed.get(&choice)?;
-    indexed.may_reach(region).then_some(indexed)
+    indexed.is_unknown_in(region).then_some(indexed)
 }
 
 /// What is not known of words, and what is named only where others are stated, for one of the facts file's tables.
@@ -158,7 +158,7 @@ fn unknowns(audit: &Audit, program: &Program, table: &str) -> Vec<Offer> {
 /// What is not known, and what is taken.
 fn what(program: &Program, one: &Unknown) -> String {
     match &one.kind {
-        Kind::Count(counts) => {
+        UnknownKind::Count(counts) => {
             let named = |comment: &String| comment.starts_with(&format!("{} ", one.word));
             let names = Names::new(program);
             let at = program.instructions.iter().find(|at| {
@@ -169,13 +169,13 @@ fn what(program: &Program, one: &Unknown) -> String {
             let word = comments.into_iter().find(named).unwrap_or_else(|| one.word.to_string());
             format!("{word}, a count: taken as up to {}, {} each", counts.most, counts.each)
         }
-        Kind::Index(_) => format!(
+        UnknownKind::Index(_) => format!(
             "{}, the index of what is written there{}: it may be any device of its kind",
             one.word,
             one.origin()
         ),
-        Kind::IndexBits => "how many bits an index to file registers has, 16 or 32: a parameter of the CPU; both are reckoned with".to_owned(),
-        Kind::Indirect => "all that is written through indirect addresses (@): without it, anything".to_owned(),
+        UnknownKind::IndexBits => "how many bits an index to file registers has, 16 or 32: a parameter of the CPU; both are reckoned with".to_owned(),
+        UnknownKind::Indirect => "all that is written through indirect addresses (@): without it, anything".to_owned(),
     }
 }
 

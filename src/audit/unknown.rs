@@ -28,7 +28,7 @@ pub struct Unknown {
     /// Where it matters, and the instruction's text, the dearest first or in the order of the scan: at least one.
     pub places: Vec<(Location, Arc<str>)>,
     /// What is not known.
-    pub kind: Kind,
+    pub kind: UnknownKind,
     /// What a facts file calls it: a place, or the word where it counts at several.
     pub key: String,
     /// The line for the facts file's table, with a number to be replaced.
@@ -37,7 +37,7 @@ pub struct Unknown {
 
 /// What is not known of a word.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Kind {
+pub enum UnknownKind {
     /// It counts.
     Count(Counts),
     /// Something is written where it says as an index: any device of its kind is taken. It may be what these words hold
@@ -65,8 +65,8 @@ impl Unknown {
     #[must_use]
     pub fn table(&self) -> &'static str {
         match self.kind {
-            Kind::Count(_) => "counts",
-            Kind::Index(_) | Kind::IndexBits | Kind::Indirect => "index",
+            UnknownKind::Count(_) => "counts",
+            UnknownKind::Index(_) | UnknownKind::IndexBits | UnknownKind::Indirect => "index",
         }
     }
 
@@ -74,7 +74,7 @@ impl Unknown {
     #[must_use]
     pub fn counts(&self) -> Option<&Counts> {
         match &self.kind {
-            Kind::Count(counts) => Some(counts),
+            UnknownKind::Count(counts) => Some(counts),
             _ => None,
         }
     }
@@ -83,7 +83,7 @@ impl Unknown {
     #[must_use]
     pub fn origin(&self) -> String {
         match &self.kind {
-            Kind::Index(from) if !from.is_empty() => {
+            UnknownKind::Index(from) if !from.is_empty() => {
                 let more = if from.len() > MOST_ORIGINS { " and others" } else { "" };
                 let from: Vec<&str> = from.iter().map(String::as_str).take(MOST_ORIGINS).collect();
                 format!(", from what {} held before the scan{more}", from.join(", "))
@@ -92,17 +92,16 @@ impl Unknown {
         }
     }
 
-    /// What states it as a number of at most so many; none where it is no number.
-    pub(super) fn state(&self, facts: &mut Facts, most: u32) -> Option<()> {
+    /// States it as a number of at most so many, where it is a number.
+    pub(super) fn state(&self, facts: &mut Facts, most: u32) {
         let range = (0, i64::from(most));
         match self.kind {
-            Kind::Count(_) => _ = facts.counts.insert(self.key.clone(), range),
-            Kind::Index(_) => _ = facts.indices.insert(self.key.clone(), range),
+            UnknownKind::Count(_) => _ = facts.counts.insert(self.key.clone(), range),
+            UnknownKind::Index(_) => _ = facts.indices.insert(self.key.clone(), range),
             // The other is what few CPUs are set to.
-            Kind::IndexBits => facts.index_bits = Some(16),
-            Kind::Indirect => return None,
+            UnknownKind::IndexBits => facts.index_bits = Some(16),
+            UnknownKind::Indirect => {}
         }
-        Some(())
     }
 }
 
@@ -170,7 +169,7 @@ impl Unknown {
             };
             // A name in quotes: what TOML takes for an escape is one of Rust's, too.
             let fact = format!("{key:?} = [0, 20]");
-            Unknown { word, places, kind: Kind::Count(counts), key, fact }
+            Unknown { word, places, kind: UnknownKind::Count(counts), key, fact }
         };
         words.into_iter().map(unknown).collect()
     }

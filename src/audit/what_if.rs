@@ -7,7 +7,7 @@ use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
 use super::request::{Progress, Request};
 use super::stated;
-use super::unknown::Unknown;
+use super::unknown::{Unknown, UnknownKind};
 use crate::base::facts::Facts;
 use crate::base::time::Picos;
 use crate::passes::values::Trust;
@@ -196,10 +196,13 @@ fn steps(unknowns: &[Unknown], request: &Request<'_>, most: &[u32]) -> Result<Ve
     let mut facts = vec![request.facts.clone(); most.len()];
     let mut named = unknowns.to_vec();
     while steps.len() < MOST_STEPS && !(request.cancelled)() {
-        let is_new = |one: &&Unknown| steps.iter().all(|step| step.unknown.key != one.key);
+        let is_new = |one: &&Unknown| {
+            !matches!(one.kind, UnknownKind::Indirect)
+                && steps.iter().all(|step| step.unknown.key != one.key)
+        };
         let Some(unknown) = named.iter().find(is_new).cloned() else { break };
         for (facts, &most) in facts.iter_mut().zip(most) {
-            _ = unknown.state(facts, most);
+            unknown.state(facts, most);
         }
         let found = runs(request, &facts)?;
         let solved = found.iter().map(|run| run.as_ref().map(|run| run.upper)).collect();

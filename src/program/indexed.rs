@@ -38,6 +38,19 @@ impl Indexed {
             Region::Everything => false,
         }
     }
+
+    /// Whether a region is what these cells are some of and nothing narrows it: all that the index's bits can say, if no
+    /// more.
+    #[must_use]
+    pub fn is_unknown_in(&self, region: Region) -> bool {
+        let is_all = match region {
+            Region::Range { first, count } => {
+                first.area == self.first.area && count > u32::from(u16::MAX)
+            }
+            Region::Area(_) | Region::Everything => false,
+        };
+        is_all || self.may_reach(region)
+    }
 }
 
 /// How many cells an instruction writes.

@@ -555,17 +555,17 @@ fn unknown(one: &audit::Unknown) -> Unknown<'_> {
     Unknown {
         name: &one.word,
         kind: match one.kind {
-            audit::Kind::Count(_) => "count",
-            audit::Kind::Index(_) => "index",
-            audit::Kind::IndexBits => "index-bits",
-            audit::Kind::Indirect => "indirect",
+            audit::UnknownKind::Count(_) => "count",
+            audit::UnknownKind::Index(_) => "index",
+            audit::UnknownKind::IndexBits => "index-bits",
+            audit::UnknownKind::Indirect => "indirect",
         },
         places: places(&one.places),
         taken: counts.map(|counts| [0, counts.most]),
         per_unit_ps: counts.map(|counts| counts.each.0),
         ps: counts.map(|counts| counts.cost.0),
         from: match &one.kind {
-            audit::Kind::Index(from) => from,
+            audit::UnknownKind::Index(from) => from,
             _ => &[],
         },
         table: one.table(),

@@ -20,7 +20,7 @@ impl Run<'_> {
     /// Takes note of a write of any value that may go nearly anywhere, and of what that comes from.
     pub(super) fn note_far(&mut self, choice: ChoiceId, region: Region, at: usize) {
         let program = self.program;
-        let indexed = program.indexed.get(&choice).filter(|indexed| indexed.may_reach(region));
+        let indexed = program.indexed.get(&choice).filter(|indexed| indexed.is_unknown_in(region));
         let index = match indexed {
             Some(indexed) if indexed.stated.is_some() || !self.is_far(indexed, at) => return,
             Some(indexed) => indexed.readings.concat(),

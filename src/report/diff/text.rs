@@ -49,7 +49,7 @@ pub fn render(found: &Difference, extent: Extent) -> String {
 #[must_use]
 pub fn answer(found: &Difference) -> String {
     let (old, new) = (at_most(found.old), at_most(found.new));
-    match found.delta() {
+    let bound = match found.delta() {
         0 => format!("The bound stays at {new}."),
         delta => format!(
             "The bound {} from {old} to {new}: {} ({}).",
@@ -57,6 +57,10 @@ pub fn answer(found: &Difference) -> String {
             signed(delta),
             percent(found.thousandths())
         ),
+    };
+    match found.is_endless {
+        true => format!("A scan of the new version may never end. Of scans that end: {bound}"),
+        false => bound,
     }
 }
 

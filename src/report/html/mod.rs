@@ -65,12 +65,11 @@ fn told_only(title: &str, told: &str) -> String {
 }
 
 fn framed(title: &str, body: &str) -> String {
-    // The body comes last: what it holds is replaced by nothing.
-    let head = PAGE.replace("{{title}}", &escaped(title)).replace("{{style}}", STYLE);
-    match head.split_once("{{body}}") {
-        Some((before, after)) => [before, body, after].concat(),
-        None => head,
-    }
+    // What the project says comes last, so that nothing in it is filled.
+    let page = PAGE.replace("{{style}}", STYLE);
+    let (head, foot) = page.split_once("{{body}}").unwrap_or((&page, ""));
+    let (start, rest) = head.split_once("{{title}}").unwrap_or((head, ""));
+    [start, &escaped(title), rest, body, foot].concat()
 }
 
 fn title(audit: &Audit) -> String {

@@ -17,15 +17,19 @@ function svg(tag, attributes, ...children) {
   return made;
 }
 
-// Times as people say them.
-function time(ps) {
+// Times as people say them: of bounds no less than they are, of scans that were found no more.
+const above = (ps) => time(ps, Math.ceil), below = (ps) => time(ps, Math.floor);
+function time(ps, round = Math.round) {
   if (ps === null || ps === undefined) return "";
   const units = [["days", 86400e12, 172800e12], ["h", 3600e12, 7200e12], ["min", 60e12, 120e12], ["s", 1e12, 1e12], ["ms", 1e9, 1e9], ["us", 1e6, 1e6], ["ns", 1e3, 1e3], ["ps", 1, 0]];
   if (ps === 0) return "0 us";
   const [unit, size] = units.find(([, , least]) => ps >= least);
   const value = ps / size;
   const digits = Math.max(0, 3 - Math.floor(Math.log10(Math.max(1, value))));
-  return value.toFixed(size === 1 ? 0 : digits) + " " + unit;
+  const parts = 10 ** (size === 1 ? 0 : digits);
+  // What a quotient falls short or is over by its last bit is not rounded for.
+  const shown = round(Number((value * parts).toPrecision(13))) / parts;
+  return shown.toFixed(size === 1 ? 0 : digits) + " " + unit;
 }
 const share = (ps) => (100 * ps / Math.max(1, report.scan.upper_ps)).toFixed(1) + " %";
 const shortName = (file) => {
@@ -75,8 +79,15 @@ function head() {
     el("h1", {}, document.title.replace(/ - scanbound$/, "")),
     el("p", { class: "faint" }, [report.program.dialect, report.program.cpu, "table " + report.table.name, report.program.instructions + " instructions", report.program.blocks + " rungs"].filter(Boolean).join(" · ")),
     el("div", { class: "answer " + verdict, id: "answer" }, answer.trim()));
-  const rows = [["longest scan, at most", report.scan.upper_ps], ["longest scan found", report.scan.lower_ps], ["everything at its dearer time", report.scan.naive_ps]];
-  page.append(table(["", ">time", ">of the bound"], rows.map(([name, ps]) => [name, time(ps), share(ps)])));
+  const rows = [["longest scan, at most", report.scan.upper_ps, above], ["longest scan found", report.scan.lower_ps, below], ["everything at its dearer time", report.scan.naive_ps, above]];
+  page.append(table(["", ">time", ">of the bound"], rows.map(([name, ps, told]) => [name, told(ps), share(ps)])));
+}
+
+// What is not stated and may make the bound too low.
+function open() {
+  const loops = (report.unbounded || []).map((one) => "a scan can go round the loop back to " + files[one.file] + ":" + one.to_line + " for ever: the bound holds for scans that end");
+  const all = [...loops, ...report.doubts];
+  if (all.length) section("open", "Why the bound may be too low", el("ul", {}, ...all.map((told) => el("li", {}, told))));
 }
 
 function unknowns() {
@@ -92,7 +103,7 @@ function unknowns() {
     const most = solved.steps[0].solved.map((one) => one.most);
     section("what-if", "The bound where these are stated, each with those above it",
       table(["stated", ...most.map((n) => ">at most " + n)], solved.steps.map((step) => [
-        step.name, ...step.solved.map((one) => (one.upper_ps === null ? "cannot be" : time(one.upper_ps)))])));
+        step.name, ...step.solved.map((one) => (one.upper_ps === null ? "cannot be" : above(one.upper_ps)))])));
   }
   const trusted = report.assumptions || [];
   if (trusted.length) {
@@ -100,7 +111,7 @@ function unknowns() {
       first(12, ["what", "range", "written by", ">bound without"], trusted.map((one) => () => [
         one.name, one.range ? one.range.join(" to ") : "never two on",
         one.written.slice(0, 3).map((at) => place(at)).join(", ") + (one.written.length > 3 ? ", ..." : ""),
-        time(one.upper_without_ps)])));
+        above(one.upper_without_ps)])));
   }
 }
 
@@ -377,6 +388,7 @@ function rest() {
 }
 
 head();
+open();
 unknowns();
 parts();
 excluded();

@@ -1,6 +1,6 @@
 //! Writes of which it is not known where they go, and what to state of them.
 
-use super::unknown::{INDEX, Kind, Unknown, key};
+use super::unknown::{INDEX, Unknown, UnknownKind, key};
 use crate::front::Open;
 use crate::program::{Cell, ChoiceId, Program, WordSource, WordTarget, Write};
 use crate::scan::model::{FarWrite, Group, Origin, ScanModel};
@@ -33,7 +33,7 @@ pub(super) fn all(
         found.push(Unknown {
             word: "index bits".into(),
             places: either.iter().map(place).take(MOST_PLACES).collect(),
-            kind: Kind::IndexBits,
+            kind: UnknownKind::IndexBits,
             key: "bits".to_owned(),
             fact: "bits = 16".to_owned(),
         });
@@ -44,7 +44,7 @@ pub(super) fn all(
         found.push(Unknown {
             word: "indirect addresses".into(),
             places: indirect.iter().map(place).take(MOST_PLACES).collect(),
-            kind: Kind::Indirect,
+            kind: UnknownKind::Indirect,
             key: "indirect".to_owned(),
             fact: "indirect = [\"D0-D99\"]".to_owned(),
         });
@@ -58,7 +58,9 @@ pub(super) fn all(
         if known.insert(key.clone()) {
             found.push(Unknown {
                 word: index(program, far),
-                kind: Kind::Index(far.starts.iter().map(|&cell| program.cell_name(cell)).collect()),
+                kind: UnknownKind::Index(
+                    far.starts.iter().map(|&cell| program.cell_name(cell)).collect(),
+                ),
                 fact: format!("{key:?} = [0, {INDEX}]"),
                 places: vec![place],
                 key,
