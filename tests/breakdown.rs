@@ -61,7 +61,11 @@ proptest! {
         let text = program(&rungs);
         holds(&audited(&text, None));
         // What was not searched for is a part of its own, or all that can run is.
-        holds(&audited(&text, Some(Duration::ZERO)));
+        let cut = audited(&text, Some(Duration::ZERO));
+        holds(&cut);
+        if cut.bound.upper == cut.bound.naive {
+            prop_assert!(cut.is_settled() && cut.breakdown(By::Rung).iter().all(|part| part.piece != Piece::Open));
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! Several reports of one run, each read back by what reads it elsewhere; the difference of two versions; project files.
 
 use quick_junit::{Report, TestCaseStatus};
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
 use serde_json::Value;
 use serde_sarif::sarif::Sarif;
 use std::fs;
@@ -33,6 +35,167 @@ fn project() -> tempfile::TempDir {
 }
 
 const HOW: [&str; 4] = ["--cpu", "Q26UDV", "--facts", "facts.toml"];
+
+/// The published schema of SARIF 2.1.0, which comes with the crate that reads SARIF here.
+fn sarif_schema() -> Value {
+    let rustc = Command::new("rustc").arg("-vV").output().expect("rustc starts");
+    let rustc = String::from_utf8_lossy(&rustc.stdout).into_owned();
+    let host = rustc.lines().find_map(|line| line.strip_prefix("host: ")).expect("a platform");
+    // Crates for other platforms need not be here.
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--format-version", "1", "--offline", "--locked"])
+        .args(["--filter-platform", host])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo starts");
+    assert!(output.status.success(), "{}", told(&output));
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let packages = metadata["packages"].as_array().expect("packages");
+    let crate_of = packages.iter().find(|one| one["name"] == "serde-sarif").expect("the crate");
+    let manifest = Path::new(crate_of["manifest_path"].as_str().expect("a path"));
+    let file = manifest.with_file_name("src").join("schema.json");
+    let text = fs::read_to_string(file).expect("its schema");
+    // Its pattern for languages has a bracket too many, which is no regular expression of JSON Schema's.
+    let text = text.replace("-[a-zA-Z]{2}]?$", "-[a-zA-Z]{2}$");
+    let schema: Value = serde_json::from_str(&text).expect("JSON");
+    assert!(schema["title"].as_str().expect("a title").contains("Version 2.1.0"));
+    schema
+}
+
+/// What of a SARIF log does not keep to the published schema.
+fn sarif_faults(validator: &jsonschema::Validator, text: &str) -> Vec<String> {
+    let log: Value = serde_json::from_str(text).expect("JSON");
+    validator.iter_errors(&log).map(|fault| format!("{}: {fault}", fault.instance_path())).collect()
+}
+
+/// An element as the schema of Jenkins (its xUnit plugin's junit-10.xsd) has it: the attributes that it must have, those
+/// that it may have, and what may stand in it.
+type Rule =
+    (&'static str, &'static [&'static str], &'static [&'static str], &'static [&'static str]);
+
+const SUITE: [&str; 10] =
+    ["group", "time", "skipped", "timestamp", "hostname", "id", "package", "file", "log", "url"];
+const RULES: [Rule; 6] = [
+    ("testsuites", &[], &["name", "time", "tests", "failures", "errors"], &["testsuite"]),
+    (
+        "testsuite",
+        &["name", "tests", "failures", "errors"],
+        &SUITE,
+        &["testsuite", "properties", "testcase", "system-out", "system-err"],
+    ),
+    (
+        "testcase",
+        &["name"],
+        &["time", "classname", "group"],
+        &["skipped", "error", "failure", "system-out", "system-err"],
+    ),
+    ("failure", &[], &["type", "message"], &[]),
+    ("system-out", &[], &[], &[]),
+    ("system-err", &[], &[], &[]),
+];
+
+/// What of a JUnit report does not keep to these rules.
+fn junit_faults(text: &str) -> Vec<String> {
+    let mut reader = Reader::from_str(text);
+    let (mut faults, mut open) = (Vec::new(), Vec::<String>::new());
+    let mut opened = |tag: &BytesStart<'_>, open: &[String]| {
+        let name = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
+        let holds = |rule: &&Rule, within: &str| rule.0 == within && rule.3.contains(&&*name);
+        let fits = match open.last() {
+            Some(within) => RULES.iter().any(|rule| holds(&rule, within)),
+            None => name == "testsuites" || name == "testsuite",
+        };
+        let found: Vec<(String, String)> = tag
+            .attributes()
+            .map(|attribute| {
+                let attribute = attribute.expect("well formed");
+                let value = attribute.unescape_value().expect("well formed").into_owned();
+                (String::from_utf8_lossy(attribute.key.as_ref()).into_owned(), value)
+            })
+            .collect();
+        match RULES.iter().find(|rule| rule.0 == name).filter(|_| fits) {
+            None => faults.push(format!("{name} in {open:?}")),
+            Some((_, must, may, _)) => {
+                let has = |key: &str| found.iter().any(|(name, _)| name == key);
+                faults.extend(must.iter().filter(|key| !has(key)).map(|key| format!("no {key}")));
+                let known = |key: &str| must.contains(&key) || may.contains(&key);
+                let number = |key: &str| ["tests", "failures", "errors"].contains(&key);
+                let time = |value: &str| value.parse::<f64>().is_ok_and(f64::is_sign_positive);
+                faults.extend(found.iter().filter_map(|(key, value)| {
+                    let right = match key.as_str() {
+                        key if !known(key) => false,
+                        "time" => time(value),
+                        key if number(key) => value.parse::<u32>().is_ok(),
+                        _ => true,
+                    };
+                    (!right).then(|| format!("{name}: {key} {value:?}"))
+                }));
+            }
+        }
+        name
+    };
+    loop {
+        match reader.read_event().expect("well-formed XML") {
+            Event::Start(tag) => {
+                let name = opened(&tag, &open);
+                open.push(name);
+            }
+            Event::Empty(tag) => drop(opened(&tag, &open)),
+            Event::End(_) => drop(open.pop()),
+            Event::Text(text) => {
+                let within = open.last().map_or("", String::as_str);
+                let blank = text.iter().all(u8::is_ascii_whitespace);
+                assert!(
+                    blank || ["failure", "system-out", "system-err"].contains(&within),
+                    "{within}"
+                );
+            }
+            Event::Eof => return faults,
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn reports_keep_to_the_published_schemas() {
+    let directory = project();
+    let validator = jsonschema::validator_for(&sarif_schema()).expect("a schema");
+    let read = |name: &str| fs::read_to_string(directory.path().join(name)).expect(name);
+    let scans = directory.path().join("scans.csv");
+    fs::write(&scans, "scan_ms\n0.61\n900\n").expect("written");
+    let runs: [&[&str]; 6] = [
+        &["audit", "old.il"],
+        &["check", "old.il", "--limit", "10ms"],
+        &["check", "old.il", "--limit", "1us"],
+        &["check", "old.il", "--limit", "1s", "--max-assumed", "0%"],
+        &["diff", "old.il", "new.il", "--fail-above", "0.5%"],
+        &["compare", "old.il", "scans.csv"],
+    ];
+    for run in runs {
+        let command = [run, &HOW, &["-o", "a.sarif", "-o", "a.xml"]].concat();
+        let output = scanbound(&command, directory.path());
+        assert_ne!(output.status.code(), Some(2), "{run:?}: {}", told(&output));
+        let (sarif, junit) = (read("a.sarif"), read("a.xml"));
+        assert_eq!(sarif_faults(&validator, &sarif), [""; 0], "{run:?}");
+        assert_eq!(junit_faults(&junit), [""; 0], "{run:?}");
+        // Damage is seen.
+        let damaged = sarif.replace("\"version\": \"2.1.0\"", "\"version\": \"2.0\"");
+        assert_eq!(sarif_faults(&validator, &damaged).len(), 1);
+        for (from, to) in [
+            (" tests=\"1\"", " test=\"1\""),
+            ("<testcase ", "<case "),
+            ("</testcase>", "<b/></testcase>"),
+        ] {
+            let damaged = junit.replace(from, to);
+            let damaged = if from == "<testcase " {
+                damaged.replace("</testcase>", "</case>")
+            } else {
+                damaged
+            };
+            assert_ne!(junit_faults(&damaged), [""; 0], "{from}");
+        }
+    }
+}
 
 #[test]
 fn one_run_writes_every_format_by_its_suffix() {

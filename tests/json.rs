@@ -1,4 +1,5 @@
-//! docs/json.md against the JSON that is written: every key is documented, and what is documented is written.
+//! docs/json.md, the schemas and the JSON that is written against each other: every key is documented, what is documented
+//! is written, and what is written keeps to its schema.
 
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -7,6 +8,9 @@ use std::process::Command;
 
 /// Keys whose own keys are names of the program's.
 const MAPS: [&str; 2] = ["witness", "witness_run.inputs"];
+
+/// Keys that hold a document of another schema.
+const WITHIN: &str = "projects.report";
 
 /// Documented keys that none of the reports below holds.
 const UNSEEN: [&str; 0] = [];
@@ -26,7 +30,7 @@ fn json(arguments: &[&str]) -> Value {
 /// The keys of a value as paths, lists looked into: `groups.charges.line`.
 fn keys(value: &Value, path: &str, found: &mut BTreeSet<String>) {
     match value {
-        Value::Object(entries) if !MAPS.contains(&path) => {
+        Value::Object(entries) if !MAPS.contains(&path) && path != WITHIN => {
             for (key, value) in entries {
                 let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
                 keys(value, &path, found);
@@ -56,8 +60,82 @@ fn documented(heading: &str) -> BTreeSet<String> {
             assert!(found.insert(last.clone()), "{last} is documented twice");
         }
     }
-    assert!(found.len() > 20, "{heading} has its table");
+    assert!(found.len() > 5, "{heading} has its table");
     found
+}
+
+/// The schema of this name, as the program writes it.
+fn schema(name: &str) -> Value {
+    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .args(["schema", name])
+        .output()
+        .expect("the program starts");
+    serde_json::from_slice(&output.stdout).expect("a schema")
+}
+
+/// Whether a value keeps to a schema; what is wrong if it does not.
+fn faults(schema: &Value, value: &Value) -> Vec<String> {
+    jsonschema::meta::validate(schema).expect("a schema");
+    let validator = jsonschema::validator_for(schema).expect("a schema");
+    validator
+        .iter_errors(value)
+        .map(|fault| format!("{}: {fault}", fault.instance_path()))
+        .collect()
+}
+
+/// The keys that a schema knows, in the form of [`keys`].
+fn known(schema: &Value, path: &str, found: &mut BTreeSet<String>) {
+    if MAPS.contains(&path) || path == WITHIN {
+        return;
+    }
+    let forms = ["anyOf", "oneOf"].map(|form| schema[form].as_array().into_iter().flatten());
+    forms
+        .into_iter()
+        .flatten()
+        .chain(schema.get("items"))
+        .for_each(|inner| known(inner, path, found));
+    for (key, inner) in schema["properties"].as_object().into_iter().flatten() {
+        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        known(inner, &path, found);
+        found.insert(path);
+    }
+}
+
+/// Holds what the schema knows against what is documented, and documents against the schema.
+fn keeps(name: &str, heading: &str, documents: &[Value]) {
+    let schema = schema(name);
+    for document in documents {
+        assert_eq!(faults(&schema, document), [""; 0], "{name}");
+    }
+    let mut found = BTreeSet::new();
+    known(&schema, "", &mut found);
+    // The lists of a breakdown have rows of one type, of which rungs alone have all keys.
+    let documented = documented(heading);
+    found.retain(|key| {
+        let list = ["program", "routine", "instruction"]
+            .iter()
+            .find_map(|list| key.strip_prefix(&format!("breakdown.{list}.")));
+        documented.contains(key)
+            || !list.is_some_and(|own| documented.contains(&format!("breakdown.rung.{own}")))
+    });
+    agree(&found, &documented);
+    // What is not written so is no such document.
+    for (pointer, wrong) in
+        [("/schema", Value::from("scanbound.other/1")), ("/schema", Value::Null)]
+    {
+        let mut document = documents[0].clone();
+        *document.pointer_mut(pointer).expect("a key") = wrong;
+        assert_ne!(faults(&schema, &document), [""; 0], "{name}");
+    }
+    for key in documents[0].as_object().expect("an object").keys() {
+        let mut document = documents[0].clone();
+        document[key] = serde_json::json!([[0]]);
+        assert_ne!(faults(&schema, &document), [""; 0], "{name}: {key}");
+    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/schema/{name}.json"));
+    let kept: Value =
+        serde_json::from_slice(&std::fs::read(page).unwrap_or_default()).unwrap_or_default();
+    assert!(kept == schema, "write it anew: scanbound schema {name} > docs/schema/{name}.json");
 }
 
 /// Holds what is written against what is documented.
@@ -120,12 +198,15 @@ fn every_key_of_an_audit_is_documented() {
         &["check", line[0], line[1], line[2], "--limit", "1ms", "--margin", "10%"],
         &["check", line[0], line[1], line[2], "--limit", "1s", "--max-assumed", "30%"],
     ];
+    let mut reports = Vec::new();
     for run in runs {
         let report = json(run);
         assert_eq!(report["schema"], "scanbound.audit/1");
         keys(&report, "", &mut found);
+        reports.push(report);
     }
     agree(&found, &documented("## audit and check"));
+    keeps("audit", "## audit and check", &reports);
 }
 
 #[test]
@@ -142,12 +223,15 @@ fn every_key_of_a_comparison_is_documented() {
         &["compare", program, "tests/cli/minasec.in/dump.vcd", "--signal", "scan", "--fit"],
         &["compare", "samples/filler", measured, "--fit"],
     ];
+    let mut reports = Vec::new();
     for run in runs {
         let report = json(run);
         assert_eq!(report["schema"], "scanbound.compare/1");
         keys(&report, "", &mut found);
+        reports.push(report);
     }
     agree(&found, &documented("## compare"));
+    keeps("compare", "## compare", &reports);
 }
 
 #[test]
@@ -164,10 +248,97 @@ fn every_key_of_a_difference_is_documented() {
     std::fs::write(new.join("MAIN.csv"), other).expect("written");
     let (old, new) = (old.to_str().expect("plain"), new.to_str().expect("plain"));
     let mut found = BTreeSet::new();
+    let mut reports = Vec::new();
     for run in [["diff", old, new], ["diff", new, old]] {
         let report = json(&run);
         assert_eq!(report["schema"], "scanbound.diff/1");
         keys(&report, "", &mut found);
+        reports.push(report);
     }
     agree(&found, &documented("## diff"));
+    keeps("diff", "## diff", &reports);
+}
+
+#[test]
+fn several_projects_are_one_document() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let program = "LD X0\nMOV K1 D0\nEND\n";
+    for (place, text) in [
+        ("a", "programs = [\"p.il\"]\ncpu = \"Q26UDV\"\nlimit = \"1s\"\n"),
+        ("b", "programs = [\"p.il\"]\ncpu = \"Q26UDV\"\nlimit = \"1us\"\n"),
+        ("c", "programs = [\"p.il\"]\ncpu = \"Q26UDV\"\n"),
+        ("d", "programs = [\"no.il\"]\ncpu = \"Q26UDV\"\nlimit = \"1s\"\n"),
+    ] {
+        let place = directory.path().join(place);
+        std::fs::create_dir(&place).expect("a directory");
+        std::fs::write(place.join("scanbound.toml"), text).expect("written");
+        std::fs::write(place.join("p.il"), program).expect("written");
+    }
+    let check = |format: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+            .args(["check", "--all"])
+            .args(format)
+            .current_dir(directory.path())
+            .output()
+            .expect("the program starts");
+        (output.status.code(), output.stdout, String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, written, told) = check(&["--format", "json"]);
+    assert_eq!(code, Some(2), "the gravest");
+    let document: Value = serde_json::from_slice(&written).expect("one document");
+    let projects = document["projects"].as_array().expect("projects");
+    let ends: Vec<(&str, u64)> = projects
+        .iter()
+        .map(|one| {
+            (one["file"].as_str().expect("a file"), one["exit_code"].as_u64().expect("a code"))
+        })
+        .collect();
+    let file = |place: &str| format!("{place}/scanbound.toml");
+    assert_eq!(ends, [(&*file("a"), 0), (&*file("b"), 1), (&*file("c"), 2), (&*file("d"), 2)]);
+    assert_eq!(projects[1]["report"]["check"]["verdict"], "refuted");
+    assert!(projects[2]["errors"][0]["message"].as_str().expect("a fault").contains("no limit"));
+    assert_eq!(projects[3]["errors"][0]["code"], "unreadable");
+    assert!(told.contains("no limit is given") && told.contains("d/scanbound.toml"), "{told}");
+    let mut found = BTreeSet::new();
+    keys(&document, "", &mut found);
+    agree(&found, &documented("## check --all"));
+    let report = schema("audit");
+    for project in &projects[..2] {
+        assert_eq!(faults(&report, &project["report"]), [""; 0]);
+    }
+    keeps("checks", "## check --all", &[document]);
+    // What cannot be written one behind the other is refused before anything is checked.
+    for format in ["csv", "sarif", "junit", "html"] {
+        let (code, written, told) = check(&["--format", format]);
+        assert_eq!((code, written.len()), (Some(2), 0));
+        assert!(told.contains("holds one project"), "{told}");
+    }
+    assert_eq!(check(&[]).0, Some(2));
+    assert_eq!(check(&["-q", "--format", "json"]).1, b"");
+}
+
+/// What the source names as a document's `schema` is listed with its schema. (SARIF has its own, published by others.)
+#[test]
+fn every_kind_of_json_has_a_schema() {
+    let output = Command::new(env!("CARGO_BIN_EXE_scanbound")).arg("schema").output();
+    let listed = String::from_utf8(output.expect("the program starts").stdout).expect("text");
+    let mut named = BTreeSet::new();
+    let mut directories = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+    while let Some(directory) = directories.pop() {
+        for entry in std::fs::read_dir(directory).expect("a directory") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                directories.push(path);
+            } else if path.extension().is_some_and(|kind| kind == "rs") {
+                let text = std::fs::read_to_string(&path).expect("text");
+                let ids =
+                    text.split("\"scanbound.").skip(1).filter_map(|rest| rest.split('"').next());
+                named.extend(ids.filter(|id| id.contains('/')).map(|id| format!("scanbound.{id}")));
+            }
+        }
+    }
+    assert!(named.len() >= 4, "{named:?}");
+    for id in named {
+        assert!(listed.contains(&id), "{id} is written and not listed: {listed}");
+    }
 }

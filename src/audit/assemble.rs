@@ -126,6 +126,11 @@ impl Findings<'_> {
                 charges.iter_mut().for_each(|charge| charge.share = Picos::ZERO);
             }
             let rungs = self.rungs(group, &charges, &names, Audit::is_main(maximum.upper, &bound));
+            let dearer = |charge: &ChargeUse| charge.on.max(charge.off);
+            if maximum.upper == charges.iter().map(dearer).sum() {
+                // Nothing was taken off: the bound is their sum, so what each takes of it is known.
+                charges.iter_mut().for_each(|charge| charge.share = dearer(charge));
+            }
             (charges, rungs)
         };
         let groups = self.groups.iter().zip(self.maxima).map(explained).collect();

@@ -219,7 +219,7 @@ impl Audit {
         })
     }
 
-    /// Whether the search settled what the model's dearest scan takes.
+    /// Whether it is known of all of the bound what takes it: the search left nothing open, or the bound is the sum of all.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         self.open() == Picos::ZERO

@@ -389,7 +389,8 @@ pub struct ChargeUse {
     pub reached: bool,
     /// What it costs there.
     pub cost: Picos,
-    /// Its part in the bound: what it costs in the dearest scan that the model allows.
+    /// Its part in the bound: what it costs in the dearest scan that the model allows; where the bound is
+    /// the sum of all at their dearer times, that.
     pub share: Picos,
     /// The routine that it was called in, if any.
     pub routine: Option<Arc<str>>,

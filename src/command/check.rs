@@ -1,7 +1,7 @@
 //! `scanbound check`: whether the project keeps to a limit.
 
-use super::options::{ProjectOptions, ReportOptions, SearchOptions};
-use super::output::say;
+use super::options::{ProjectOptions, ReportOptions, Reports, SearchOptions};
+use super::output::{Target, say};
 use super::project_file::{self, ProjectFile};
 use super::values::{self, Limit};
 use super::watch::WatchOptions;
@@ -9,10 +9,12 @@ use super::{Failure, Outcome};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use scanbound::audit::verdict::{Check, Margin, MostAssumed, Verdict};
-use scanbound::audit::{Request, conclude, follow};
+use scanbound::audit::{Audit, Request, conclude, follow};
 use scanbound::base::time::Picos;
+use scanbound::report::projects::{self, Checked};
 use scanbound::timing::table::Table;
-use std::path::Path;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
 /// Which scan refutes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -102,6 +104,18 @@ impl Wanted {
     /// Audits the project, judges and reports.
     fn run(&self, arguments: &Arguments) -> Result<Outcome, Failure> {
         let (reports, trace) = arguments.report.targets(&self.project, &arguments.search)?;
+        let (audit, check) = self.judge(arguments, Some(&reports))?;
+        trace.write(&audit)?;
+        arguments.report.write(&audit, Some(&check), reports)?;
+        Ok(outcome(&check))
+    }
+
+    /// Audits the project, with all that reports show, and judges.
+    fn judge(
+        &self,
+        arguments: &Arguments,
+        reports: Option<&Reports>,
+    ) -> Result<(Audit, Check), Failure> {
         let (audit, limit) = self.project.with_request(|request| {
             let request = arguments.search.of(request);
             let followed = follow(&request)?;
@@ -112,10 +126,11 @@ impl Wanted {
                 Some(_) => None,
             };
             let mut concluded = conclude(followed, &Request { limit: until, ..request })?;
-            reports.draw(&mut concluded);
+            if let Some(reports) = reports {
+                reports.draw(&mut concluded);
+            }
             Ok((concluded.audit, limit))
         })?;
-        trace.write(&audit)?;
         let mut check = Check::new(&audit, limit, self.margin);
         if arguments.refute == Refute::Reached {
             check = check.if_reached(&audit);
@@ -123,12 +138,15 @@ impl Wanted {
         if let Some(most) = self.max_assumed {
             check = check.if_assumed_at_most(&audit, most);
         }
-        arguments.report.write(&audit, Some(&check), reports)?;
-        Ok(match check.verdict {
-            Verdict::Proved => Outcome::Done,
-            Verdict::Refuted => Outcome::Refuted,
-            Verdict::Undecided(_) => Outcome::Undecided,
-        })
+        Ok((audit, check))
+    }
+}
+
+fn outcome(check: &Check) -> Outcome {
+    match check.verdict {
+        Verdict::Proved => Outcome::Done,
+        Verdict::Refuted => Outcome::Refuted,
+        Verdict::Undecided(_) => Outcome::Undecided,
     }
 }
 
@@ -151,24 +169,68 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// Exit codes, the gravest first.
 const GRAVEST: [u8; 5] = [70, 2, 1, 3, 0];
 
+/// Formats in which reports may stand one behind the other.
+const IN_A_ROW: [&str; 3] = ["text", "markdown", "github"];
+
 /// Checks one project after the other; what is wrong with one does not keep the others from being checked.
 fn all(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let mut codes = Vec::new();
-    for path in project_file::all(Path::new("."))? {
+    let files = project_file::all(Path::new("."))?;
+    let codes = match arguments.report.format_of_stdout() {
+        "json" if !arguments.report.is_quiet() => document(arguments, &files)?,
+        "json" => in_a_row(arguments, &files),
+        name if IN_A_ROW.contains(&name) => in_a_row(arguments, &files),
+        name => return Err(anyhow!(
+            "--format {name} holds one project: check each by itself, or write --all with --format text, markdown, github or json"
+        )
+        .into()),
+    };
+    let gravest = GRAVEST.into_iter().find(|code| codes.contains(code));
+    Ok(Outcome::Told(gravest.unwrap_or(0)))
+}
+
+fn in_a_row(arguments: &Arguments, files: &[PathBuf]) -> Vec<u8> {
+    let check = |path: &PathBuf| {
         if !arguments.report.is_quiet() {
             say(&format!("{}\n", path.display()));
         }
-        let checked = ProjectFile::read(&path)
+        let checked = ProjectFile::read(path)
             .and_then(|file| Wanted::of(arguments, Some(&file)))
             .and_then(|wanted| wanted.run(arguments));
-        codes.push(match checked {
-            Ok(outcome) => outcome.code(),
+        super::code_of(checked)
+    };
+    files.iter().map(check).collect()
+}
+
+/// One JSON document of all projects on stdout; each is written as soon as it is checked.
+fn document(arguments: &Arguments, files: &[PathBuf]) -> Result<Vec<u8>, Failure> {
+    let mut codes = Vec::new();
+    put(projects::begin)?;
+    for path in files {
+        let name = path.display().to_string();
+        say(&format!("{name}\n"));
+        let checked = ProjectFile::read(path)
+            .and_then(|file| Wanted::of(arguments, Some(&file)))
+            .and_then(|wanted| wanted.judge(arguments, None));
+        let code = match &checked {
+            Ok((_, check)) => outcome(check).code(),
             Err(failure) => {
                 say(&failure.message());
                 failure.code()
             }
-        });
+        };
+        let checked = match &checked {
+            Ok((audit, check)) => Checked::Audited(audit, check),
+            Err(Failure::Input(faults)) => Checked::Faulty(faults),
+            Err(Failure::Usage(error)) => Checked::Failed(format!("{error:#}")),
+            Err(Failure::Internal(what)) => Checked::Failed(format!("internal error: {what}")),
+        };
+        put(|out| projects::project(codes.len(), &name, code, &checked, out))?;
+        codes.push(code);
     }
-    let gravest = GRAVEST.into_iter().find(|code| codes.contains(code));
-    Ok(Outcome::Told(gravest.unwrap_or(0)))
+    put(projects::end)?;
+    Ok(codes)
+}
+
+fn put(fill: impl Fn(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
+    Target::Stdout.fill(fill)
 }

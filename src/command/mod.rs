@@ -13,6 +13,7 @@ mod options;
 mod output;
 mod progress;
 mod project_file;
+mod schema;
 mod show;
 mod sink;
 mod tables;
@@ -61,6 +62,8 @@ enum Command {
     Convert(convert::Arguments),
     /// List the timing tables, show one, or check one of your own
     Tables(tables::Arguments),
+    /// Write the JSON schema of a report
+    Schema(schema::Arguments),
     /// Write the completions of a shell
     Completions(completions::Completions),
     /// Write the manual's pages, for `man`
@@ -186,6 +189,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Emulate(arguments) => emulate::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
         Command::Tables(arguments) => tables::run(arguments),
+        Command::Schema(arguments) => schema::run(arguments),
         Command::Completions(arguments) => completions::completions(arguments, Cli::command()),
         Command::Man(arguments) => completions::man(arguments, Cli::command()),
     }

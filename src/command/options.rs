@@ -432,6 +432,11 @@ impl ReportOptions {
         Ok(())
     }
 
+    /// The name of the format of what goes to stdout.
+    pub fn format_of_stdout(&self) -> &'static str {
+        self.format(None).name
+    }
+
     /// Whether nothing but errors is shown.
     pub fn is_quiet(&self) -> bool {
         self.quiet

@@ -123,7 +123,7 @@ fn write_parts(audit: &Audit, by: By, out: &mut dyn io::Write) -> io::Result<()>
             }
             Piece::Instruction(name) => (String::new(), None, None, name.to_string()),
             Piece::EveryScan(name) => (String::new(), None, None, name.clone()),
-            Piece::Open => (String::new(), None, None, "not settled by the search".to_owned()),
+            Piece::Open => (String::new(), None, None, "left open by the search".to_owned()),
             Piece::Factor(text) => (String::new(), None, None, format!("factor {text}")),
         };
         let number_of = |value: Option<u32>| value.map_or(String::new(), |value| value.to_string());

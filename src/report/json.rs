@@ -8,8 +8,10 @@ use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{self, Audit, Engine, Opinion};
 use crate::base::budget::{Cut, End};
 use crate::base::location::Location;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use serde::ser::SerializeMap;
+use std::borrow::Cow;
 use std::io;
 use std::sync::Arc;
 
@@ -25,14 +27,14 @@ pub const FORMAT: Format = Format {
 };
 
 /// Something that the user stated.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Stated {
     what: String,
     status: &'static str,
 }
 
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
     schema: &'static str,
     program: Program<'a>,
     table: Table<'a>,
@@ -75,7 +77,7 @@ struct Report<'a> {
 }
 
 /// A value that the longest scan found needs.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Condition<'a> {
     name: &'a str,
     #[serde(skip_serializing_if = "str::is_empty")]
@@ -85,7 +87,7 @@ struct Condition<'a> {
 }
 
 /// What a word holds whenever a scan starts, or which relays are never both on then.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Assumption<'a> {
     name: String,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -96,7 +98,7 @@ struct Assumption<'a> {
 }
 
 /// A count of which nothing is known.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Unknown<'a> {
     name: &'a str,
     kind: &'static str,
@@ -114,7 +116,7 @@ struct Unknown<'a> {
 }
 
 /// Bounds with more stated, or less trusted.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct WhatIf<'a> {
     steps: Vec<WhatIfStep<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -122,7 +124,7 @@ struct WhatIf<'a> {
 }
 
 /// A count that is stated besides those before it.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct WhatIfStep<'a> {
     name: &'a str,
     fact: &'a str,
@@ -130,20 +132,20 @@ struct WhatIfStep<'a> {
     solved: Vec<Solved>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Solved {
     most: u32,
     upper_ps: Option<u64>,
 }
 
 /// Assumptions that are not listed.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Minor {
     count: usize,
     upper_without_ps: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct UnknownPlace<'a> {
     file: u32,
     line: u32,
@@ -151,14 +153,14 @@ struct UnknownPlace<'a> {
 }
 
 /// A stage that was cut short.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Ended<'a> {
     by: &'static str,
     stage: &'a str,
     open: &'a str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Program<'a> {
     files: &'a [String],
     dialect: &'a str,
@@ -167,7 +169,7 @@ struct Program<'a> {
     blocks: u32,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Table<'a> {
     name: &'a str,
     title: &'a str,
@@ -180,7 +182,7 @@ struct Table<'a> {
     unverified_rows: Vec<Unverified<'a>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Factor<'a> {
     factor: &'a str,
     evidence: &'static str,
@@ -189,7 +191,7 @@ struct Factor<'a> {
     ps: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Response<'a> {
     input_ps: u64,
     input_evidence: &'static str,
@@ -202,7 +204,7 @@ struct Response<'a> {
     upper_ps: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Unverified<'a> {
     name: &'a str,
     row: &'a str,
@@ -211,7 +213,7 @@ struct Unverified<'a> {
     worst_ps: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Scan {
     upper_ps: u64,
     lower_ps: u64,
@@ -225,7 +227,7 @@ struct Scan {
     overhead_ps: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Group<'a> {
     id: usize,
     blocks: &'a [u32],
@@ -242,7 +244,7 @@ struct Group<'a> {
     excluded: Vec<Excluded<'a>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Charge<'a> {
     file: u32,
     line: u32,
@@ -261,14 +263,14 @@ struct Charge<'a> {
     row: &'a str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Excluded<'a> {
     block: u32,
     by_blocks: &'a [u32],
     through: &'a [String],
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Approximation<'a> {
     file: u32,
     line: u32,
@@ -276,7 +278,7 @@ struct Approximation<'a> {
     what: String,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Warning<'a> {
     code: &'a str,
     file: &'a str,
@@ -285,7 +287,7 @@ struct Warning<'a> {
 }
 
 /// The last four are left out where the table does not know the most points.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Points<'a> {
     side: &'a str,
     taken: u32,
@@ -301,21 +303,21 @@ struct Points<'a> {
     most_why: Option<&'a str>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Base<'a> {
     side: &'a str,
     least: &'a str,
     saves_ps: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Network<'a> {
     what: &'a str,
     file: u32,
     line: u32,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct PathStep<'a> {
     file: u32,
     line: u32,
@@ -326,7 +328,7 @@ struct PathStep<'a> {
     cost_ps: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Loop<'a> {
     file: u32,
     from_line: u32,
@@ -335,7 +337,7 @@ struct Loop<'a> {
     ends: &'a str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Overhead<'a> {
     name: &'a str,
     ps: u64,
@@ -343,8 +345,9 @@ struct Overhead<'a> {
     why: &'a str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CheckResult {
+    #[schemars(extend("enum" = ["proved", "refuted", "undecided"]))]
     verdict: &'static str,
     limit_ps: u64,
     margin: String,
@@ -359,7 +362,7 @@ struct CheckResult {
 }
 
 /// One scan of the run from power-up.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct RunScan<'a> {
     inputs: Values<'a>,
     took_ps: u64,
@@ -372,6 +375,16 @@ fn run_scan(scan: &audit::RunScan) -> RunScan<'_> {
 
 /// Values by their names as one object, in this order.
 struct Values<'a>(Vec<(&'a str, audit::Value)>);
+
+impl JsonSchema for Values<'_> {
+    fn schema_name() -> Cow<'static, str> {
+        "Values".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "object", "additionalProperties": { "type": ["boolean", "integer"] } })
+    }
+}
 
 impl Serialize for Values<'_> {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -409,7 +422,8 @@ pub(super) fn without_charges(audit: &Audit, check: Option<&Check>) -> serde_jso
     serde_json::to_string(&report)
 }
 
-fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> {
+/// The report as it is written.
+pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> {
     Report {
         schema: "scanbound.audit/1",
         program: Program {

@@ -12,8 +12,10 @@ pub mod formats;
 pub mod ladder;
 pub mod method;
 mod path;
+pub mod projects;
 pub mod render;
 mod response;
+pub mod schema;
 pub mod tables;
 mod wrap;
 

@@ -1,15 +1,17 @@
 //! A comparison as JSON, schema `scanbound.compare/1` (docs/json.md): keys may be added, none changes its meaning.
 
 use crate::measured::{self, Comparison, Fit, Ratio};
+use schemars::JsonSchema;
 use serde::Serialize;
 
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(in crate::report) struct Report<'a> {
     schema: &'static str,
     files: &'a [String],
     source: Source<'a>,
     bound: Bound<'a>,
     scans: Scans,
+    #[schemars(extend("enum" = ["within", "above"]))]
     verdict: &'static str,
     tightness_thousandths: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -22,7 +24,7 @@ struct Report<'a> {
     doubts: &'a [String],
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Source<'a> {
     file: &'a str,
     how: &'a str,
@@ -30,7 +32,7 @@ struct Source<'a> {
     resolution_ps: Option<u64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Bound<'a> {
     table: &'a str,
     upper_ps: u64,
@@ -39,7 +41,7 @@ struct Bound<'a> {
     assumed_ps: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Scans {
     count: usize,
     min_ps: u64,
@@ -50,7 +52,7 @@ struct Scans {
     max_at: usize,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Above {
     count: usize,
     first: usize,
@@ -58,20 +60,20 @@ struct Above {
     within_resolution: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Histogram {
     width_ps: u64,
     bins: Vec<Bin>,
     beyond: usize,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Bin {
     from_ps: u64,
     count: usize,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 enum FitResult {
     Clock { shortest_ps: u64, mean_ps: u64, longest_ps: u64, bound_ps: u64, lowers_bound: bool },

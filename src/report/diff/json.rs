@@ -1,11 +1,12 @@
 //! The difference of two versions as JSON, schema `scanbound.diff/1` (docs/json.md).
 
 use crate::audit::difference::{Change, Difference, Side};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::io::{self, Write};
 
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(in crate::report) struct Report<'a> {
     schema: &'static str,
     old: Version<'a>,
     new: Version<'a>,
@@ -19,13 +20,13 @@ struct Report<'a> {
     changes: Vec<Row<'a>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Version<'a> {
     files: &'a [String],
     upper_ps: u64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Row<'a> {
     kind: &'static str,
     delta_ps: i64,
@@ -35,7 +36,7 @@ struct Row<'a> {
     new: Option<Rung<'a>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Rung<'a> {
     file: u32,
     line: u32,

@@ -119,7 +119,7 @@ function parts() {
   const rows = (list, name) => list.map((one) => () => [name(one), time(one.ps), share(one.ps), one.most_ps ? time(one.most_ps) : ""]);
   const name = (one) => {
     if (one.block !== undefined) return toRung(one.block, "rung " + one.block + "  " + place(one) + "  " + one.name);
-    if (one.kind === "open") return "not settled by the search";
+    if (one.kind === "open") return "left open by the search: the bound above the dearest scan found";
     if (one.kind === "factor") return "factor " + one.name;
     return one.name || (one.file === undefined ? one.kind : files[one.file]);
   };
@@ -160,7 +160,7 @@ function squarify(items, x, y, wide, high, put) {
 function treemap() {
   const [wide, high] = [Math.max(280, page.clientWidth - 32), 340];
   const box = svg("svg", { class: "map", viewBox: `0 0 ${wide} ${high}`, preserveAspectRatio: "none", role: "img", "aria-label": "The parts of the bound" });
-  const programs = report.breakdown.program.map((one) => ({ ps: one.ps, file: one.file, name: one.kind === "factor" ? "factor " + one.name : one.name || files[one.file] || "not settled" }));
+  const programs = report.breakdown.program.map((one) => ({ ps: one.ps, file: one.file, name: one.kind === "factor" ? "factor " + one.name : one.name || files[one.file] || "left open" }));
   const inner = new Map();
   for (const one of report.breakdown.rung) if (one.block !== undefined) {
     if (!inner.has(one.file)) inner.set(one.file, []);

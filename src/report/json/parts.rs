@@ -2,10 +2,11 @@
 
 use crate::audit::Audit;
 use crate::audit::breakdown::{By, Part, Piece};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// One list for each of the ways to share the bound out; the times of each add up to it.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Breakdown {
     program: Vec<Row>,
     routine: Vec<Row>,
@@ -13,7 +14,7 @@ pub(super) struct Breakdown {
     instruction: Vec<Row>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Row {
     kind: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]

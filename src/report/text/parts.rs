@@ -174,11 +174,12 @@ fn row(audit: &Audit, part: &Part) -> Row {
             (name.clone(), why)
         }
         Piece::Open => {
+            // The bound above the dearest scan that was found.
             let why = match audit.ended_early {
-                true => "not looked into once the limit was decided",
-                false => "the search ended before this was known",
+                true => "not needed to decide the limit",
+                false => "unknown: more time may lower it",
             };
-            ("not settled".to_owned(), why.to_owned())
+            ("left open".to_owned(), why.to_owned())
         }
         Piece::Factor(text) => {
             let evidence = audit.table.factor.as_ref().map(|one| one.evidence);
