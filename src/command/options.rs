@@ -5,7 +5,7 @@ use super::project_file::{self, ProjectFile};
 use super::values::Most;
 use super::{Failure, progress, tables, values};
 use anyhow::{Context, anyhow};
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use scanbound::audit::breakdown::By;
 use scanbound::audit::ladder::Ladder;
 use scanbound::audit::verdict::Check;
@@ -40,7 +40,7 @@ pub struct ProjectOptions {
     #[arg(long, value_name = "PATTERN")]
     ignore: Vec<String>,
     /// Timing table: a built-in one (see `scanbound tables`) or a CSV file [default: by the program's CPU]
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     table: Option<String>,
     /// The CPU, where the program does not name it
     #[arg(long, value_name = "NAME")]
