@@ -342,3 +342,50 @@ fn every_kind_of_json_has_a_schema() {
         assert!(listed.contains(&id), "{id} is written and not listed: {listed}");
     }
 }
+
+#[test]
+fn every_key_of_a_choice_of_cpus_is_documented() {
+    let (mut found, mut reports) = (BTreeSet::new(), Vec::new());
+    let line = ["cpus", "samples/transfer-line/line.il", "--cpu", "Q26UDV"];
+    for more in [&["--limit", "1ms"][..], &["--limit", "watchdog"], &["--strict-times"]] {
+        let report = json(&[&line, more].concat());
+        assert_eq!(report["schema"], "scanbound.cpus/1");
+        keys(&report, "", &mut found);
+        reports.push(report);
+    }
+    agree(&found, &documented("## cpus"));
+    keeps("cpus", "## cpus", &reports);
+}
+
+#[test]
+fn every_key_of_advice_and_of_a_diagnosis_is_documented() {
+    let runs: [(&str, &[&[&str]]); 2] = [
+        (
+            "advise",
+            &[&["samples/filler", "--budget", "5s"], &["samples/recipes", "--budget", "20s"]],
+        ),
+        ("doctor", &[&["samples/filler"], &["tests/cli/doctor.in/plant", "--cpu", "Q26UDV"]]),
+    ];
+    for (command, runs) in runs {
+        let (mut found, mut reports) = (BTreeSet::new(), Vec::new());
+        for run in runs {
+            let report = json(&[&[command], *run].concat());
+            keys(&report, "", &mut found);
+            reports.push(report);
+        }
+        agree(&found, &documented(&format!("## {command}")));
+        keeps(command, &format!("## {command}"), &reports);
+    }
+}
+
+#[test]
+fn every_key_of_an_explanation_is_documented() {
+    let (mut found, mut reports) = (BTreeSet::new(), Vec::new());
+    for run in [&["explain", "MOV", "--cpu", "Q26UDV"][..], &["explain", "DADD"]] {
+        let report = json(run);
+        keys(&report, "", &mut found);
+        reports.push(report);
+    }
+    agree(&found, &documented("## explain"));
+    keeps("explain", "## explain", &reports);
+}

@@ -3,7 +3,7 @@
 use super::{Audit, LoopUse, NetworkUse};
 use crate::base::time::Picos;
 use crate::program::Program;
-use crate::timing::price::{MorePoints, UnstatedPoints};
+use crate::timing::price::{MorePoints, Prices, UnstatedPoints};
 use std::fmt;
 
 /// The most loops listed one by one of which the search did not find out whether they end.
@@ -74,6 +74,17 @@ impl Doubt {
             .chain(outlasts.map(Doubt::OutlastsTimer))
             .collect()
     }
+}
+
+/// What a bound needs and nobody states, as far as that is known before any scan is followed.
+#[must_use]
+pub(super) fn before(program: &Program, prices: &Prices) -> Vec<Doubt> {
+    let place = |at: usize| program.instructions[at].place;
+    let uses = prices.networks.iter();
+    let networks: Vec<NetworkUse> =
+        uses.map(|one| NetworkUse { what: one.what.clone(), first: place(one.first) }).collect();
+    let points = prices.points.iter().cloned().map(Doubt::Points);
+    points.chain(Doubt::all(program, &networks, &[], &[], Picos::ZERO)).collect()
 }
 
 impl Audit {

@@ -79,6 +79,8 @@ pub enum Fact {
     External(Vec<String>),
     /// What nobody but the program writes.
     Internal(Vec<String>),
+    /// Of these bits no two are on when a scan starts.
+    Exclusive(Vec<String>),
     /// Memory may hold anything when a scan starts, as after a download.
     Download,
     /// How often a routine interrupts a scan.
@@ -108,7 +110,9 @@ impl Fact {
     pub fn status(&self) -> Status {
         match self {
             Fact::Range { is_kept: true, .. } => Status::Kept,
-            Fact::Range { .. } | Fact::Count { .. } | Fact::Index { .. } => Status::Unproved,
+            Fact::Range { .. } | Fact::Count { .. } | Fact::Index { .. } | Fact::Exclusive(_) => {
+                Status::Unproved
+            }
             _ => Status::Stated,
         }
     }
@@ -147,6 +151,7 @@ impl Fact {
             .chain(facts.indirect.clone().map(Fact::Indirect))
             .chain((!facts.external.is_empty()).then(|| Fact::External(facts.external.clone())))
             .chain((!facts.internal.is_empty()).then(|| Fact::Internal(facts.internal.clone())))
+            .chain(facts.exclusive.iter().cloned().map(Fact::Exclusive))
             .chain(facts.download.then_some(Fact::Download))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
@@ -193,6 +198,9 @@ impl fmt::Display for Fact {
             }
             Fact::Internal(devices) => {
                 write!(f, "nobody but the program writes {}", devices.join(", "))
+            }
+            Fact::Exclusive(bits) => {
+                write!(f, "of {} no two are on when a scan starts", bits.join(", "))
             }
             Fact::Download => f.write_str("memory may hold anything when a scan starts"),
             Fact::Interrupts { name, times } => {

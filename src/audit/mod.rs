@@ -1,5 +1,6 @@
 //! The result of an audit, with everything that a report shows already worked out.
 
+pub mod advise;
 mod assemble;
 mod assumption;
 pub mod breakdown;
@@ -9,10 +10,13 @@ mod closing;
 mod condition;
 mod confirmed;
 mod counts;
+pub mod cpus;
 mod deciding;
 pub mod difference;
+pub mod doctor;
 mod doubt;
 mod executed;
+pub mod explain;
 mod fact;
 mod failure;
 #[cfg(test)]
@@ -48,7 +52,7 @@ pub use doubt::Doubt;
 pub use fact::{Fact, Status};
 pub use failure::Failure;
 pub use names::comments_in;
-pub use pipeline::{Concluded, Followed, audit, conclude, follow, read};
+pub use pipeline::{Concluded, Followed, Prepared, audit, conclude, follow, read};
 pub use questions::{File, Form, certificates, question};
 pub use reason::Reason;
 pub use request::{Progress, Request};

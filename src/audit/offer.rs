@@ -156,7 +156,7 @@ fn unknowns(audit: &Audit, program: &Program, table: &str) -> Vec<Offer> {
 }
 
 /// What is not known, and what is taken.
-fn what(program: &Program, one: &Unknown) -> String {
+pub(super) fn what(program: &Program, one: &Unknown) -> String {
     match &one.kind {
         UnknownKind::Count(counts) => {
             let named = |comment: &String| comment.starts_with(&format!("{} ", one.word));
@@ -280,7 +280,8 @@ fn internal(audit: &Audit) -> Option<Offer> {
     })
 }
 
-fn listed<'a>(devices: impl Iterator<Item = &'a String>) -> String {
+/// A list of devices as a facts file has it.
+pub(super) fn listed<'a>(devices: impl Iterator<Item = &'a String>) -> String {
     // A name in quotes: what TOML takes for an escape is one of Rust's, too.
     let devices: Vec<String> = devices.map(|device| format!("{device:?}")).collect();
     format!("devices = [{}]", devices.join(", "))

@@ -80,32 +80,82 @@ pub fn read(request: &Request<'_>) -> Result<Program, Failure> {
 /// # Errors
 /// All faults of the input at once.
 pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
-    let start = Instant::now();
-    let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
-    let mut understood = Understood::of(request)?;
-    let settings = passes::Settings { trust: request.trusted(), budget: Some(&budget) };
-    let told = |name| (request.progress)(Progress::Stage(name));
-    request.passes.run(&mut understood.program, &settings, told)?;
-    let open = understood.open;
-    let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
-    (request.progress)(Progress::Stage("following the scan"));
-    let (mut model, whole) = model_of(&mut program, &mut prices, &budget)?;
-    let trusts_relays = match request.trusted() {
-        Trust::None => false,
-        Trust::Counts => !program.internal.is_empty(),
-        Trust::All => true,
-    };
-    if trusts_relays && !whole {
-        (request.progress)(Progress::Stage(reachable::STAGE));
-        let trust = request.trusted();
-        if let Some(closer) = reachable::exclude(&mut program, &prices, &model, trust, &budget) {
-            model = closer;
-        }
+    Prepared::of(request)?.priced(request)
+}
+
+/// A project that is read and gone through by the passes: what does not hang on times.
+#[derive(Clone)]
+pub struct Prepared {
+    start: Instant,
+    understood: Understood,
+    /// The stages that the time limit or the user cut short.
+    cuts: Vec<Cut>,
+}
+
+impl Prepared {
+    /// Reads a project and runs the passes.
+    ///
+    /// # Errors
+    /// All faults of the input at once.
+    pub fn of(request: &Request<'_>) -> Result<Prepared, Failure> {
+        let start = Instant::now();
+        let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
+        let mut understood = Understood::of(request)?;
+        let settings = passes::Settings { trust: request.trusted(), budget: Some(&budget) };
+        let told = |name| (request.progress)(Progress::Stage(name));
+        request.passes.run(&mut understood.program, &settings, told)?;
+        let cuts = budget.cuts();
+        Ok(Prepared { start, understood, cuts })
     }
-    keep_in_range(&program, &table, &prices, &model)?;
-    let groups = groups::groups(&model);
-    let cuts = budget.cuts();
-    Ok(Followed { start, program, table, prices, model, groups, open, warnings, cuts, whole })
+
+    /// The program, with what the passes found.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        &self.understood.program
+    }
+
+    /// The table that prices it.
+    #[must_use]
+    pub fn table(&self) -> &Table {
+        &self.understood.table
+    }
+
+    /// The same with another table of the same family, and the time limit for itself.
+    #[must_use]
+    pub fn with_table(&self, table: Table, request: &Request<'_>) -> Prepared {
+        let understood = self.understood.with_table(table, request);
+        Prepared { start: Instant::now(), understood, cuts: self.cuts.clone() }
+    }
+
+    /// Prices and follows it, without any search.
+    ///
+    /// # Errors
+    /// All instructions that have no time.
+    pub fn priced(self, request: &Request<'_>) -> Result<Followed, Failure> {
+        let Prepared { start, understood, cuts } = self;
+        let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
+        let open = understood.open;
+        let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
+        (request.progress)(Progress::Stage("following the scan"));
+        let (mut model, whole) = model_of(&mut program, &mut prices, &budget)?;
+        let trusts_relays = match request.trusted() {
+            Trust::None => false,
+            Trust::Counts => !program.internal.is_empty(),
+            Trust::All => true,
+        };
+        if trusts_relays && !whole {
+            (request.progress)(Progress::Stage(reachable::STAGE));
+            let trust = request.trusted();
+            if let Some(closer) = reachable::exclude(&mut program, &prices, &model, trust, &budget)
+            {
+                model = closer;
+            }
+        }
+        keep_in_range(&program, &table, &prices, &model)?;
+        let groups = groups::groups(&model);
+        let cuts = budget.cuts();
+        Ok(Followed { start, program, table, prices, model, groups, open, warnings, cuts, whole })
+    }
 }
 
 /// An audit and what it was found in.

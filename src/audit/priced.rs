@@ -76,7 +76,11 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
     warnings
 }
 
-fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
+/// Refuses times that are assumed.
+///
+/// # Errors
+/// Each row that is, with the first instruction that it prices, and each term of the scan.
+pub fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
     let mut first: std::collections::BTreeMap<&str, (usize, usize)> =
         std::collections::BTreeMap::new();
     for (index, price) in prices.instructions.iter().enumerate() {

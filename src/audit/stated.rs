@@ -6,7 +6,8 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedCall, plain};
 use crate::passes::values::{Trust, is_ours};
 use crate::program::{
-    AreaId, BitSource, Cell, Program, Radix, Region, Role, Source, StartRange, WordSource, flow,
+    AreaId, AreaKind, BitSource, Cell, Logic, Program, Radix, Region, Role, Source, StartRange,
+    WordSource, flow,
 };
 use crate::timing::price::own_points;
 use crate::timing::table::Table;
@@ -69,6 +70,55 @@ pub fn writers(
     }
     faults.truncate(MOST_TOLD);
     if faults.is_empty() { Ok(regions) } else { Err(faults) }
+}
+
+/// States in a program which bits are never on together when a scan starts.
+///
+/// # Errors
+/// What is no bit of the machine, or stands in a set twice.
+pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
+    let (mut faults, mut stated) = (Vec::new(), Vec::new());
+    let mut fault = |message: String| {
+        let help = "write bits as the program does, such as X10, M100, or a bit of a word: D100.A";
+        let fact = ["exclusive", "sets"];
+        faults.push(facts.fault(fact, Part::Value, Code::Fact, message, help));
+    };
+    for set in &facts.exclusive {
+        let mut bits: Vec<BitSource> = Vec::new();
+        for name in set {
+            match bit(program, name) {
+                None => fault(format!("'{name}' under [exclusive] is no bit")),
+                Some(bit) if bits.contains(&bit) => {
+                    fault(format!("'{name}' stands twice in a set of [exclusive]"));
+                }
+                Some(bit) => bits.push(bit),
+            }
+        }
+        for (at, &one) in bits.iter().enumerate() {
+            let others = bits[at + 1..].iter();
+            stated.extend(others.map(|&other| [Logic::Bit(one), Logic::Bit(other)]));
+        }
+    }
+    faults.truncate(MOST_TOLD);
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    program.invariants.extend(stated.into_iter().map(|two| Logic::All(two.to_vec()).not()));
+    Ok(())
+}
+
+/// A bit by its name as reports write it: a relay, or a bit of a word (`D100.A`, `0.05`).
+pub fn bit(program: &Program, name: &str) -> Option<BitSource> {
+    let is_bit = |cell: &Cell| program.area(cell.area).kind == AreaKind::Bit;
+    if let Some(cell) = cell(program, name).filter(is_bit) {
+        return Some(BitSource::Cell(cell));
+    }
+    let (word, digits) = name.trim().rsplit_once('.')?;
+    // One digit is hexadecimal, two are decimal.
+    let radix = if digits.len() == 1 { 16 } else { 10 };
+    let bit = u8::from_str_radix(digits, radix).ok().filter(|bit| *bit < 16)?;
+    let word = cell(program, word).filter(|cell| !is_bit(cell))?;
+    Some(BitSource::WordBit(word, bit))
 }
 
 /// Warns of devices that are stated to be the program's own where nothing follows from that.

@@ -15,6 +15,7 @@ use std::collections::BTreeSet;
 const MOST_TOLD: usize = 100;
 
 /// A program that is understood, and what prices it.
+#[derive(Clone)]
 pub struct Understood {
     pub program: Program,
     pub table: Table,
@@ -35,16 +36,43 @@ impl Understood {
         warnings.extend(stated::unused_calls(&program, request.facts));
         // The source takes as much memory as the program, which is all that the stages behind look at.
         drop(project);
-        know_interrupts(&program, request)?;
-        stated::know_words(&program, request.facts)?;
-        counts::state(&mut program, request.facts)?;
-        indices::state(&mut program, request.facts)?;
-        let facts = request.facts;
-        program.external = stated::writers(&program, facts, "external", &facts.external)?;
-        program.internal = stated::writers(&program, facts, "internal", &facts.internal)?;
-        warnings.extend(stated::idle(&program, facts, request.trusted()));
+        warnings.extend(state(&mut program, request)?);
         Ok(Understood { program, table, open, warnings })
     }
+
+    /// The same with another table of the same family.
+    #[must_use]
+    pub fn with_table(&self, table: Table, request: &Request<'_>) -> Understood {
+        let table = fitted(amended(table, request), &self.program, request);
+        Understood { table, ..self.clone() }
+    }
+}
+
+/// States in a program what the user states of it; what of that is noticed.
+///
+/// # Errors
+/// All that does not fit the program.
+pub fn state(
+    program: &mut Program,
+    request: &Request<'_>,
+) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+    let facts = request.facts;
+    let mut faults = Vec::new();
+    let mut hold =
+        |held: Result<(), Vec<Diagnostic>>| faults.extend(held.err().into_iter().flatten());
+    hold(know_interrupts(program, request));
+    hold(stated::know_words(program, facts));
+    hold(counts::state(program, facts));
+    hold(indices::state(program, facts));
+    let external = stated::writers(program, facts, "external", &facts.external);
+    hold(external.map(|regions| program.external = regions));
+    let internal = stated::writers(program, facts, "internal", &facts.internal);
+    hold(internal.map(|regions| program.internal = regions));
+    hold(stated::exclude(program, facts));
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    Ok(stated::idle(program, facts, request.trusted()))
 }
 
 /// The program that the source means, and the table that prices it.
@@ -74,8 +102,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         let found = Diagnostic::file(Code::NoClock, "", message, "leave one of the two out");
         return Err(Failure::from(found));
     }
-    let mut table = choose_table(request, project.cpu())?;
-    request.clock.into_iter().for_each(|clock| table.set_clock(clock));
+    let table = choose_table(request, project.cpu())?;
     let program = project.decode(&Options {
         cpu: request.cpu,
         family: table.family.as_deref(),
@@ -83,14 +110,21 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         facts: request.facts,
         incomplete: request.incomplete,
     })?;
-    for area in program.areas.iter().filter(|area| !area.aliases.is_empty()) {
-        table.join_cells(&[&[area.name.as_str()], area.aliases].concat());
-    }
+    let table = fitted(table, &program, request);
     Ok((program, table))
 }
 
+/// A table for a program's areas, with the clock that is stated.
+pub fn fitted(mut table: Table, program: &Program, request: &Request<'_>) -> Table {
+    request.clock.into_iter().for_each(|clock| table.set_clock(clock));
+    for area in program.areas.iter().filter(|area| !area.aliases.is_empty()) {
+        table.join_cells(&[&[area.name.as_str()], area.aliases].concat());
+    }
+    table
+}
+
 /// A count for a routine that is not there is a slip of the pen, and another is left without.
-fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
+fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<Diagnostic>> {
     let known: BTreeSet<String> =
         program.interrupts.iter().map(|one| one.name.to_ascii_uppercase()).collect();
     let faults: Vec<Diagnostic> = request
@@ -110,14 +144,14 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Failu
             request.facts.fault(["interrupts", label], Part::Key, Code::NoInterrupt, message, &help)
         })
         .collect();
-    if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
 /// The table that the user names, else the built-in one for the CPU, with the user's times in it.
-fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table, Failure> {
+pub fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table, Failure> {
     let file = request.inputs.first().map_or("", |input| &input.name);
     let cpu = request.cpu.or(source_cpu);
-    let mut table = match (request.table, cpu) {
+    let table = match (request.table, cpu) {
         (Some(table), _) => table.clone(),
         (None, Some(cpu)) => Table::for_cpu(cpu).and_then(Table::builtin).ok_or_else(|| {
             let (file, message) = match request.cpu {
@@ -141,6 +175,11 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
             )));
         }
     };
+    Ok(amended(table, request))
+}
+
+/// A table with the user's times in it.
+fn amended(mut table: Table, request: &Request<'_>) -> Table {
     if request.strict_times {
         table.refuse_assumed_points();
     }
@@ -155,7 +194,7 @@ fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table
     for time in request.times {
         table.amend(&time.name, time.on, time.off);
     }
-    Ok(table)
+    table
 }
 
 fn no_clock() -> Diagnostic {

@@ -92,6 +92,19 @@ impl Unknown {
         }
     }
 
+    /// Whether it is a number: how large matters.
+    pub(super) fn is_number(&self) -> bool {
+        matches!(self.kind, UnknownKind::Count(_) | UnknownKind::Index(_))
+    }
+
+    /// The line for the facts file's table where it is at most so many.
+    pub(super) fn stated(&self, most: u32) -> String {
+        match self.is_number() {
+            true => format!("{:?} = [0, {most}]", self.key),
+            false => self.fact.clone(),
+        }
+    }
+
     /// States it as a number of at most so many, where it is a number.
     pub(super) fn state(&self, facts: &mut Facts, most: u32) {
         let range = (0, i64::from(most));

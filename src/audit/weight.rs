@@ -32,8 +32,42 @@ pub fn weights(
         let others = others.iter().filter(|&&value| value != now);
         trials.extend(others.map(|&value| Trial { of, variable, value }));
     }
+    lost(model, assignment, charges, &trials, variables.len())
+}
+
+/// The same of bits that are turned over: variables that are bits, or bits of those that are words.
+pub fn weights_of_bits(
+    model: &ScanModel,
+    assignment: &Assignment,
+    charges: &[usize],
+    bits: &[Atom],
+) -> Vec<Picos> {
+    let trial = |(of, atom): (usize, &Atom)| {
+        let variable = atom.variable().0 as usize;
+        Trial { of, variable, value: turned(*atom, assignment.0[variable]) }
+    };
+    let trials: Vec<Trial> = bits.iter().enumerate().map(trial).collect();
+    lost(model, assignment, charges, &trials, bits.len())
+}
+
+/// A variable's value with a bit turned over.
+pub fn turned(atom: Atom, now: u16) -> u16 {
+    match atom {
+        Atom::WordBit(_, bit) => now ^ 1 << bit,
+        Atom::Bit(_) | Atom::AtLeast(..) => u16::from(now == 0),
+    }
+}
+
+/// What is lost at most by the trials of each.
+fn lost(
+    model: &ScanModel,
+    assignment: &Assignment,
+    charges: &[usize],
+    trials: &[Trial],
+    count: usize,
+) -> Vec<Picos> {
     let values = model.circuit.evaluate(assignment);
-    let mut worth = vec![Picos::ZERO; variables.len()];
+    let mut worth = vec![Picos::ZERO; count];
     let mut lane_of: Vec<Vec<usize>> = vec![Vec::new(); model.variables.len()];
     for batch in trials.chunks(LANES) {
         batch.iter().enumerate().for_each(|(lane, trial)| lane_of[trial.variable].push(lane));

@@ -121,9 +121,7 @@ fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Fail
     let Some(found) = found.filter(|found| matters(found.upper, audit.bound.upper)) else {
         return Ok(None);
     };
-    let known: BTreeSet<&String> = audit.assumptions.iter().flat_map(|one| &one.devices).collect();
-    let is_new = |one: &Assumption| !one.devices.iter().all(|device| known.contains(device));
-    let new = found.assumptions.into_iter().filter(is_new).collect();
+    let new = new_assumptions(audit, found.assumptions);
     let (priced, _) = priced(new, &followed.program, found.upper, &all)?;
     let worth = priced.into_iter().filter(|one| one.without.is_some());
     let devices: BTreeSet<String> = worth.flat_map(|one| one.devices).collect();
@@ -136,20 +134,27 @@ fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Fail
     Ok(lower.map(|upper| Own { devices, upper }))
 }
 
+/// Those assumptions that an audit does not rest on.
+pub(super) fn new_assumptions(audit: &Audit, found: Vec<Assumption>) -> Vec<Assumption> {
+    let known: BTreeSet<&String> = audit.assumptions.iter().flat_map(|one| &one.devices).collect();
+    let is_new = |one: &Assumption| !one.devices.iter().all(|device| known.contains(device));
+    found.into_iter().filter(is_new).collect()
+}
+
 /// Whether a bound is so much below another that it is worth telling.
-fn matters(lower: Picos, upper: Picos) -> bool {
+pub(super) fn matters(lower: Picos, upper: Picos) -> bool {
     upper.0 >= lower.0.saturating_add((lower.0 / SMALLEST).max(1))
 }
 
 /// What an audit finds that is asked with other facts.
-struct Run {
-    upper: Picos,
+pub(super) struct Run {
+    pub(super) upper: Picos,
     unknowns: Vec<Unknown>,
-    assumptions: Vec<Assumption>,
+    pub(super) assumptions: Vec<Assumption>,
 }
 
 /// Audits with other facts, several at a time. None where such facts cannot be.
-fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<Run>>, Failure> {
+pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<Run>>, Failure> {
     let run = |facts: &Facts| {
         let request = Request {
             facts,

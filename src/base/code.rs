@@ -24,6 +24,14 @@ macro_rules! codes {
                 }
             }
 
+            /// Its page: what it means, an example, what to do.
+            #[must_use]
+            pub const fn page(self) -> &'static str {
+                match self {
+                    $(Code::$code => include_str!(concat!("../../docs/codes/", $name, ".md")),)*
+                }
+            }
+
             /// What it means, in one line.
             #[must_use]
             pub fn summary(self) -> &'static str {

@@ -54,6 +54,8 @@ pub struct Facts {
     pub external: Vec<String>,
     /// Devices that nobody but the program writes, likewise.
     pub internal: Vec<String>,
+    /// Sets of bits of which no two are on when a scan starts, each bit as written.
+    pub exclusive: Vec<Vec<String>>,
     /// Whether scans after a download or a change in RUN count, when memory may hold anything.
     pub download: bool,
     /// Where they stand.
@@ -70,10 +72,10 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]) and [start] (download = true)";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]) and [start] (download = true)";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 /// The tables of a facts file.
-const TABLES: [&str; 11] = [
+const TABLES: [&str; 12] = [
     "ranges",
     "counts",
     "calls",
@@ -84,6 +86,7 @@ const TABLES: [&str; 11] = [
     "scan",
     "external",
     "internal",
+    "exclusive",
     "start",
 ];
 /// More faults than this are counted, not listed.
@@ -211,6 +214,7 @@ impl Reader<'_> {
                     self.facts.internal = devices;
                 }
             }
+            "exclusive" => self.exclusive(key, value),
             "start" => match (key.get_ref().as_ref(), value.get_ref().as_bool()) {
                 ("download", Some(download)) => self.facts.download = download,
                 ("download", None) => {
@@ -318,6 +322,26 @@ impl Reader<'_> {
             self.fault(Some(value.span()), "devices is no list of devices".to_owned(), help);
         }
         devices
+    }
+
+    fn exclusive(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = "write sets = [[\"X10\", \"X11\"], [\"M100\", \"M101\", \"M102\"]], in each set bits of which no two are on when a scan starts";
+        if key.get_ref().as_ref() != "sets" {
+            return self.unknown(key, "exclusive", &meant(key.get_ref(), &["sets"], help));
+        }
+        let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+        let set = |one: &Value<'_>| {
+            let bits: Vec<String> =
+                one.get_ref().as_array()?.iter().map(text).collect::<Option<_>>()?;
+            (bits.len() > 1).then_some(bits)
+        };
+        match value.get_ref().as_array().and_then(|all| all.iter().map(set).collect()) {
+            Some(sets) => self.facts.exclusive = sets,
+            None => {
+                let message = "sets is no list of lists of two bits or more".to_owned();
+                self.fault(Some(value.span()), message, help);
+            }
+        }
     }
 
     fn points(&mut self, key: &Key<'_>, value: &Value<'_>) {
@@ -470,7 +494,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[start]\ndownload = true\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         let writes = Some(vec!["D1-D9".to_owned()]);
         let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
@@ -485,6 +509,9 @@ mod tests {
                 indices: [("Z3".to_owned(), (-4, 9))].into(),
                 external: vec!["D5".to_owned()],
                 internal: vec!["M1-M9".to_owned()],
+                exclusive: [&["X1", "X2"][..], &["M1", "M2", "M3"]]
+                    .map(|set| set.iter().map(|one| (*one).to_owned()).collect())
+                    .into(),
                 download: true,
                 interrupts: [("I0".to_owned(), 2)].into(),
                 inputs: Some(64),

@@ -1,12 +1,16 @@
 //! The command line: arguments, the commands, and the exit codes (docs/exit-codes.md).
 
+mod advise;
 mod audit;
 mod check;
 mod compare;
 mod completions;
 mod convert;
+mod cpus;
 mod diff;
+mod doctor;
 mod emulate;
+mod explain;
 mod export;
 mod facts;
 mod options;
@@ -14,6 +18,7 @@ mod output;
 mod progress;
 mod project_file;
 mod schema;
+mod sheet;
 mod show;
 mod sink;
 mod tables;
@@ -56,10 +61,18 @@ enum Command {
     Compare(compare::Arguments),
     /// Hold two versions of a project against each other: what each change costs
     Diff(diff::Arguments),
+    /// List all that stands in the way of a bound, and what to do about it
+    Doctor(doctor::Arguments),
+    /// Ask which one fact or interlock would lower the bound most
+    Advise(advise::Arguments),
+    /// Hold the project against every CPU of its family: the slowest that keeps to a limit
+    Cpus(cpus::Arguments),
     /// Emulate a MINASEC-U that runs a program
     Emulate(emulate::Arguments),
     /// Assemble a MINASEC-U program, or take machine code apart
     Convert(convert::Arguments),
+    /// Tell what is known of an instruction, or what a code of findings means
+    Explain(explain::Arguments),
     /// List the timing tables, show one, or check one of your own
     Tables(tables::Arguments),
     /// Write the JSON schema of a report
@@ -75,7 +88,8 @@ enum Command {
 pub enum Outcome {
     /// Done; for `check`: proved.
     Done,
-    /// `check`: refuted; `compare`: a measurement lies above the bound; `diff`: the bound grew by more than is allowed.
+    /// `check`: refuted; `compare`: a measurement lies above the bound; `diff`: the bound grew by more than is allowed;
+    /// `cpus`: no CPU keeps to the limit; `doctor`: something stands in the way of a bound.
     Refuted,
     /// `check`: undecided.
     Undecided,
@@ -186,8 +200,12 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Export(arguments) => export::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
+        Command::Doctor(arguments) => doctor::run(arguments),
+        Command::Advise(arguments) => advise::run(arguments),
+        Command::Cpus(arguments) => cpus::run(arguments),
         Command::Emulate(arguments) => emulate::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
+        Command::Explain(arguments) => explain::run(arguments),
         Command::Tables(arguments) => tables::run(arguments),
         Command::Schema(arguments) => schema::run(arguments),
         Command::Completions(arguments) => completions::completions(arguments, Cli::command()),

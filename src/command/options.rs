@@ -14,14 +14,14 @@ use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::facts::Facts;
 use scanbound::front::FRONTS;
-use scanbound::front::input::{Ignore, gather};
+use scanbound::front::input::{Gathered, Ignore, gather, survey};
 use scanbound::passes::PASSES;
 use scanbound::passes::values::Trust;
 use scanbound::report::format::{Detail, Extent, Format};
 use scanbound::report::method;
 use scanbound::report::{FORMATS, formats, text};
 use scanbound::solve::Method;
-use scanbound::timing::table::{Override, StatedClock, parse_override};
+use scanbound::timing::table::{Override, StatedClock, Table, parse_override};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -69,7 +69,7 @@ pub struct ProjectOptions {
     #[arg(long)]
     strict_times: bool,
     /// When the audit ends with what is proved by then, in whatever stage it is
-    #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = duration, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = values::span, allow_hyphen_values = true)]
     time_limit: Duration,
     /// How many threads to use [default: one a processor]
     #[arg(long, value_name = "N", value_parser = values::positive::<u16>, allow_negative_numbers = true)]
@@ -222,11 +222,6 @@ fn interrupt(text: &str) -> Result<(String, u32), String> {
     Ok((label.trim().to_owned(), count))
 }
 
-fn duration(text: &str) -> Result<Duration, String> {
-    let time = values::duration(text)?;
-    Ok(Duration::from_nanos(time.0.div_ceil(1_000)))
-}
-
 impl ProjectOptions {
     /// These options, or where no program is named what the project file here says, as far as they leave it open.
     pub fn or_here(&self) -> Result<ProjectOptions, Failure> {
@@ -302,20 +297,52 @@ impl ProjectOptions {
         &self,
         work: impl FnOnce(&Request<'_>) -> Result<T, Failure> + Send,
     ) -> Result<T, Failure> {
+        let facts = facts(self.facts.as_deref())?;
+        let table = self.table.as_deref().map(|name| tables::find("--table ", name)).transpose()?;
+        let mut gathered = gather(&self.programs, &self.ignored()?)?;
+        let table = table.map(|parsed| {
+            gathered.warnings.extend(parsed.warnings);
+            parsed.table
+        });
+        self.asked(facts, table, gathered, work)
+    }
+
+    /// The same with as much as can be read, and all that was found at fault or noticed on the way.
+    pub fn with_what_can_be_read<T: Send>(
+        &self,
+        work: impl FnOnce(&Request<'_>, Vec<Diagnostic>) -> Result<T, Failure> + Send,
+    ) -> Result<T, Failure> {
+        let mut found = Vec::new();
+        let facts = readable(facts(self.facts.as_deref()), &mut found)?.unwrap_or_default();
+        let table = self.table.as_deref().map(|name| tables::find("--table ", name));
+        let table = table.map(|table| readable(table, &mut found)).transpose()?.flatten();
+        let table = table.map(|parsed| {
+            found.extend(parsed.warnings);
+            parsed.table
+        });
+        let Gathered { inputs, warnings } = survey(&self.programs, &self.ignored()?);
+        found.extend(warnings);
+        let gathered = Gathered { inputs, warnings: Vec::new() };
+        self.asked(facts, table, gathered, |request| work(request, found))
+    }
+
+    fn ignored(&self) -> Result<Ignore, Failure> {
+        let patterns = self.ignore.iter().map(String::as_str);
+        Ignore::parse(patterns).map_err(|error| anyhow!("--ignore {error}").into())
+    }
+
+    /// Does something with what is asked of what was read.
+    fn asked<T: Send>(
+        &self,
+        mut facts: Facts,
+        table: Option<Table>,
+        gathered: Gathered,
+        work: impl FnOnce(&Request<'_>) -> Result<T, Failure> + Send,
+    ) -> Result<T, Failure> {
         let stop = stop_on_interrupt()?;
-        let mut facts = facts(self.facts.as_deref())?;
         for (label, count) in &self.interrupts {
             facts.state_interrupt(label, *count);
         }
-        let table = self.table.as_deref().map(|name| tables::find("--table ", name)).transpose()?;
-        let ignore = Ignore::parse(self.ignore.iter().map(String::as_str))
-            .map_err(|error| anyhow!("--ignore {error}"))?;
-        let gathered = gather(&self.programs, &ignore)?;
-        let mut warnings = gathered.warnings;
-        let table = table.map(|parsed| {
-            warnings.extend(parsed.warnings);
-            parsed.table
-        });
         let line = progress::Line::new();
         let request = Request {
             inputs: &gathered.inputs,
@@ -345,7 +372,7 @@ impl ProjectOptions {
             time_limit: Some(self.time_limit),
             limit: None,
             cancelled: &|| stop.load(Ordering::Relaxed),
-            warnings: &warnings,
+            warnings: &gathered.warnings,
             progress: &|progress| line.show(progress),
         };
         let threads = rayon::ThreadPoolBuilder::new()
@@ -470,6 +497,21 @@ fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
         vec![Diagnostic::file(Code::Facts, &name, message, "save it as UTF-8")]
     })?;
     Ok(Facts::parse(&name, &text)?)
+}
+
+/// What was read, or none where it is at fault, which is noted.
+fn readable<T>(
+    read: Result<T, Failure>,
+    found: &mut Vec<Diagnostic>,
+) -> Result<Option<T>, Failure> {
+    match read {
+        Ok(read) => Ok(Some(read)),
+        Err(Failure::Input(faults)) => {
+            found.extend(faults);
+            Ok(None)
+        }
+        Err(why) => Err(why),
+    }
 }
 
 /// Becomes true at the first Ctrl-C, which ends the audit with what is proved; the second ends the program. It is

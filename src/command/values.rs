@@ -6,6 +6,7 @@ use scanbound::front::minasec::Minasec;
 use scanbound::front::{Dialect, FRONTS, Front};
 use scanbound::report::{FORMATS, format::Format};
 use std::str::FromStr;
+use std::time::Duration;
 
 /// No delay of a terminal is longer, in picoseconds: a thousand seconds. So sums with it stay within what is counted.
 const LONGEST_DELAY: u64 = 1_000_000_000_000_000;
@@ -45,6 +46,12 @@ pub fn two_digits(text: &str) -> Result<u8, String> {
 /// A time with its unit.
 pub fn duration(text: &str) -> Result<Picos, String> {
     text.parse().map_err(|error| format!("{error}; write it as 10ms or 1.5us"))
+}
+
+/// A time that this program may take.
+pub fn span(text: &str) -> Result<Duration, String> {
+    let time = duration(text)?;
+    Ok(Duration::from_nanos(time.0.div_ceil(1_000)))
 }
 
 /// A limit on the scan.

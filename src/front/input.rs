@@ -40,6 +40,16 @@ pub struct Gathered {
 /// Every path that cannot be read, that is named twice, or that is a directory without a program; every file of a
 /// directory that may be a program and cannot be read as one; and what was noticed besides.
 pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagnostic>> {
+    let gathered = survey(paths, ignore);
+    match gathered.warnings.iter().any(|fault| fault.severity == Severity::Error) {
+        true => Err(gathered.warnings),
+        false => Ok(gathered),
+    }
+}
+
+/// The same where what cannot be read does not keep the rest from being looked at: faults stand among the warnings.
+#[must_use]
+pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
     let named = paths.iter().filter_map(|path| fs::canonicalize(path).ok()).collect();
     let mut gathering =
         Gathering { ignore, named, inputs: Vec::new(), seen: BTreeSet::new(), found: Vec::new() };
@@ -63,10 +73,7 @@ pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagno
         let message = "every file that was named is left out by --ignore";
         found.push(Diagnostic::file(Code::NoProgram, "", message, "take a pattern away"));
     }
-    if found.iter().any(|fault| fault.severity == Severity::Error) {
-        return Err(found);
-    }
-    Ok(Gathered { inputs, warnings: found })
+    Gathered { inputs, warnings: found }
 }
 
 /// Reads one file, or stdin, whatever it is.

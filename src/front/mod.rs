@@ -11,6 +11,7 @@ mod foreign;
 pub mod input;
 mod place;
 mod registry;
+mod specimen;
 mod text;
 
 use crate::base::code::Code;
@@ -25,6 +26,7 @@ use faults::shown;
 pub use place::Places;
 pub(crate) use place::{Pointer, spans, within};
 pub use registry::{Fronts, Kind};
+pub use specimen::{Form, Specimen, Specimens};
 pub use text::BEGINNING;
 use text::{decoded, stem};
 
@@ -88,6 +90,18 @@ pub trait Front: Sync {
     /// Words that files in its dialects hold, to tell code pages apart.
     fn marks(&self) -> Vec<&'static str> {
         Vec::new()
+    }
+
+    /// The names of the instructions that it knows.
+    fn instructions(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Lines that show an instruction, by its name in upper case, of a family as timing tables name it; `None` if the family
+    /// has none of this name, or is another front's.
+    fn specimens(&self, name: &str, family: &str) -> Option<Specimens> {
+        let _ = (name, family);
+        None
     }
 
     /// Reads programs, all written in `dialect`, in the given order, and what lies beside them (not all of it need be

@@ -34,42 +34,44 @@ pub struct Rule {
 pub mod rules {
     use super::Rule;
 
-    /// The answer to a check that holds, and of an audit.
-    pub const BOUND: Rule = Rule { name: "scan-bound", about: "The bound on the scan time" };
-    /// The limit is broken.
-    pub const REFUTED: Rule =
-        Rule { name: "limit-refuted", about: "A scan takes longer than the limit" };
-    /// The limit is not decided.
-    pub const UNDECIDED: Rule = Rule {
-        name: "limit-undecided",
-        about: "It is not known whether a scan takes longer than the limit",
-    };
-    /// A loop may not end.
-    pub const ENDLESS: Rule =
-        Rule { name: "endless-loop", about: "A scan can go round this loop without end" };
-    /// A rung is dear.
-    pub const DEAR: Rule =
-        Rule { name: "dear-rung", about: "One of the rungs in which most of the bound goes" };
-    /// A count is not known.
-    pub const UNKNOWN: Rule =
-        Rule { name: "unknown-count", about: "The bound hangs on a count that nobody stated" };
-    /// Something is not stated.
-    pub const NOT_STATED: Rule =
-        Rule { name: "not-stated", about: "What is not stated may make the bound too low" };
-    /// A word is trusted.
-    pub const TRUSTED: Rule = Rule {
-        name: "trusted-word",
-        about: "The bound holds if nobody but the program writes this word",
-    };
-    /// Something about the input.
-    pub const INPUT: Rule = Rule { name: "input", about: "Something about the files or the table" };
-    /// The bound of two versions.
-    pub const CHANGED: Rule = Rule { name: "bound-changed", about: "The bound of another version" };
-    /// What a change costs.
-    pub const CHANGE: Rule = Rule { name: "costly-change", about: "What a changed rung costs" };
-    /// A measured scan is above the bound.
-    pub const ABOVE: Rule =
-        Rule { name: "measured-above-bound", about: "A measured scan takes longer than the bound" };
+    /// Makes the rules from one list; each has its page in `docs/codes`.
+    macro_rules! rules {
+        ($(#[doc = $doc:literal] $rule:ident = $name:literal, $about:literal;)*) => {
+            $(#[doc = $doc] pub const $rule: Rule = Rule { name: $name, about: $about };)*
+
+            /// All of them, each with its page.
+            pub const ALL: &[(Rule, &str)] = &[
+                $(($rule, include_str!(concat!("../../docs/codes/", $name, ".md"))),)*
+            ];
+        };
+    }
+
+    rules! {
+        /// The answer to a check that holds, and of an audit.
+        BOUND = "scan-bound", "The bound on the scan time";
+        /// The limit is broken.
+        REFUTED = "limit-refuted", "A scan takes longer than the limit";
+        /// The limit is not decided.
+        UNDECIDED = "limit-undecided", "It is not known whether a scan takes longer than the limit";
+        /// A loop may not end.
+        ENDLESS = "endless-loop", "A scan can go round this loop without end";
+        /// A rung is dear.
+        DEAR = "dear-rung", "One of the rungs in which most of the bound goes";
+        /// A count is not known.
+        UNKNOWN = "unknown-count", "The bound hangs on a count that nobody stated";
+        /// Something is not stated.
+        NOT_STATED = "not-stated", "What is not stated may make the bound too low";
+        /// A word is trusted.
+        TRUSTED = "trusted-word", "The bound holds if nobody but the program writes this word";
+        /// Something about the input.
+        INPUT = "input", "Something about the files or the table";
+        /// The bound of two versions.
+        CHANGED = "bound-changed", "The bound of another version";
+        /// What a change costs.
+        CHANGE = "costly-change", "What a changed rung costs";
+        /// A measured scan is above the bound.
+        ABOVE = "measured-above-bound", "A measured scan takes longer than the bound";
+    }
 }
 
 /// Something to be said, at a place if it has one.

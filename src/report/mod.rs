@@ -2,15 +2,20 @@
 //!
 //! A format is a file and its line in `formats!`.
 
+pub mod advice;
 mod columns;
 pub mod compare;
+pub mod cpus;
 pub mod diff;
+pub mod doctor;
+pub mod explain;
 pub mod facts;
 mod findings;
 pub mod format;
 pub mod formats;
 pub mod ladder;
 pub mod method;
+pub mod page;
 mod path;
 pub mod projects;
 pub mod render;
@@ -18,6 +23,12 @@ mod response;
 pub mod schema;
 pub mod tables;
 mod wrap;
+
+/// A text on lines of at most so many columns.
+#[must_use]
+pub fn wrapped(text: &str, width: usize) -> String {
+    wrap::paragraph(0, text, width)
+}
 
 /// Declares the formats' modules and lists what each has as its `FORMAT`.
 macro_rules! formats {

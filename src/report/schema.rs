@@ -1,7 +1,7 @@
 //! The schemas of what is written as JSON, worked out from the types that are written; what each key means is said in
 //! docs/json.md and taken from there.
 
-use super::{compare, diff, json, projects};
+use super::{advice, compare, cpus, diff, doctor, explain, json, projects};
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde_json::Value;
@@ -53,6 +53,34 @@ pub const SCHEMAS: &[Published] = &[
         about: "diff",
         heading: "## diff",
         of: of::<diff::json::Report<'static>>,
+    },
+    Published {
+        name: "advise",
+        id: "scanbound.advice/1",
+        about: "advise",
+        heading: "## advise",
+        of: of::<advice::json::Report<'static>>,
+    },
+    Published {
+        name: "cpus",
+        id: "scanbound.cpus/1",
+        about: "cpus",
+        heading: "## cpus",
+        of: of::<cpus::json::Report<'static>>,
+    },
+    Published {
+        name: "doctor",
+        id: "scanbound.doctor/1",
+        about: "doctor",
+        heading: "## doctor",
+        of: of::<doctor::json::Report<'static>>,
+    },
+    Published {
+        name: "explain",
+        id: "scanbound.explain/1",
+        about: "explain",
+        heading: "## explain",
+        of: of::<explain::json::Report<'static>>,
     },
 ];
 

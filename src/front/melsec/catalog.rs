@@ -223,6 +223,26 @@ pub fn unpulsed(mnemonic: &str) -> Option<String> {
     mnemonic.strip_suffix('P').map(str::to_owned)
 }
 
+/// The names of all instructions, without their pulse forms.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    CATALOG.names()
+}
+
+/// The entries of a name as it stands in the catalog.
+pub(super) fn rows(name: &str) -> Option<&'static [Entry]> {
+    CATALOG.rows(name)
+}
+
+/// The entries of an instruction, a pulse form too.
+pub(super) fn forms(mnemonic: &str) -> Option<Vec<&'static Entry>> {
+    if let Some(rows) = rows(mnemonic) {
+        return Some(rows.iter().collect());
+    }
+    let plain = rows(&unpulsed(mnemonic)?)?;
+    let forms: Vec<&Entry> = plain.iter().filter(|entry| entry.own.pulse).collect();
+    (!forms.is_empty()).then_some(forms)
+}
+
 fn counts(entries: &[Entry]) -> Vec<usize> {
     let mut counts: Vec<usize> = entries.iter().map(|entry| entry.operands.len()).collect();
     counts.sort_unstable();

@@ -13,11 +13,12 @@ pub mod operand;
 pub mod project;
 mod resolve;
 pub mod source;
+mod specimens;
 #[cfg(test)]
 mod tests;
 mod words;
 
-use super::{Dialect, Front, Input, Open, Options, Project, Sniff};
+use super::{Dialect, Front, Input, Open, Options, Project, Sniff, Specimens};
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
 use decode::DecodeOptions;
@@ -69,6 +70,14 @@ impl Front for Melsec {
 
     fn marks(&self) -> Vec<&'static str> {
         marks()
+    }
+
+    fn instructions(&self) -> Vec<String> {
+        specimens::all()
+    }
+
+    fn specimens(&self, name: &str, family: &str) -> Option<Specimens> {
+        specimens::specimens(name, Family::named(family)?)
     }
 
     fn read(

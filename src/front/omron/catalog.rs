@@ -140,6 +140,20 @@ pub(super) fn find(mnemonic: &str, family: Family) -> Option<Found> {
     )
 }
 
+/// The names of all instructions, of those that join in each way.
+pub(super) fn all_names() -> impl Iterator<Item = &'static str> {
+    static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
+        let known = |name: &String| knows(name);
+        let joined = |name: &str| ["LD", "AND", "OR"].map(|join| format!("{join}{name}"));
+        let of = |name: &'static str| [vec![name.to_owned()], joined(name).to_vec()].concat();
+        let mut names: Vec<String> = CATALOG.names().flat_map(of).filter(known).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    });
+    NAMES.iter().map(String::as_str)
+}
+
 /// The instruction of this function number.
 pub(super) fn numbered(number: u16, family: Family) -> Option<&'static str> {
     let fits =

@@ -18,13 +18,14 @@ mod operand;
 pub mod project;
 mod resolve;
 pub mod source;
+mod specimens;
 mod symbols;
 #[cfg(test)]
 mod tests;
 mod timers;
 mod words;
 
-use super::{Dialect, Front, Input, Options, Project, Sniff};
+use super::{Dialect, Front, Input, Options, Project, Sniff, Specimens};
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
 use source::RawProject;
@@ -68,6 +69,19 @@ impl Front for Omron {
 
     fn is_beside(&self, _name: &str, beginning: &str) -> bool {
         symbols::sniff(beginning)
+    }
+
+    fn instructions(&self) -> Vec<String> {
+        specimens::all()
+    }
+
+    fn specimens(&self, name: &str, family: &str) -> Option<Specimens> {
+        let family = match family {
+            "c" => source::Family::C,
+            "cs" => source::Family::Cs,
+            _ => return None,
+        };
+        specimens::specimens(name, family)
     }
 
     fn read(

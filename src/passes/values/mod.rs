@@ -23,10 +23,13 @@ mod write;
 
 use super::{Pass, Settings, loops};
 use crate::base::ring::Ring;
+use crate::program::WordSource;
+use crate::program::meaning::{ChoiceKind, Meaning};
 use crate::program::{
     Approximated, Cell, ChoiceId, Program, Region, StartRange, Step, TrustedRange, Units, Write,
 };
 use across::{Across, Kept};
+use evaluate::Evaluation;
 use run::{Found, Run};
 use slots::Slots;
 use state::Followed;
@@ -272,4 +275,24 @@ fn apply(program: &mut Program, found: &Found) {
     }
     program.narrowed.append(&mut counted);
     loops::lower(program, &found.turns);
+}
+
+/// Whether a range of what an operation gives is worked out where its inputs are known.
+#[must_use]
+pub fn follows(program: &Program, meaning: &Meaning) -> bool {
+    let mut cells = BTreeSet::new();
+    ChoiceKind::Exact(Box::new(meaning.clone())).each_word(&mut |word| {
+        if let WordSource::Cell(cell) = word {
+            cells.insert(cell);
+        }
+    });
+    let words = Slots::of(cells.into_iter().collect());
+    let known = vec![Ring::constant(1); words.cells().len()];
+    let followed = Followed::of(program, words, Slots::of(Vec::new()));
+    let state = followed.holding(known);
+    let stamp = std::cell::Cell::new(0);
+    let evaluation =
+        Evaluation { program, followed: &followed, state: &state, holds: &[], stamp: &stamp };
+    let results = evaluation.operation(meaning);
+    results.is_some_and(|all| all.iter().flatten().any(|word| *word != Ring::TOP))
 }

@@ -86,6 +86,13 @@ pub fn dates() -> impl Iterator<Item = (&'static str, &'static str)> {
     FILES.iter().map(dated)
 }
 
+/// The built-in tables for a family, by name.
+#[must_use]
+pub fn of_family(family: &str) -> Vec<Table> {
+    let is_own = |(_, table): &(&str, &Table)| table.family.as_deref() == Some(family);
+    tables().filter(is_own).map(|(_, table)| table.clone()).collect()
+}
+
 /// A built-in table's text; letter case does not count.
 #[must_use]
 pub fn text(name: &str) -> Option<&'static str> {

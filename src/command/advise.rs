@@ -1,0 +1,71 @@
+//! `scanbound advise`: which one statement more would lower the bound most.
+
+use super::options::ProjectOptions;
+use super::sheet::{Sheet, SheetOptions};
+use super::values::{self, Most};
+use super::{Failure, Outcome};
+use clap::Args;
+use scanbound::audit::advise::{Settings, advise};
+use scanbound::audit::{conclude, follow};
+use scanbound::report::advice::{csv, json, text};
+use scanbound::report::format::Extent;
+use std::time::Duration;
+
+const ABOUT: &str = "\
+Ask which one fact or interlock would lower the bound most
+
+Reads off the dearest scan what might be worth stating: counts and indices that nobody knows; pairs of inputs or relays \
+that are both on in it and drive different rungs, as if no interlock kept them apart; that nobody but the program writes \
+its own devices; the base unit of the modules. Then it audits the project again with each of these statements alone, \
+and lists them with the bound that was found, the lowest first. Nothing is estimated: each bound is the one that \
+`scanbound audit --facts` finds with that line in the facts file. Whether a line is true only you know.";
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound advise PLC/                      what to look into first
+  scanbound advise PLC/ --facts plant.toml   what is still worth stating
+  scanbound advise PLC/ --most 5,50          counts of at most 5 and of at most 50
+  scanbound advise PLC/ --budget 10min --top 30
+
+--time-limit holds for each of the audits, --budget for all together: what is at work when it is over is finished.
+
+Exit codes: 0 done, 2 bad input or usage, 70 internal error";
+
+/// The arguments of `advise`.
+#[derive(Debug, Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// What each unknown count is stated to be at most
+    #[arg(long, value_name = "COUNTS", default_value = "20", value_parser = values::most)]
+    most: Most,
+    /// When no further audit is begun
+    #[arg(long, value_name = "DURATION", default_value = "2min", value_parser = values::span, allow_hyphen_values = true)]
+    budget: Duration,
+    /// How many statements the text shows
+    #[arg(long, value_name = "N", default_value_t = Extent::default().top, value_parser = values::count::<usize>, allow_negative_numbers = true)]
+    top: usize,
+    #[command(flatten)]
+    project: ProjectOptions,
+    #[command(flatten)]
+    report: SheetOptions,
+}
+
+/// Audits the project, then again with each statement, and reports.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let project = arguments.project.or_here()?;
+    let place = arguments.report.place(&project.reads())?;
+    let Most(most) = &arguments.most;
+    let settings = Settings { most, budget: Some(arguments.budget) };
+    let advice = project.with_request(|request| {
+        let concluded = conclude(follow(request)?, request)?;
+        Ok(advise(&concluded, request, settings)?)
+    })?;
+    let top = arguments.top;
+    place.write(&Sheet {
+        text: &|extent| text::render(&advice, Extent { top, ..extent }),
+        json: &|out| json::write(&advice, out),
+        csv: &|out| csv::write(&advice, out),
+        answer: text::answer(&advice),
+    })?;
+    Ok(Outcome::Done)
+}

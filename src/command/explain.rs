@@ -1,0 +1,127 @@
+//! `scanbound explain`: what is known of an instruction, or what a code of findings means.
+
+use super::output::Target;
+use super::{Failure, Outcome, tables};
+use anyhow::anyhow;
+use clap::{Args, ValueEnum};
+use scanbound::audit::explain::{Explained, explain, names};
+use scanbound::front::FRONTS;
+use scanbound::report::explain::{json, text};
+use scanbound::report::format::Extent;
+use scanbound::report::page;
+use scanbound::timing::table::{Table, builtin};
+use std::path::PathBuf;
+
+const ABOUT: &str = "\
+Tell what is known of an instruction, or what a code of findings means
+
+Of an instruction: its times by a CPU's table where it runs and where it does not, what they are made of, how well they \
+are founded and by which document, its variants, and what the analysis follows of it. What it tells is what an audit \
+does with such a line, not a second description. Of a code, such as no-time or limit-refuted: what it means, an example, \
+what to do.";
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound explain BMOV --cpu Q26UDV        its times, evidence, source, variants
+  scanbound explain BMOV                     by every timing table that has it
+  scanbound explain no-time                  a code of reports, SARIF and scanbound doctor
+  scanbound explain codes                    all codes
+
+Exit codes: 0 done, 2 there is no such instruction or code";
+
+/// Nothing less alike than this is offered in place of an unknown name.
+const ALIKE: f64 = 0.7;
+
+/// How it is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Form {
+    /// For people
+    Text,
+    /// For programs (docs/json.md)
+    Json,
+}
+
+/// The arguments of `explain`.
+#[derive(Debug, Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// An instruction, a code, or the word codes
+    #[arg(value_name = "NAME|CODE")]
+    name: String,
+    /// The CPU whose table tells the times
+    #[arg(long, value_name = "NAME")]
+    cpu: Option<String>,
+    /// The timing table: a built-in one or a CSV file
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "cpu")]
+    table: Option<String>,
+    /// How it is told; codes are told as text
+    #[arg(long, value_enum, default_value = "text")]
+    format: Form,
+    /// Write it to a file, whole or not at all
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// Tells of an instruction or a code.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let target = Target::new(arguments.output.as_deref())?;
+    let name = arguments.name.trim();
+    if let Some(page) = page::of(&name.to_ascii_lowercase()) {
+        target.write(page)?;
+        return Ok(Outcome::Done);
+    }
+    let usual = Extent::default();
+    let (width, height) = target.page().unwrap_or((usual.width, usual.height));
+    let extent = Extent { width, height, ..usual };
+    if name.eq_ignore_ascii_case("codes") {
+        target.write(&page::list(width))?;
+        return Ok(Outcome::Done);
+    }
+    let found: Vec<Explained> =
+        tables_of(arguments)?.iter().filter_map(|table| explain(name, table, FRONTS)).collect();
+    if found.is_empty() {
+        return Err(unknown(name, arguments).into());
+    }
+    target.fill(|out| match (arguments.format, found.as_slice()) {
+        (Form::Json, found) => json::write(found, out),
+        (Form::Text, [one]) => out.write_all(text::one(one, extent).as_bytes()),
+        (Form::Text, found) => out.write_all(text::several(found, extent).as_bytes()),
+    })?;
+    Ok(Outcome::Done)
+}
+
+/// The tables that are asked for: that of the CPU, or all.
+fn tables_of(arguments: &Arguments) -> Result<Vec<Table>, Failure> {
+    if let Some(name) = &arguments.table {
+        return Ok(vec![tables::find("--table ", name)?.table]);
+    }
+    let Some(cpu) = &arguments.cpu else {
+        return Ok(builtin::names().into_iter().filter_map(Table::builtin).collect());
+    };
+    let table = Table::for_cpu(cpu).and_then(Table::builtin);
+    let unknown =
+        || anyhow!("--cpu {cpu}: there is no timing table for this CPU; {}", Table::advice(cpu));
+    Ok(vec![table.ok_or_else(unknown)?])
+}
+
+/// What to say of a name that nothing has.
+fn unknown(name: &str, arguments: &Arguments) -> anyhow::Error {
+    let (upper, lower) = (name.to_ascii_uppercase(), name.to_ascii_lowercase());
+    let all = names(FRONTS);
+    if all.contains(&upper) {
+        let of = arguments.cpu.as_ref().or(arguments.table.as_ref());
+        let of = of.map_or(String::new(), |of| format!(" of {of}"));
+        return anyhow!(
+            "{upper} is no instruction{of}: leave --cpu and --table out to see which tables have it"
+        );
+    }
+    let instructions =
+        all.iter().map(|known| (strsim::jaro_winkler(known, &upper), known.as_str()));
+    let codes = page::names().map(|known| (strsim::jaro_winkler(known, &lower), known));
+    let near = instructions.chain(codes).filter(|(alike, _)| *alike >= ALIKE);
+    let near = near.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, known)| known);
+    let meant = near.map_or(String::new(), |known| format!(" did you mean {known}?"));
+    anyhow!(
+        "{name} is neither an instruction nor a code:{meant} `scanbound explain codes` lists the codes, `scanbound tables qnudv` the rows of a table"
+    )
+}

@@ -1,0 +1,108 @@
+//! Where results go that are a list: as text, JSON or CSV.
+
+use super::Failure;
+use super::output::{self, Target, apart, say};
+use super::progress;
+use clap::{Args, ValueEnum};
+use scanbound::report::format::{Detail, Extent};
+use scanbound::report::{FORMATS, formats};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// How a list is written.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Report")]
+pub struct SheetOptions {
+    /// How the report is written [default: by the suffix of --output, else text]
+    #[arg(long, value_enum)]
+    format: Option<Form>,
+    /// Write the report to a file, whole or not at all
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Show every entry
+    #[arg(short, long)]
+    verbose: bool,
+    /// Show nothing but errors: the report goes to a file only (--output), and the exit code is the answer
+    #[arg(short, long, conflicts_with = "verbose")]
+    quiet: bool,
+}
+
+/// A form of lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Form {
+    /// For people
+    Text,
+    /// For programs (docs/json.md)
+    Json,
+    /// For spreadsheets
+    Csv,
+}
+
+/// A list in each form, and its answer in a sentence.
+pub struct Sheet<'a> {
+    /// The text; has colour codes.
+    pub text: &'a dyn Fn(Extent) -> String,
+    /// Writes it as JSON.
+    pub json: &'a dyn Fn(&mut dyn Write) -> io::Result<()>,
+    /// Writes it as CSV.
+    pub csv: &'a dyn Fn(&mut dyn Write) -> io::Result<()>,
+    /// What stderr says where the list goes to a file.
+    pub answer: String,
+}
+
+/// Where a list goes, and in which form.
+pub struct Place {
+    /// Nowhere where nothing is to be shown.
+    target: Option<Target>,
+    quiet: bool,
+    form: Form,
+    extent: Extent,
+}
+
+impl SheetOptions {
+    /// The place, which is none of the files that are read.
+    pub fn place(&self, reads: &[&Path]) -> Result<Place, Failure> {
+        apart(reads, &[("--output", self.output.as_deref())])?;
+        if self.quiet {
+            progress::hide();
+        }
+        let target = match (&self.output, self.quiet) {
+            (None, true) => None,
+            (file, _) => Some(Target::new(file.as_deref())?),
+        };
+        let by_suffix = || {
+            let file = self.output.as_ref()?.to_str()?;
+            match formats::by_suffix(FORMATS, file)?.name {
+                "json" => Some(Form::Json),
+                "csv" => Some(Form::Csv),
+                _ => None,
+            }
+        };
+        let form = self.format.or_else(by_suffix).unwrap_or(Form::Text);
+        let usual = Extent::default();
+        let page = target.as_ref().and_then(Target::page);
+        let (width, height) = page.unwrap_or((usual.width, usual.height));
+        let detail = if self.verbose { Detail::Full } else { Detail::Usual };
+        let quiet = self.quiet;
+        Ok(Place { target, quiet, form, extent: Extent { width, height, detail, ..usual } })
+    }
+}
+
+impl Place {
+    /// Writes the list; where it does not go to stdout, the answer goes to stderr.
+    pub fn write(self, sheet: &Sheet<'_>) -> Result<(), Failure> {
+        let Place { target, quiet, form, extent } = self;
+        let Some(target) = target else { return Ok(()) };
+        let is_shown = quiet || matches!(target, Target::Stdout);
+        target.fill(|out| match form {
+            Form::Text => out.write_all((sheet.text)(extent).as_bytes()),
+            Form::Json => (sheet.json)(out),
+            Form::Csv => (sheet.csv)(out),
+        })?;
+        if !is_shown {
+            let lines = scanbound::report::wrapped(&sheet.answer, output::width_of_stderr());
+            say(&lines);
+        }
+        Ok(())
+    }
+}
