@@ -83,7 +83,10 @@ impl Wanted {
                 None => arguments.project.clone(),
             },
             limit: limit.ok_or_else(|| {
-                anyhow!("no limit is given: --limit 10ms, or limit = \"10ms\" in scanbound.toml")
+                let unread = if file.is_none() { project_file::unread() } else { "" };
+                anyhow!(
+                    "no limit is given: --limit 10ms, or limit = \"10ms\" in scanbound.toml{unread}"
+                )
             })?,
             margin: margin.unwrap_or_default(),
             max_assumed: arguments.max_assumed.or_else(|| file?.max_assumed),

@@ -1,11 +1,12 @@
 //! `scanbound diff`: what two versions of a project differ in, and what each change costs.
 
 use super::options::{ProjectOptions, ReportOptions, SearchOptions};
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, project_file};
 use anyhow::anyhow;
 use clap::Args;
 use scanbound::audit::difference::Difference;
 use scanbound::audit::verdict::Margin;
+use scanbound::base::code::Code;
 use scanbound::report::diff::text::answer;
 use scanbound::report::format::Detail;
 
@@ -13,6 +14,8 @@ const EXAMPLES: &str = "\
 Examples:
   scanbound diff old/ new/ --fail-above 5%   exit code 1 where the bound grows by more
   scanbound diff old.il new.il --cpu Q26UDV -o changes.md -o changes.json
+
+scanbound.toml is not read: state what both versions need in options (--cpu, --facts).
 
 Exit codes: 0 done, 1 the bound grew by more than --fail-above, 2 bad input or usage, 70 internal error";
 
@@ -40,8 +43,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .into());
     };
     let (reports, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
-    let old = old.audit(&arguments.search)?;
-    let new = new.audit(&arguments.search)?;
+    let audit = |version: &ProjectOptions| version.audit(&arguments.search).map_err(unread);
+    let (old, new) = (audit(&old)?, audit(&new)?);
     trace.write(&new)?;
     let allowed = arguments.fail_above.map(Margin::millionths);
     let found = Difference::of(&old, &new, allowed);
@@ -50,4 +53,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         (format.diff)(&found, extent, out)
     })?;
     Ok(if found.is_above() { Outcome::Refuted } else { Outcome::Done })
+}
+
+/// The failure, with a word on the project file where its CPU would have been needed.
+fn unread(mut failure: Failure) -> Failure {
+    if let Failure::Input(faults) = &mut failure {
+        let lacking = faults.iter_mut().filter(|fault| fault.code == Code::NoTable);
+        lacking.for_each(|fault| fault.help += project_file::unread());
+    }
+    failure
 }

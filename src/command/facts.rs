@@ -1,8 +1,9 @@
 //! `scanbound facts`: a facts file that offers what is worth stating.
 
 use super::options::{ProjectOptions, WhatIfOptions};
-use super::output::{Target, apart};
+use super::output::{Target, apart, is_there};
 use super::{Failure, Outcome};
+use anyhow::anyhow;
 use clap::Args;
 use scanbound::audit::{self, Request, offer};
 use scanbound::report::facts;
@@ -11,7 +12,9 @@ use std::path::PathBuf;
 const EXAMPLES: &str = "\
 Examples:
   scanbound facts PLC/ -o plant.toml         what to state of a project, commented out
-  scanbound facts PLC/ --facts plant.toml    what is still worth stating";
+  scanbound facts PLC/ --facts plant.toml    what is still worth stating, on stdout
+
+A file that is there already is never written over: it may hold what you stated.";
 
 /// The arguments of `facts`.
 #[derive(Debug, Args)]
@@ -21,15 +24,22 @@ pub struct Arguments {
     project: ProjectOptions,
     #[command(flatten)]
     what_if: WhatIfOptions,
-    /// Write the facts to a file, whole or not at all
+    /// Write the facts to a new file, whole or not at all
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 /// Audits the project, routines that are not there let pass, and writes what is worth stating.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let project = arguments.project.or_here()?;
+    let project = arguments.project.or_here_without_facts()?;
     apart(&project.reads(), &[("--output", arguments.output.as_deref())])?;
+    if let Some(file) = arguments.output.as_deref().filter(|file| is_there(file)) {
+        let name = file.display();
+        return Err(anyhow!(
+            "--output {name} is there already, and what is stated in it would be lost: name a new file, or leave --output out to have it on stdout"
+        )
+        .into());
+    }
     let target = Target::new(arguments.output.as_deref())?;
     let text = project.with_request(|request| {
         let request = Request { incomplete: true, ..*request };

@@ -33,7 +33,7 @@ use std::time::Duration;
 #[command(next_help_heading = "Project")]
 pub struct ProjectOptions {
     /// Program files of one project, in the order in which they run; a directory stands for the programs in it, - for
-    /// stdin [default: those of scanbound.toml, docs/pipelines.md]
+    /// stdin [default: those of scanbound.toml, which is read only where no program is named, docs/pipelines.md]
     #[arg(value_name = "PROGRAM")]
     programs: Vec<PathBuf>,
     /// Leave out files of these names or paths (*, ?, [a-z], {a,b}, ** for directories); may be repeated
@@ -231,6 +231,15 @@ impl ProjectOptions {
         }
     }
 
+    /// The same for what begins a facts file: the one that the project file names may still be missing.
+    pub fn or_here_without_facts(&self) -> Result<ProjectOptions, Failure> {
+        let mut project = self.or_here()?;
+        if self.facts.is_none() {
+            project.facts = project.facts.filter(|file| file.exists());
+        }
+        Ok(project)
+    }
+
     /// Whether no program is named.
     pub fn is_open(&self) -> bool {
         self.programs.is_empty()
@@ -396,12 +405,12 @@ impl Reports {
 }
 
 impl ReportOptions {
-    /// The format asked for: by name, else by what the report's file is called, else text.
-    fn format(&self, output: Option<&Path>) -> &'static Format {
-        let named = self.format.as_deref().and_then(|name| formats::named(FORMATS, name));
-        let output = output.and_then(Path::to_str);
-        let meant = || output.and_then(|file| formats::by_suffix(FORMATS, file));
-        named.or_else(meant).unwrap_or(&FORMATS[0])
+    /// The format asked for: by name, else by what the report's file is called.
+    fn format(&self, output: Option<&Path>) -> Result<&'static Format, Failure> {
+        match self.format.as_deref().and_then(|name| formats::named(FORMATS, name)) {
+            Some(named) => Ok(named),
+            None => format_of(output, &[]),
+        }
     }
 
     /// Where the reports go, and the trace, if one is asked for.
@@ -417,7 +426,7 @@ impl ReportOptions {
         if self.quiet {
             progress::hide();
         }
-        let target = |file: Option<&Path>| Ok((Target::new(file)?, self.format(file)));
+        let target = |file: Option<&Path>| Ok((Target::new(file)?, self.format(file)?));
         let reports: Result<Vec<_>, Failure> = match self.output.as_slice() {
             [] if self.quiet => Ok(Vec::new()),
             [] => Ok(vec![target(None)?]),
@@ -460,8 +469,8 @@ impl ReportOptions {
     }
 
     /// The name of the format of what goes to stdout.
-    pub fn format_of_stdout(&self) -> &'static str {
-        self.format(None).name
+    pub fn format_of_stdout(&self) -> &str {
+        self.format.as_deref().unwrap_or(FORMATS[0].name)
     }
 
     /// Whether nothing but errors is shown.
@@ -486,6 +495,22 @@ impl ReportOptions {
         };
         Extent { top: self.top, values, detail, by: self.by.map(By::from), width, height }
     }
+}
+
+/// The format that a file's suffix names: text where it has none. `only` are the formats there are, all if it is empty.
+pub fn format_of(file: Option<&Path>, only: &[&str]) -> Result<&'static Format, Failure> {
+    let Some(file) = file.filter(|file| file.extension().is_some()) else { return Ok(&FORMATS[0]) };
+    let is_one = |format: &&Format| only.is_empty() || only.contains(&format.name);
+    let meant = formats::by_suffix(FORMATS, &file.to_string_lossy()).filter(is_one);
+    meant.ok_or_else(|| {
+        let known = FORMATS.iter().filter(is_one).flat_map(|format| format.suffixes);
+        let known: Vec<String> = known.map(|suffix| format!(".{suffix}")).collect();
+        let (name, known) = (file.display(), known.join(", "));
+        anyhow!(
+            "--output {name}: its suffix names no format of reports: end it in one of {known}, or name the format with --format"
+        )
+        .into()
+    })
 }
 
 fn facts(path: Option<&Path>) -> Result<Facts, Failure> {

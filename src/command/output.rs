@@ -54,6 +54,11 @@ pub fn apart(read: &[&Path], written: &[(&str, Option<&Path>)]) -> Result<(), Fa
     Ok(())
 }
 
+/// Whether a file of this name would be replaced: no stream, nor a device.
+pub fn is_there(file: &Path) -> bool {
+    file != Path::new(STREAM) && file.is_file()
+}
+
 /// The path without links, as far as there is one.
 fn resolved(file: &Path) -> PathBuf {
     if let Ok(real) = file.canonicalize() {

@@ -94,6 +94,15 @@ impl ProjectFile {
     }
 }
 
+/// What to add to a message about something missing where programs are named: the project file here is not read then.
+/// Empty where there is none.
+pub fn unread() -> &'static str {
+    match Path::new(NAME).is_file() {
+        true => "; the scanbound.toml here is read only where no program is named",
+        false => "",
+    }
+}
+
 /// All project files in and below a directory, by their paths; hidden directories and links to directories are left out.
 pub fn all(directory: &Path) -> Result<Vec<PathBuf>, Failure> {
     let mut found = Vec::new();

@@ -1,11 +1,11 @@
 //! Where results go that are a list: as text, JSON or CSV.
 
 use super::Failure;
+use super::options::format_of;
 use super::output::{self, Target, apart, say};
 use super::progress;
 use clap::{Args, ValueEnum};
 use scanbound::report::format::{Detail, Extent};
-use scanbound::report::{FORMATS, formats};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -66,19 +66,18 @@ impl SheetOptions {
         if self.quiet {
             progress::hide();
         }
+        let form = match self.format {
+            Some(form) => form,
+            None => match format_of(self.output.as_deref(), &["text", "json", "csv"])?.name {
+                "json" => Form::Json,
+                "csv" => Form::Csv,
+                _ => Form::Text,
+            },
+        };
         let target = match (&self.output, self.quiet) {
             (None, true) => None,
             (file, _) => Some(Target::new(file.as_deref())?),
         };
-        let by_suffix = || {
-            let file = self.output.as_ref()?.to_str()?;
-            match formats::by_suffix(FORMATS, file)?.name {
-                "json" => Some(Form::Json),
-                "csv" => Some(Form::Csv),
-                _ => None,
-            }
-        };
-        let form = self.format.or_else(by_suffix).unwrap_or(Form::Text);
         let usual = Extent::default();
         let page = target.as_ref().and_then(Target::page);
         let (width, height) = page.unwrap_or((usual.width, usual.height));

@@ -117,9 +117,13 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
         }
         Verdict::Undecided(reasons) if check.upper <= check.limit => {
             let doubts = reasons.iter().any(|reason| !matches!(reason, Reason::Assumed { .. }));
-            let low = if doubts { "; but the bound may be too low" } else { "; but" };
+            // The sentence stands alone on stderr and in other formats: the reasons may not follow it.
+            let but = match doubts {
+                true => "the bound may be too low",
+                false => "more of it than is allowed rests on assumed times",
+            };
             let told = format!(
-                "no scan takes longer than {most}{above}{points}, the limit is {limit}{low}:"
+                "no scan takes longer than {most}{above}{points}, the limit is {limit}; but {but}"
             );
             Answer { style: CARE, word: "UNDECIDED", told }
         }
