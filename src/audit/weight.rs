@@ -2,6 +2,7 @@
 
 use crate::base::time::Picos;
 use crate::scan::model::{Assignment, Atom, Lit, Node, ScanModel, Values, VarKind};
+use std::collections::BTreeSet;
 
 /// So many other values are tried at once: one a bit.
 const LANES: usize = 64;
@@ -67,17 +68,63 @@ fn lost(
     count: usize,
 ) -> Vec<Picos> {
     let values = model.circuit.evaluate(assignment);
+    let readers = Readers::of(model);
     let mut worth = vec![Picos::ZERO; count];
     let mut lane_of: Vec<Vec<usize>> = vec![Vec::new(); model.variables.len()];
     for batch in trials.chunks(LANES) {
         batch.iter().enumerate().for_each(|(lane, trial)| lane_of[trial.variable].push(lane));
-        let changes = Changes::of(model, &values, batch, &lane_of);
+        let changes = Changes::of(model, &values, batch, &lane_of, &readers);
         for (trial, lost) in batch.iter().zip(losses(model, charges, &changes, batch.len())) {
             worth[trial.of] = worth[trial.of].max(lost);
         }
         batch.iter().for_each(|trial| lane_of[trial.variable].clear());
     }
     worth
+}
+
+/// The nodes that read each node, and those that read each variable. Nearly all that turns reaches few of them.
+struct Readers {
+    /// Where the readers of each node begin.
+    starts: Vec<u32>,
+    nodes: Vec<u32>,
+    of_variables: Vec<Vec<u32>>,
+}
+
+impl Readers {
+    fn of(model: &ScanModel) -> Readers {
+        let nodes = model.circuit.nodes();
+        let mut starts = vec![0; nodes.len() + 1];
+        let mut of_variables = vec![Vec::new(); model.variables.len()];
+        let pairs = || {
+            nodes.iter().zip(0u32..).flat_map(|(node, reader)| {
+                let read = match *node {
+                    Node::And(a, b) => [Some(a.node()), Some(b.node())],
+                    Node::True | Node::Atom(_) => [None, None],
+                };
+                read.into_iter().flatten().map(move |node| (node, reader))
+            })
+        };
+        for (node, reader) in nodes.iter().zip(0u32..) {
+            if let Node::Atom(atom) = node {
+                of_variables[atom.variable().0 as usize].push(reader);
+            }
+        }
+        pairs().for_each(|(node, _)| starts[node + 1] += 1);
+        for node in 0..nodes.len() {
+            starts[node + 1] += starts[node];
+        }
+        let mut next = starts.clone();
+        let mut readers = vec![0; starts[nodes.len()] as usize];
+        for (node, reader) in pairs() {
+            readers[next[node] as usize] = reader;
+            next[node] += 1;
+        }
+        Readers { starts, nodes: readers, of_variables }
+    }
+
+    fn of_node(&self, node: usize) -> &[u32] {
+        &self.nodes[self.starts[node] as usize..self.starts[node + 1] as usize]
+    }
 }
 
 /// What every node is as things are, and in which lanes it is another.
@@ -92,12 +139,17 @@ impl<'a> Changes<'a> {
         values: &'a Values,
         batch: &[Trial],
         lane_of: &[Vec<usize>],
+        readers: &Readers,
     ) -> Changes<'a> {
         let nodes = model.circuit.nodes();
         let mut changes = Changes { values, turned: vec![0; nodes.len()] };
-        for (index, node) in nodes.iter().enumerate() {
+        // A node comes behind what it reads.
+        let mut open: BTreeSet<u32> =
+            batch.iter().flat_map(|trial| &readers.of_variables[trial.variable]).copied().collect();
+        while let Some(index) = open.pop_first() {
+            let index = index as usize;
             let now = || changes.values.get(Lit::positive(index));
-            changes.turned[index] = match *node {
+            changes.turned[index] = match nodes[index] {
                 Node::True => 0,
                 Node::Atom(atom) => {
                     let is = |word: u16| match atom {
@@ -109,9 +161,11 @@ impl<'a> Changes<'a> {
                     let turns = lanes.filter(|&&lane| is(batch[lane].value) != now());
                     turns.fold(0, |all, &lane| all | 1 << lane)
                 }
-                Node::And(a, b) if changes.turned[a.node()] | changes.turned[b.node()] == 0 => 0,
                 Node::And(a, b) => (changes.lanes(a) & changes.lanes(b)) ^ every(now()),
             };
+            if changes.turned[index] != 0 {
+                open.extend(readers.of_node(index));
+            }
         }
         changes
     }
