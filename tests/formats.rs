@@ -292,6 +292,43 @@ fn two_versions_differ_by_what_their_rungs_say() {
 }
 
 #[test]
+fn annotations_go_to_stdout_beside_files_that_are_called_after_other_formats() {
+    let directory = project();
+    let how = ["check", "old.il", "--limit", "10ms", "--format", "github"];
+    let output =
+        scanbound(&[&how[..], &["-o", "a.sarif", "-o", "a.json"], &HOW].concat(), directory.path());
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    let lines = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(!lines.is_empty() && lines.lines().all(|line| line.starts_with("::")), "{lines}");
+    let read = |name: &str| fs::read_to_string(directory.path().join(name)).expect(name);
+    let log: Sarif = serde_json::from_str(&read("a.sarif")).expect("SARIF");
+    // Code hosts refuse the whole log if one result has no place.
+    for one in log.runs[0].results.as_ref().expect("results") {
+        assert_eq!(one.locations.as_ref().map(Vec::len), Some(1), "{one:?}");
+    }
+    let json: Value = serde_json::from_str(&read("a.json")).expect("JSON");
+    assert_eq!(json["check"]["verdict"], "proved");
+}
+
+#[test]
+fn no_report_takes_the_place_of_what_is_read_from_a_directory() {
+    let directory = project();
+    for name in ["old.il", "scanbound.toml"] {
+        let kept = fs::read(directory.path().join(name)).ok();
+        let output = scanbound(&[&["audit", ".", "-o", name][..], &HOW].concat(), directory.path());
+        assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+        assert!(told(&output).contains("would take the place of"), "{}", told(&output));
+        assert_eq!(fs::read(directory.path().join(name)).ok(), kept);
+    }
+    // Its own reports it writes again.
+    for _ in 0..2 {
+        let how = ["audit", ".", "-o", "bound.csv", "-o", "bound.json"];
+        let output = scanbound(&[&how[..], &HOW].concat(), directory.path());
+        assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    }
+}
+
+#[test]
 fn a_scan_that_may_never_end_is_above_whatever_is_allowed() {
     let directory = project();
     let main = "LBL0: AND 1\nCJP LBL1\nGJ\nJMP LBL0\nLBL1: GS 0\nGJ\nJMP LBL0\nGN 0\nLBL5: ";

@@ -1,7 +1,7 @@
 //! Times and what the user states of the plant, from the source text to the bound and the verdict.
 
 use scanbound::audit::verdict::{Check, Margin, Verdict};
-use scanbound::audit::{Audit, Evidence, Request, audit};
+use scanbound::audit::{Audit, Evidence, Reason, Request, audit};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::Input;
@@ -108,6 +108,35 @@ fn points_on_bases_that_are_not_stated_take_as_long_as_on_any() {
     // Points that the program names are counted by addresses: modules take these up by sixteens.
     assert_eq!(us(&table(rows), ""), 9);
     assert_eq!(us(&table(rows), "[io]\ninputs = 16\n"), 9 + 8 + 2);
+}
+
+#[test]
+fn what_is_proved_with_all_points_holds_for_any_number_that_is_stated() {
+    let own = table("@base,qnudv\n");
+    let open = audited(PROGRAM, &own, "");
+    let all = open.upper_with_all_points();
+    let stated = |inputs: u32, outputs: u32| {
+        audited(PROGRAM, &own, &format!("[io]\ninputs = {inputs}\noutputs = {outputs}\n"))
+            .bound
+            .upper
+    };
+    for points in [0, 1, 16, 40, 1024, 4000, 4079, 4080, 4081, 4095, 4096] {
+        assert!(stated(points, 4096) <= all && stated(4096, points) <= all, "{points} points");
+    }
+    assert_eq!(stated(4096, 4096), all);
+    // So many more as it says keep the limit, on whichever side they are.
+    for limit in [open.bound.upper.0 + 30_000_000, open.bound.upper.0 + 500_000_000] {
+        let check = Check::new(&open, Picos(limit), Margin::default());
+        let Verdict::Undecided(reasons) = &check.verdict else { panic!("{check:?}") };
+        let more = reasons.iter().find_map(|reason| match reason {
+            Reason::StatePoints { more, .. } => *more,
+            _ => None,
+        });
+        let more = u32::try_from(more.expect("a number")).expect("a number");
+        for (inputs, outputs) in [(16 + more, 16), (16, 16 + more)] {
+            assert!(stated(inputs, outputs).0 <= limit, "{more} more points");
+        }
+    }
 }
 
 #[test]

@@ -247,7 +247,8 @@ fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<Reason> {
         };
         let all = audit.points.iter().map(all).collect();
         let most = audit.upper_with_all_points();
-        let room = margin.room(limit).checked_sub(upper).unwrap_or_default();
+        let begun: Picos = audit.points.iter().map(|points| points.begun).sum();
+        let room = margin.room(limit).checked_sub(upper + begun).unwrap_or_default();
         let dearest = audit.points.iter().map(|points| points.sixteen.0).max().unwrap_or(0);
         let more = room.0.checked_div(dearest).unwrap_or(0).saturating_mul(16);
         let depends = Reason::MorePoints { seen, all, upper, most };
@@ -359,6 +360,7 @@ mod tests {
             taken: 16,
             time: Picos(4_300_000),
             sixteen: Picos(4_300_000),
+            begun: Picos::ZERO,
             why: "16 input points, since X5 is the highest input used".to_owned(),
             most: most.map(|more| MorePoints {
                 points: 4096,

@@ -152,7 +152,8 @@ impl TraceTarget {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Report")]
 pub struct ReportOptions {
-    /// How the report is written [default: by the suffix of --output, else text]
+    /// How the report is written [default: by the suffix of --output, else text]. Beside several files that are called
+    /// after other formats it is written to stdout
     #[arg(long, value_name = "FORMAT", value_parser = values::format())]
     format: Option<String>,
     /// Write the report to a file, whole or not at all; may be repeated, each file's suffix names its format
@@ -405,12 +406,33 @@ impl Reports {
 }
 
 impl ReportOptions {
-    /// The format asked for: by name, else by what the report's file is called.
-    fn format(&self, output: Option<&Path>) -> Result<&'static Format, Failure> {
-        match self.format.as_deref().and_then(|name| formats::named(FORMATS, name)) {
-            Some(named) => Ok(named),
-            None => format_of(output, &[]),
-        }
+    /// The format asked for by name.
+    fn named(&self) -> Option<&'static Format> {
+        self.format.as_deref().and_then(|name| formats::named(FORMATS, name))
+    }
+
+    /// Where each report goes, in which format. One report has that asked for by name, else that which its file is called
+    /// after. Of several each has that which its file is called after, and stdout gets that asked for by name if no file
+    /// has it.
+    fn reports(&self) -> Result<Vec<(Option<&Path>, &'static Format)>, Failure> {
+        let named = self.named();
+        let called = |file| named.map_or_else(|| format_of(Some(file), &[]), Ok);
+        Ok(match self.output.as_slice() {
+            [] if self.quiet => Vec::new(),
+            [] => vec![(None, named.unwrap_or(&FORMATS[0]))],
+            [file] => vec![(Some(file), called(file)?)],
+            files => {
+                let format = |file| format_of(Some(file), &[]).or_else(|_| called(file));
+                let all = files.iter().map(|file| Ok((Some(file.as_path()), format(file)?)));
+                let all: Result<Vec<(Option<&Path>, &'static Format)>, Failure> = all.collect();
+                let mut all = all?;
+                let is_missing =
+                    |named: &&Format| all.iter().all(|(_, one)| one.name != named.name);
+                let missing = named.filter(is_missing);
+                all.extend(missing.map(|named| (None, named)));
+                all
+            }
+        })
     }
 
     /// Where the reports go, and the trace, if one is asked for.
@@ -426,12 +448,9 @@ impl ReportOptions {
         if self.quiet {
             progress::hide();
         }
-        let target = |file: Option<&Path>| Ok((Target::new(file)?, self.format(file)?));
-        let reports: Result<Vec<_>, Failure> = match self.output.as_slice() {
-            [] if self.quiet => Ok(Vec::new()),
-            [] => Ok(vec![target(None)?]),
-            files => files.iter().map(|file| target(Some(file))).collect(),
-        };
+        let reports = self.reports()?.into_iter();
+        let reports: Result<Vec<_>, Failure> =
+            reports.map(|(file, format)| Ok((Target::new(file)?, format))).collect();
         Ok((Reports(reports?), search.target()?))
     }
 
@@ -469,8 +488,8 @@ impl ReportOptions {
     }
 
     /// The name of the format of what goes to stdout.
-    pub fn format_of_stdout(&self) -> &str {
-        self.format.as_deref().unwrap_or(FORMATS[0].name)
+    pub fn format_of_stdout(&self) -> &'static str {
+        self.named().unwrap_or(&FORMATS[0]).name
     }
 
     /// Whether nothing but errors is shown.

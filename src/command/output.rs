@@ -1,10 +1,11 @@
 //! Writes results to stdout or a file, and messages to stderr.
 
-use super::Failure;
+use super::{Failure, project_file};
 use anstream::StripStream;
 use anyhow::{Context, anyhow};
 use clap::ColorChoice;
 use scanbound::base::diagnostic::Diagnostic;
+use scanbound::front::input::{Ignore, gather};
 use scanbound::report::format::Extent;
 use scanbound::report::render;
 use std::fs::File;
@@ -29,7 +30,8 @@ const STREAM: &str = "-";
 /// Refuses outputs that would take the place of what is read, or of each other. Each output has the option that names
 /// it.
 pub fn apart(read: &[&Path], written: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
-    let read: Vec<(PathBuf, &Path)> = read.iter().map(|&file| (resolved(file), file)).collect();
+    let all = read.iter().flat_map(|&file| [vec![file.to_owned()], within(file)].concat());
+    let read: Vec<(PathBuf, PathBuf)> = all.map(|file| (resolved(&file), file)).collect();
     let mut known: Vec<(PathBuf, &str)> = Vec::new();
     for &(option, file) in written {
         let Some(file) = file else { continue };
@@ -57,6 +59,17 @@ pub fn apart(read: &[&Path], written: &[(&str, Option<&Path>)]) -> Result<(), Fa
 /// Whether a file of this name would be replaced: no stream, nor a device.
 pub fn is_there(file: &Path) -> bool {
     file != Path::new(STREAM) && file.is_file()
+}
+
+/// The files that are read of a directory, and its project file; of a file none.
+fn within(directory: &Path) -> Vec<PathBuf> {
+    if !directory.is_dir() {
+        return Vec::new();
+    }
+    // What is wrong with them is told where they are read.
+    let found = gather(&[directory.to_owned()], &Ignore::default()).unwrap_or_default();
+    let files = found.inputs.into_iter().map(|input| PathBuf::from(input.name));
+    files.chain([directory.join(project_file::NAME)]).collect()
 }
 
 /// The path without links, as far as there is one.

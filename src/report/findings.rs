@@ -164,6 +164,15 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
             one.written.first().and_then(|(place, _)| at(*place)),
         );
     }
+    placed(found, &audit.files)
+}
+
+/// What has no place of its own is told of the first file: code hosts take no finding without one.
+fn placed(mut found: Vec<Finding>, files: &[String]) -> Vec<Finding> {
+    let whole = files.first().map(|file| (file.clone(), None));
+    for one in &mut found {
+        one.place = one.place.take().or_else(|| whole.clone());
+    }
     found
 }
 
@@ -192,5 +201,5 @@ pub fn of_difference(found: &Difference) -> Vec<Finding> {
         message: format!("{} of the bound: {}", diff::signed(one.delta()), diff::words(one)),
         place: one.new.as_ref().map(|side| (side.file.clone(), Some(side.at.line))),
     }));
-    all
+    placed(all, &found.new_files)
 }

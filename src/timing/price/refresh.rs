@@ -21,6 +21,8 @@ pub struct UnstatedPoints {
     pub time: Picos,
     /// What it would be charged for sixteen more at most.
     pub sixteen: Picos,
+    /// What it would be charged besides if a number were stated: such points may be split among bases anywhere.
+    pub begun: Picos,
     /// How the number was found.
     pub why: String,
     /// All that the CPU can have, where the table says it.
@@ -87,6 +89,8 @@ struct Side<'a> {
     /// stated number of them. Those that the program names are counted by addresses, sixteens of them, and a module takes
     /// up its addresses by sixteens: each of these is on one base.
     splits: bool,
+    /// How many points the CPU has addresses for.
+    most: Option<u32>,
 }
 
 /// A row that counts for points of a side.
@@ -164,7 +168,8 @@ impl<'a> Side<'a> {
 
     /// The rows of the bases on which a point each makes refresh the longest, where all other points are charged by the
     /// dearest row. What is begun is rounded up on each base. No split takes longer: beyond the first row of each base,
-    /// the dearest is the most that further points can take.
+    /// the dearest is the most that further points can take. On all bases together there are no more modules than the CPU
+    /// has addresses for.
     fn begun_besides(&self, size: u32, dearest: &'a Row, points: u32) -> Vec<&'a Row> {
         let own = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
         let mut rows: Vec<&Row> = self.bases().iter().filter_map(own).collect();
@@ -178,7 +183,9 @@ impl<'a> Side<'a> {
         for (others, left) in (1..=rows.len()).zip((1..points).rev()) {
             begun += time(rows[others - 1], 1);
             let sum = begun + time(dearest, times(size, left));
-            if sum > longest {
+            let modules = others as u64 + times(size, left);
+            let fit = self.most.is_none_or(|most| modules <= times(size, most.max(points)));
+            if fit && sum > longest {
                 (best, longest) = (others, sum);
             }
         }
@@ -236,7 +243,8 @@ pub fn refresh(
     know_bases(table, facts)?;
     let mut found = Refresh::default();
     for (at, (name, role, stated, most)) in sides.into_iter().enumerate() {
-        let side = Side { name, table, splits: stated.is_some() };
+        let addresses = most.as_ref().map(|most| most.points);
+        let side = Side { name, table, splits: stated.is_some(), most: addresses };
         if side.rows(None).is_empty() {
             continue;
         }
@@ -268,6 +276,11 @@ pub fn refresh(
                 taken: points,
                 time,
                 sixteen: side.time(&[(base, 16)])?,
+                begun: {
+                    let some = [(base, points.max(16))];
+                    let split = Side { splits: true, most: None, ..side }.time(&some)?;
+                    split.checked_sub(side.time(&some)?).unwrap_or_default()
+                },
                 why: origin.clone(),
                 most: most.transpose()?,
             });
@@ -316,7 +329,7 @@ pub fn refresh(
 
 /// Refuses base units that the table does not know.
 fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
-    let sides = ["input", "output"].map(|name| Side { name, table, splits: false });
+    let sides = ["input", "output"].map(|name| Side { name, table, splits: false, most: None });
     let known: BTreeSet<String> = sides.iter().flat_map(Side::bases).collect();
     let names = known.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
     let fault = |key: &str, part: Part, base: &str| {
