@@ -216,10 +216,12 @@ impl Findings<'_> {
         let lower: Picos = self.maxima.iter().map(|maximum| maximum.lower).sum();
         let model = always + overhead + lower;
         let real = self.real().map(|found| overhead + found.best.replay.total);
+        let lower = real.unwrap_or(model);
         Bound {
             upper: always + overhead + groups,
-            lower: real.unwrap_or(model),
-            model,
+            lower,
+            // A search that ends early may know less of the model than of real scans.
+            model: model.max(lower),
             naive: overhead + self.model.charges.iter().map(|charge| charge.dearer()).sum(),
             always,
             overhead,

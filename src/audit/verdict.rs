@@ -104,7 +104,15 @@ impl Assumed {
 
     /// What is assumed of the scan that was found.
     fn of_lower(audit: &Audit) -> Assumed {
-        Assumed { time: audit.table.assumed_time, of: audit.bound.lower, at_most: false }
+        let of = audit.possible();
+        // Nothing of a clock's tolerance is in it.
+        let factor = audit.table.factor.as_ref();
+        let tolerance = match factor.is_some_and(|one| one.evidence == Evidence::Assumed) {
+            true => audit.bound.lower.checked_sub(of).unwrap_or_default(),
+            false => Picos::ZERO,
+        };
+        let time = audit.table.assumed_time.checked_sub(tolerance).unwrap_or_default();
+        Assumed { time: time.min(of), of, at_most: false }
     }
 
     /// The same as a share.

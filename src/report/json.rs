@@ -436,12 +436,12 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
         table: table(&audit.table),
         scan: Scan {
             upper_ps: audit.bound.upper.0,
-            lower_ps: audit.bound.lower.0,
+            lower_ps: audit.possible().0,
             lower_kind: if audit.is_reached() { "reached" } else { "admissible" },
             model_ps: audit.bound.model.0,
-            stands_between: audit.stands_between.clone(),
+            stands_between: audit.stands_between.clone().or_else(|| tolerance(audit)),
             trust: audit.trust.name(),
-            exact: audit.bound.exact() && audit.unbounded.is_empty(),
+            exact: audit.possible() == audit.bound.upper && audit.unbounded.is_empty(),
             naive_ps: audit.bound.naive.0,
             always_ps: audit.bound.always.0,
             overhead_ps: audit.bound.overhead.0,
@@ -714,6 +714,13 @@ fn ended(cut: &Cut) -> Ended<'_> {
         End::CalledOff => "ctrl-c",
     };
     Ended { by, stage: cut.stage, open: &cut.open }
+}
+
+/// Why no scan is known to take as long as the model's longest: the clock's tolerance is in no scan that was found.
+fn tolerance(audit: &Audit) -> Option<String> {
+    let factor = audit.table.factor.as_ref()?;
+    let is_less = audit.clocked.is_some() && audit.possible() < audit.bound.model;
+    is_less.then(|| format!("no clock is known to be as slow as the factor {} has it", factor.text))
 }
 
 fn endless(one: &audit::LoopUse) -> Loop<'_> {

@@ -17,8 +17,8 @@ use super::format::{Detail, Extent, Format};
 use super::{compare, diff, response};
 use crate::audit::Audit;
 use crate::audit::verdict::{Check, Verdict};
-use words::list;
 pub(super) use words::place;
+use words::{list, warnings};
 
 /// Text to be read.
 pub const FORMAT: Format = Format {
@@ -84,21 +84,6 @@ fn sections(audit: &Audit, extent: Extent) -> String {
     text += &list("Left open: what is not stated may make the bound too low", &doubts, extent);
     text += &approximated::approximations(audit, extent);
     text + &list("Warnings", &warnings(audit), extent)
-}
-
-fn warnings(audit: &Audit) -> Vec<String> {
-    audit
-        .warnings
-        .iter()
-        .map(|one| {
-            let line = one.line.map_or(String::new(), |line| format!(":{line}"));
-            let place = match one.file.as_str() {
-                "" => String::new(),
-                file => format!("{file}{line}: "),
-            };
-            format!("{place}{}", one.message)
-        })
-        .collect()
 }
 
 #[cfg(test)]

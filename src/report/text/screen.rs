@@ -4,7 +4,7 @@ use super::next::next;
 use super::parts;
 use super::style::{BOLD, CARE};
 use super::verdict::{answer, reasons};
-use super::words::{capped, count, file, item};
+use super::words::{capped, count, file, item, warnings};
 use crate::audit::verdict::{Check, Margin, Verdict};
 use crate::audit::{Audit, Doubt, Share};
 use crate::base::spoken::at_most;
@@ -22,12 +22,14 @@ const MANY_TIMES: u64 = 10_000;
 pub(super) fn first(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     let mut text = answer(audit, check).lines(extent.width);
     text += &reasons(check).iter().map(|reason| item(2, reason, extent)).collect::<String>();
-    text += &fitted(2, &fact_rows(audit), extent.width);
+    let mut rows = fact_rows(audit);
     let mut last = next(audit);
     if extent.detail == Detail::Short {
+        rows.extend(warned(audit));
         let told = "-v the whole report, --by program|rung|instruction where the time goes";
         last.push(vec![left("more").styled(BOLD), left(told)]);
     }
+    text += &fitted(2, &rows, extent.width);
     let last = fitted(2, &last, extent.width);
     let whole = |top: usize| parts::dearest(audit, Extent { top, ..extent });
     let lines = |part: &str| part.lines().count();
@@ -39,6 +41,17 @@ pub(super) fn first(audit: &Audit, check: Option<&Check>, extent: Extent) -> Str
         top => top.saturating_sub(over).max(FEWEST.min(top)),
     };
     text + &whole(top) + &last
+}
+
+/// The first warning, and how many more there are: all are told behind the first screen only.
+fn warned(audit: &Audit) -> Option<Vec<Cell>> {
+    let all = warnings(audit);
+    let first = all.first()?;
+    let more = match all.len() - 1 {
+        0 => String::new(),
+        more => format!(" (and {more} more: -v)"),
+    };
+    Some(vec![left("warning").styled(CARE), left(format!("{first}{more}"))])
 }
 
 /// Something about the answer.

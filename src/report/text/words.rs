@@ -99,3 +99,19 @@ pub(super) fn us(time: Picos) -> String {
     let nanos = time.0.div_ceil(1_000);
     format!("{}.{:03} us", nanos / 1_000, nanos % 1_000)
 }
+
+/// What was noticed of the input, each with its place.
+pub(super) fn warnings(audit: &Audit) -> Vec<String> {
+    audit
+        .warnings
+        .iter()
+        .map(|one| {
+            let line = one.line.map_or(String::new(), |line| format!(":{line}"));
+            let place = match one.file.as_str() {
+                "" => String::new(),
+                file => format!("{file}{line}: "),
+            };
+            format!("{place}{}", one.message)
+        })
+        .collect()
+}
