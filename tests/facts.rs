@@ -155,15 +155,18 @@ fn status(text: &str, facts: &str) -> Result<(&'static str, Vec<String>), String
 
 #[test]
 fn a_stated_range_is_kept_or_broken_or_neither() {
-    let stated = "[ranges]\nD0 = [1, 4]";
+    let stated = "[ranges]\nD0 = [0, 4]";
     let of = |text: &str| status(&format!("FOR D0; LD X0; Op1; NEXT; {text}; END"), stated);
     let quiet = |status| Ok((status, Vec::new()));
     // Nobody but others write it.
     assert_eq!(of("LD X1; OUT Y0"), quiet("unproved"));
     assert_eq!(of("LD X1; MOV K3 D0; LD X2; MOV K1 D0"), quiet("kept"));
     assert_eq!(of("LD SM400; WAND K3 D5; LD> D5 K0; MOV D5 D0"), quiet("kept"));
+    // At power-up it is 0, whatever the program writes.
+    let above = status("FOR D0; LD X0; Op1; NEXT; LD X1; MOV K3 D0; END", "[ranges]\nD0 = [1, 4]");
+    assert_eq!(above, quiet("unproved"));
     // A constant outside of the range, which a scan leaves there.
-    let broken = "D0 = [1, 4]: the program breaks what is stated: `MOV K9 D0` (a.il:6) leaves 9 in D0 when the scan ends";
+    let broken = "D0 = [0, 4]: the program breaks what is stated: `MOV K9 D0` (a.il:6) leaves 9 in D0 when the scan ends";
     assert_eq!(of("LD X1; MOV K9 D0; Op1"), Err(broken.to_owned()));
     // Only within the scan is it something else, which is not asked for, but the analysis cannot tell.
     assert_eq!(of("LD X1; MOV K9 D0; LD SM400; MOV K2 D0"), quiet("unproved"));
@@ -172,7 +175,7 @@ fn a_stated_range_is_kept_or_broken_or_neither() {
     assert_eq!(status, "unproved");
     let may = told.iter().all(|one| one.starts_with("a scan that nothing known here excludes"));
     assert!(may, "{told:?}");
-    let both = "[ranges]\nD0 = [1, 4]\nD5 = [2, 3]";
+    let both = "[ranges]\nD0 = [0, 4]\nD5 = [2, 3]";
     let text = "FOR D0; LD X0; Op1; NEXT; LD X1; MOV D5 D0; END";
     assert_eq!(self::status(text, both), quiet("kept"));
 }

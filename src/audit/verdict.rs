@@ -272,7 +272,11 @@ fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<Reason> {
         Some(_) => Reason::WithinTolerance,
         None => Reason::Between {
             is_cut: !audit.cuts.is_empty(),
-            fact: audit.unknowns.first().map(|one| format!("[{}] {}", one.table(), one.fact)),
+            fact: {
+                let count = audit.unknowns.iter().find(|one| one.counts().is_some());
+                let first = count.or(audit.unknowns.first());
+                first.map(|one| format!("[{}] {}", one.table(), one.fact))
+            },
         },
     }]
 }

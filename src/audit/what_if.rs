@@ -106,7 +106,7 @@ fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<W
     let mut most = most.to_vec();
     most.sort_unstable();
     most.dedup();
-    let steps = steps(&audit.unknowns, request, &most)?;
+    let steps = steps(audit, request, &most)?;
     Ok(WhatIf { most, steps, minor: None, own: None })
 }
 
@@ -194,24 +194,29 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
     Ok(found)
 }
 
-/// States the dearest count, then besides that the dearest that is named then, and so on: the bound of one is often
-/// hidden behind that of the next.
-fn steps(unknowns: &[Unknown], request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>, Failure> {
+/// States what is named first, then besides that what is named first then, and so on: the bound of one is often hidden
+/// behind that of the next. Where that changes next to nothing the dearest count is stated next.
+fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>, Failure> {
     let mut steps: Vec<Step> = Vec::new();
     let mut facts = vec![request.facts.clone(); most.len()];
-    let mut named = unknowns.to_vec();
+    let mut named = audit.unknowns.to_vec();
+    let (mut upper, mut counts_first) = (audit.bound.upper, false);
     while steps.len() < MOST_STEPS && !(request.cancelled)() {
         let is_new = |one: &&Unknown| {
             !matches!(one.kind, UnknownKind::Indirect)
                 && steps.iter().all(|step| step.unknown.key != one.key)
         };
-        let Some(unknown) = named.iter().find(is_new).cloned() else { break };
+        let dearest =
+            named.iter().filter(|_| counts_first).find(|one| is_new(one) && one.counts().is_some());
+        let Some(unknown) = dearest.or_else(|| named.iter().find(is_new)).cloned() else { break };
         for (facts, &most) in facts.iter_mut().zip(most) {
             unknown.state(facts, most);
         }
         let found = runs(request, &facts)?;
         let solved = found.iter().map(|run| run.as_ref().map(|run| run.upper)).collect();
         if let Some(run) = found.into_iter().flatten().next() {
+            counts_first = !matters(run.upper, upper);
+            upper = run.upper;
             named = run.unknowns;
         }
         steps.push(Step { unknown, solved });

@@ -174,10 +174,16 @@ fn stated(program: &Program, slots: &Slots) -> Vec<Ring> {
     start
 }
 
-/// The stated words into which the program writes nothing else than what is stated, from whatever start keeps all of that.
+/// The stated words of which what is stated holds at power-up, if they are cleared then, and into which the program writes
+/// nothing else, from whatever start keeps all of that.
 fn keeps(program: &Program, slots: &Slots, written: &[Option<Ring>]) -> BTreeSet<Cell> {
     let is_kept = |range: &&StartRange| {
         let [cell] = range.cells[..] else { return false };
+        // The first scan after power-up starts from 0.
+        let is_cleared = program.power_up.cleared.iter().any(|region| region.holds(cell));
+        if is_cleared && !(range.low..=range.high).contains(&0) {
+            return false;
+        }
         let written = slots.slot(cell).and_then(|slot| written[slot]);
         written.is_some_and(|written| {
             let (low, high) = written.signed();

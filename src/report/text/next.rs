@@ -22,7 +22,10 @@ pub(super) fn next(audit: &Audit) -> Vec<Vec<Cell>> {
 /// All steps.
 pub(in crate::report) fn steps(audit: &Audit) -> Vec<String> {
     let mut found = Vec::new();
-    if let Some(first) = audit.unknowns.first() {
+    // What hides the counts comes first in the order of what is known then; the dearest count is what lowers the bound.
+    let first = audit.unknowns.first().filter(|first| first.counts().is_none());
+    let dearest = audit.unknowns.iter().find(|one| one.counts().is_some());
+    for first in dearest.into_iter().chain(first) {
         let at = place(audit, first.places[0].0);
         found.push(match first.counts() {
             Some(counts) => format!(
