@@ -95,3 +95,87 @@ fn a_project_file_that_is_not_read_is_told() {
     let (_, why) = told(&["check", "."], directory.path());
     assert!(why.contains("no limit is given") && !why.contains("is read only"), "{why}");
 }
+
+/// A program as GX Works2 writes it to CSV, for this CPU.
+fn exported(cpu: &str, rows: &str) -> String {
+    let heads = "\"Step No.\",\"Line Statement\",\"Instruction\",\"I/O (Device)\",\"Blank\",\"P Statement\",\"Note\"";
+    format!("\"MAIN\"\n\"PLC Information:\",\"QCPU (Q mode) {cpu}\"\n{heads}\n{rows}")
+}
+
+#[test]
+fn a_cpu_of_another_series_than_the_program_says_is_told() {
+    let rows = "\"0\",\"\",\"LD\",\"X0\",\"\",\"\",\"\"\n\"1\",\"\",\"OUT\",\"Y1\",\"\",\"\",\"\"\n\"2\",\"\",\"END\",\"\",\"\",\"\",\"\"\n";
+    let directory = with(&[("MAIN.csv", &exported("Q26UDV", rows))]);
+    let report = |cpu: &str| {
+        let how = ["audit", "MAIN.csv", "--cpu", cpu, "--format", "json"];
+        let output = scanbound(&how, directory.path());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let all = report["warnings"].as_array().expect("warnings").clone();
+        let told = all.iter().filter(|one| one["code"] == "other-cpu");
+        told.map(|one| one["message"].as_str().expect("text").to_owned()).collect::<Vec<_>>()
+    };
+    for cpu in ["FX3U", "CJ2M", "L26", "Q26UDH"] {
+        let told = report(cpu);
+        assert_eq!(told.len(), 1, "{cpu}");
+        assert!(told[0].contains("for Q26UDV") && told[0].contains(cpu), "{told:?}");
+    }
+    for cpu in ["Q26UDV", "Q13UDV", "q26udvcpu"] {
+        assert_eq!(report(cpu), [""; 0], "{cpu}");
+    }
+    let listed = scanbound(&["doctor", "MAIN.csv", "--cpu", "L26"], directory.path());
+    assert!(String::from_utf8_lossy(&listed.stdout).contains("another series"), "{listed:?}");
+}
+
+#[test]
+fn a_misspelt_cpu_or_word_is_offered_as_it_was_meant() {
+    let program = "LD X0\nBMOV D0 D1000 D37442\nMOV D37442 D5\nEND\n";
+    let files = [
+        ("a.il", program),
+        ("b.il", "LD X0\nMOV D37442 D5\nEND\n"),
+        ("counts.toml", "[counts]\nD34742 = [0, 20]\n"),
+        ("ranges.toml", "[ranges]\nD34742 = [0, 20]\n"),
+    ];
+    let directory = with(&files);
+    let (_, why) = told(&["audit", "a.il", "--cpu", "Q26UVD"], directory.path());
+    assert!(why.contains("did you mean Q26UDV?"), "{why}");
+    // A CPU that there is and that has no table is no slip.
+    let (_, why) = told(&["audit", "a.il", "--cpu", "FX3G"], directory.path());
+    assert!(why.contains("no timing table") && !why.contains("did you mean"), "{why}");
+    let stated = |program, facts| ["audit", program, "--cpu", "Q26UDV", "--facts", facts];
+    let (_, why) = told(&stated("a.il", "counts.toml"), directory.path());
+    assert!(why.contains("did you mean D37442?"), "{why}");
+    let shown = scanbound(&stated("b.il", "ranges.toml"), directory.path());
+    let shown =
+        String::from_utf8_lossy(&shown.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(shown.contains("does not name: did you mean D37442?"), "{shown}");
+}
+
+#[test]
+fn stated_points_are_held_against_the_program_and_the_cpu_and_listed() {
+    let files = [
+        ("a.il", "LD X2F\nOUT Y5\nEND\n"),
+        ("few.toml", "[io]\ninputs = 16\noutputs = 16\n"),
+        ("many.toml", "[io]\ninputs = 100000\noutputs = 16\n"),
+    ];
+    let directory = with(&files);
+    let shown = |more: &[&str]| {
+        let how = [&["audit", "a.il", "--cpu", "Q26UDV"], more].concat();
+        let output = scanbound(&how, directory.path());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let text = String::from_utf8_lossy(&output.stdout);
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let open = shown(&[]);
+    assert!(open.contains("[io] inputs = 48, outputs = 16"), "{open}");
+    let few = shown(&["--facts", "few.toml"]);
+    assert!(few.contains("16 input points are stated, but the program shows 48"), "{few}");
+    let believed = few.split("What was stated and is believed").nth(1).expect("a section");
+    assert!(believed.contains("16 input points are refreshed"), "{believed}");
+    let many = shown(&["--facts", "many.toml"]);
+    let told = "100000 input points are stated, but the CPU has addresses for 4096";
+    assert!(many.contains(told), "{many}");
+    assert!(!many.contains("output points are stated, but"), "{many}");
+    let json = shown(&["--facts", "few.toml", "--format", "json"]);
+    assert!(json.contains("16 output points are refreshed"), "{json}");
+}

@@ -4,7 +4,9 @@ use super::unknown;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part};
+use crate::base::near;
 use crate::program::{Approximated, Program, Step, Units, WordSource};
+use std::collections::BTreeSet;
 
 /// So many places are offered where one is not found.
 const MOST_OFFERED: usize = 8;
@@ -80,7 +82,11 @@ fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)>
             .filter(is_meant)
             .collect();
         if found.is_empty() {
-            return Err((format!("nothing is counted by a word '{place}'"), form()));
+            let all = (0..program.instructions.len()).filter(|&at| counts(program, at));
+            let words: BTreeSet<String> =
+                all.filter_map(|at| Some(unknown::word(program, at)?.to_string())).collect();
+            let help = near::meant(near::nearest(place, words), &form());
+            return Err((format!("nothing is counted by a word '{place}'"), help));
         }
         return Ok(found);
     };

@@ -2,7 +2,7 @@
 
 use super::priced::refuse_assumed;
 use super::request::Request;
-use super::understood::{choose_table, fitted, state};
+use super::understood::{choose_table, fitted, other_series, state};
 use super::{Failure, doubt};
 use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
@@ -194,6 +194,7 @@ impl Doctor<'_, '_> {
             };
             self.table = table.as_ref().map(|table| table.name.clone());
             self.add(project.warnings());
+            self.add(other_series(self.request.cpu, project.cpu()).into_iter().collect());
             let Some(program) = self.decode(&*project, table.as_ref()) else {
                 // Each round leaves files out, or there is nothing left to look at.
                 continue;

@@ -5,6 +5,7 @@ use crate::base::facts::{StatedCall, StatedFactor, plain};
 use crate::base::time::Picos;
 use crate::program::{Cell, Program};
 use crate::timing::table::{Override, StatedClock};
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// How something stated stands to the program.
@@ -94,6 +95,15 @@ pub enum Fact {
     Time(Override),
     /// A flowchart PC reads its inputs once a pass, into an image, or at each test.
     Latched(bool),
+    /// How many points of a side are refreshed.
+    Points {
+        /// `input` or `output`.
+        side: &'static str,
+        /// How many.
+        points: u32,
+        /// Those of each kind of base, where they are told apart.
+        by_base: BTreeMap<String, u32>,
+    },
     /// The base unit of all modules.
     Base(String),
     /// What networks take to refresh.
@@ -142,6 +152,11 @@ impl Fact {
         let interrupts = program.interrupts.iter().filter(|one| one.stated);
         let interrupts =
             interrupts.map(|one| Fact::Interrupts { name: one.name.clone(), times: one.times });
+        let [inputs, outputs] = &facts.by_base;
+        let sides = [("input", facts.inputs, inputs), ("output", facts.outputs, outputs)];
+        let points = sides.into_iter().filter_map(|(side, points, by_base)| {
+            Some(Fact::Points { side, points: points?, by_base: by_base.clone() })
+        });
         let factor = facts.factor.iter().map(|StatedFactor { text, .. }| text.clone());
         ranges
             .chain(counts)
@@ -156,6 +171,7 @@ impl Fact {
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
             .chain(facts.latched.map(Fact::Latched))
+            .chain(points)
             .chain(facts.base.iter().cloned().map(Fact::Base))
             .chain(facts.network.map(Fact::Network))
             .chain(factor.map(Fact::Factor))
@@ -212,6 +228,14 @@ impl fmt::Display for Fact {
             }
             Fact::Latched(true) => f.write_str("inputs are read once a pass, into an image"),
             Fact::Latched(false) => f.write_str("inputs are read at each test"),
+            Fact::Points { side, points, by_base } => {
+                write!(f, "{points} {side} points are refreshed")?;
+                let bases = by_base.iter().map(|(base, points)| format!("{points} on {base}"));
+                match bases.collect::<Vec<_>>().as_slice() {
+                    [] => Ok(()),
+                    bases => write!(f, ": {}", bases.join(", ")),
+                }
+            }
             Fact::Base(base) => write!(f, "all I/O modules sit on the base {base}"),
             Fact::Network(Picos::ZERO) => f.write_str("no network is refreshed"),
             Fact::Network(time) => {

@@ -4,6 +4,7 @@ use super::real::{Left, writes_constant};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedCall, plain};
+use crate::base::near;
 use crate::passes::values::{Trust, is_ours};
 use crate::program::{
     AreaId, AreaKind, BitSource, Cell, Logic, Program, Radix, Region, Role, Source, StartRange,
@@ -199,7 +200,8 @@ fn label(program: &Program, name: &str) -> Option<String> {
     Some(format!("{}:{}", found.place.of(&program.files).name, found.place.line))
 }
 
-/// Warns of ranges of words that the program does not name, and of fewer points than it names.
+/// Warns of ranges of words that the program does not name, and of fewer points than it names, or more than
+/// the CPU has addresses for.
 #[must_use]
 pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
@@ -218,7 +220,10 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
                 continue;
             }
             let word = program.cell_name(range.cells[0]);
-            let message = format!("a range is stated for {word}, which the program does not name");
+            let near = near::nearest(&word, named.words(program));
+            let near = near.map_or(String::new(), |near| format!(": did you mean {near}?"));
+            let message =
+                format!("a range is stated for {word}, which the program does not name{near}");
             let help = "write the word as in the program; leave the range out if it is not used";
             let fact = ["ranges", keys.get(&plain(&word)).map_or("", |key| key.as_str())];
             warnings.push(facts.fault(fact, Part::Key, Code::UnusedFact, message, help).warning());
@@ -233,15 +238,23 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
         ("input", Role::Input, facts.inputs, &table.most_inputs),
         ("output", Role::Output, facts.outputs, &table.most_outputs),
     ];
+    let mut odd_points = |side: &str, message: String, help: &str| {
+        let fact = ["io", &format!("{side}s")];
+        warnings.push(facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning());
+    };
     for (side, role, stated, most) in sides {
         let Some(stated) = stated else { continue };
         let (seen, why) = own_points(program, side, role, most.as_ref());
         if stated < seen {
             let message = format!("{stated} {side} points are stated, but the program shows {why}");
             let help = "state all the points that the CPU refreshes";
-            let fact = ["io", &format!("{side}s")];
-            warnings
-                .push(facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning());
+            odd_points(side, message, help);
+        }
+        if let Some(most) = most.as_ref().map(|most| most.points).filter(|&most| stated > most) {
+            let message =
+                format!("{stated} {side} points are stated, but the CPU has addresses for {most}");
+            let help = "count the points of the modules on the CPU's own bases; what networks bring is stated under [network]";
+            odd_points(side, message, help);
         }
     }
     warnings
@@ -360,6 +373,16 @@ impl Named {
             }
             Region::Everything => self.everything = true,
         }
+    }
+
+    /// The names of the words that are named by themselves, or as the first of a block.
+    fn words<'a>(&'a self, program: &'a Program) -> impl Iterator<Item = String> + 'a {
+        let is_word = |cell: &&Cell| {
+            let area = program.area(cell.area);
+            area.kind != AreaKind::Bit && area.role != Role::Hidden
+        };
+        let all = self.cells.iter().chain(self.ranges.keys());
+        all.filter(is_word).map(|&cell| program.cell_name(cell))
     }
 
     fn holds(&self, cell: Cell) -> bool {

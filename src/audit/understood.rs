@@ -33,6 +33,7 @@ impl Understood {
         let (mut program, table) = understand(&*project, request)?;
         let open = project.open();
         let mut warnings = project.warnings();
+        warnings.extend(other_series(request.cpu, project.cpu()));
         warnings.extend(stated::unused_calls(&program, request.facts));
         // The source takes as much memory as the program, which is all that the stages behind look at.
         drop(project);
@@ -145,6 +146,20 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<D
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// Warns where the user names a CPU of another series than the programs do: series are told apart by their tables.
+pub fn other_series(named: Option<&str>, source: Option<&str>) -> Option<Diagnostic> {
+    let (named, source) = (named?, source?);
+    if Table::for_cpu(named)? == Table::for_cpu(source)? {
+        return None;
+    }
+    let message = format!(
+        "the programs say that they are for {source}, and {named}, which is named, is of another series: times and devices are those of {named}"
+    );
+    let help =
+        format!("leave the CPU out (--cpu, scanbound.toml) unless they are to run on {named}");
+    Some(Diagnostic::file(Code::OtherCpu, "", message, help).warning())
 }
 
 /// The table that the user names, else the built-in one for the CPU, with the user's times in it.

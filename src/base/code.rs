@@ -222,7 +222,7 @@ codes! {
     OperandCount = "operand-count",
     /// An instruction's operands do not fit its name
     Operands = "operands",
-    /// The files are for different CPUs, or for one that has no bound
+    /// The files are for different CPUs, for another than is named, or for one that has no bound
     OtherCpu = "other-cpu",
     /// A file is in another dialect than was named
     OtherDialect = "other-dialect",

@@ -7,6 +7,7 @@ pub mod column;
 pub mod diagnostic;
 pub mod facts;
 pub mod location;
+pub mod near;
 pub mod ring;
 pub mod spoken;
 pub mod time;

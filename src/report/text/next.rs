@@ -2,7 +2,7 @@
 
 use super::style::BOLD;
 use super::words::place;
-use crate::audit::{Audit, Doubt, Share};
+use crate::audit::{Audit, Doubt, Share, UnstatedPoints};
 use crate::base::spoken::about;
 use crate::report::columns::{Cell, left};
 
@@ -54,10 +54,11 @@ pub(in crate::report) fn steps(audit: &Audit) -> Vec<String> {
             _ => None,
         });
     }
-    let sides: Vec<String> =
-        audit.points.iter().map(|points| format!("{}s = 64", points.side)).collect();
+    // No fewer than the program is seen to use.
+    let side = |points: &UnstatedPoints| format!("{}s = {}", points.side, points.taken);
+    let sides: Vec<String> = audit.points.iter().map(side).collect();
     if !sides.is_empty() {
-        found.push(format!("state the I/O points fitted: [io] {} (--facts)", sides.join(", ")));
+        found.push(format!("state the I/O points: [io] {} or more (--facts)", sides.join(", ")));
     }
     if audit.assumed_share() >= MUCH {
         let first = audit.table.assumed.iter().find(|one| one.count > 0);

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use super::{Evidence, Table};
+use crate::base::near;
 use crate::base::time::Picos;
 
 /// Name and text of each file under `timing-tables`, by name.
@@ -160,7 +161,14 @@ impl Table {
                 format!("; nearest by name: {}: compare the CPUs' speeds first", near.join(", "))
             }
         };
-        format!("name a table with --table, built in ({}) or your own{near}", names().join(", "))
+        // Other letters may be another CPU, which is slower; the same ones in another order are a slip of the pen.
+        let slip = all().find(|(own, _)| meant(cpu).iter().any(|one| near::is_reordered(one, own)));
+        let slip = slip.map(|(own, _)| own.clone());
+        let advice = format!(
+            "name a table with --table, built in ({}) or your own{near}",
+            names().join(", ")
+        );
+        near::meant(slip, &advice)
     }
 }
 
