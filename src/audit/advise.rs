@@ -6,12 +6,11 @@ use super::pipeline::Concluded;
 use super::request::{Progress, Request};
 use super::unknown::{Unknown, UnknownKind};
 use super::weight::{turned, weights_of_bits};
-use super::what_if::{matters, new_assumptions, runs};
+use super::what_if::{matters, runs, trusting_all};
 use super::{Failure, offer, stated};
 use crate::base::facts::Facts;
 use crate::base::location::Location;
 use crate::base::time::Picos;
-use crate::passes::values::Trust;
 use crate::program::{BitSource, Program, Role, Source};
 use crate::scan::model::{Assignment, Atom, Lit, Node, Origin, ScanModel};
 use std::cmp::Reverse;
@@ -217,15 +216,7 @@ fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<Candidate> {
 /// All that lowers the bound if nobody but the program writes what the program writes.
 fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candidate>, Failure> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
-    if request.trusted() != Trust::Counts {
-        return Ok(None);
-    }
-    let all = Request { trust: Trust::All, ..*request };
-    let found = runs(&all, std::slice::from_ref(request.facts))?.into_iter().flatten().next();
-    let Some(found) = found.filter(|found| matters(found.upper, audit.bound.upper)) else {
-        return Ok(None);
-    };
-    let new = new_assumptions(audit, found.assumptions);
+    let Some((_, new)) = trusting_all(audit, request)? else { return Ok(None) };
     let devices: BTreeSet<String> = new.into_iter().flat_map(|one| one.devices).collect();
     let known = devices.into_iter().filter(|device| stated::cell(program, device).is_some());
     let devices: Vec<String> = known.collect();

@@ -112,7 +112,26 @@ fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<W
 
 /// What lowers the bound with all trusted: that is asked first, and then what of it matters.
 fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Failure> {
-    let Concluded { audit, followed, .. } = concluded;
+    let Some((upper, new)) = trusting_all(&concluded.audit, request)? else { return Ok(None) };
+    let all = Request { trust: Trust::All, ..*request };
+    let (priced, _) = priced(new, &concluded.followed.program, upper, &all)?;
+    let worth = priced.into_iter().filter(|one| one.without.is_some());
+    let devices: BTreeSet<String> = worth.flat_map(|one| one.devices).collect();
+    let devices = Vec::from_iter(devices);
+    let mut facts = request.facts.clone();
+    facts.internal.extend(devices.iter().cloned());
+    let found = runs(request, &[facts])?.into_iter().flatten().next();
+    let upper = found.map(|found| found.upper);
+    let lower = upper.filter(|&upper| matters(upper, concluded.audit.bound.upper));
+    Ok(lower.map(|upper| Own { devices, upper }))
+}
+
+/// The bound with all trusted, and the assumptions that it rests on besides; none where it is not worth telling, or where
+/// the user said whom to trust otherwise.
+pub(super) fn trusting_all(
+    audit: &Audit,
+    request: &Request<'_>,
+) -> Result<Option<(Picos, Vec<Assumption>)>, Failure> {
     if request.trusted() != Trust::Counts {
         return Ok(None);
     }
@@ -121,24 +140,9 @@ fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Fail
     let Some(found) = found.filter(|found| matters(found.upper, audit.bound.upper)) else {
         return Ok(None);
     };
-    let new = new_assumptions(audit, found.assumptions);
-    let (priced, _) = priced(new, &followed.program, found.upper, &all)?;
-    let worth = priced.into_iter().filter(|one| one.without.is_some());
-    let devices: BTreeSet<String> = worth.flat_map(|one| one.devices).collect();
-    let devices = Vec::from_iter(devices);
-    let mut facts = request.facts.clone();
-    facts.internal.extend(devices.iter().cloned());
-    let found = runs(request, &[facts])?.into_iter().flatten().next();
-    let upper = found.map(|found| found.upper);
-    let lower = upper.filter(|&upper| matters(upper, audit.bound.upper));
-    Ok(lower.map(|upper| Own { devices, upper }))
-}
-
-/// Those assumptions that an audit does not rest on.
-pub(super) fn new_assumptions(audit: &Audit, found: Vec<Assumption>) -> Vec<Assumption> {
     let known: BTreeSet<&String> = audit.assumptions.iter().flat_map(|one| &one.devices).collect();
     let is_new = |one: &Assumption| !one.devices.iter().all(|device| known.contains(device));
-    found.into_iter().filter(is_new).collect()
+    Ok(Some((found.upper, found.assumptions.into_iter().filter(is_new).collect())))
 }
 
 /// Whether a bound is so much below another that it is worth telling.
@@ -150,7 +154,7 @@ pub(super) fn matters(lower: Picos, upper: Picos) -> bool {
 pub(super) struct Run {
     pub(super) upper: Picos,
     unknowns: Vec<Unknown>,
-    pub(super) assumptions: Vec<Assumption>,
+    assumptions: Vec<Assumption>,
 }
 
 /// Audits with other facts, several at a time. None where such facts cannot be.

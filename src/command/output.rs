@@ -5,7 +5,7 @@ use anstream::StripStream;
 use anyhow::{Context, anyhow};
 use clap::ColorChoice;
 use scanbound::base::diagnostic::Diagnostic;
-use scanbound::front::input::{Ignore, gather};
+use scanbound::front::input::{Ignore, survey};
 use scanbound::report::format::Extent;
 use scanbound::report::render;
 use std::fs::File;
@@ -67,7 +67,7 @@ fn within(directory: &Path) -> Vec<PathBuf> {
         return Vec::new();
     }
     // What is wrong with them is told where they are read.
-    let found = gather(&[directory.to_owned()], &Ignore::default()).unwrap_or_default();
+    let found = survey(&[directory.to_owned()], &Ignore::default());
     let files = found.inputs.into_iter().map(|input| PathBuf::from(input.name));
     files.chain([directory.join(project_file::NAME)]).collect()
 }
