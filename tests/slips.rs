@@ -179,3 +179,36 @@ fn stated_points_are_held_against_the_program_and_the_cpu_and_listed() {
     let json = shown(&["--facts", "few.toml", "--format", "json"]);
     assert!(json.contains("16 output points are refreshed"), "{json}");
 }
+
+#[test]
+fn what_belongs_to_scanbound_is_told_where_it_is_given_as_a_program() {
+    let times = "# our own\ninstruction,on_us,off_us,evidence\nMOV,1,1,measured\n";
+    let files = [
+        ("a.il", PROGRAM),
+        ("times.csv", times),
+        ("plant.toml", "# the plant\n[counts]\nD0 = [0, 20]\n"),
+        ("project.toml", "programs = [\"a.il\"]\ncpu = \"Q26UDV\"\n"),
+    ];
+    let directory = with(&files);
+    let written = ["audit", "a.il", "--cpu", "Q26UDV", "-o", "a.json"];
+    assert_eq!(told(&written, directory.path()).0, Some(0));
+    let facts = ["facts", "a.il", "--cpu", "Q26UDV", "-o", "offered.toml"];
+    assert_eq!(told(&facts, directory.path()).0, Some(0));
+    for (file, what, option) in [
+        ("times.csv", "this is a timing table", "--table"),
+        ("plant.toml", "this is a facts file", "--facts"),
+        ("offered.toml", "this is a facts file", "--facts"),
+        ("project.toml", "this is a project file", "no program is named"),
+        ("a.json", "this is a report of scanbound", "the program's files"),
+    ] {
+        for more in [&[][..], &["a.il"]] {
+            let how = [&["audit", "--cpu", "Q26UDV", file], more].concat();
+            let (code, why) = told(&how, directory.path());
+            assert_eq!(code, Some(2), "{file}: {why}");
+            assert!(why.contains(what) && why.contains(option), "{file}: {why}");
+        }
+    }
+    // Beside a program in a directory they are no programs either.
+    let all = told(&["audit", ".", "--cpu", "Q26UDV"], directory.path());
+    assert_eq!(all.0, Some(0), "{}", all.1);
+}

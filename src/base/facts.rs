@@ -75,7 +75,7 @@ pub struct StatedFactor {
 const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]) and [start] (download = true)";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 /// The tables of a facts file.
-const TABLES: [&str; 12] = [
+pub const TABLES: [&str; 12] = [
     "ranges",
     "counts",
     "calls",

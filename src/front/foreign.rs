@@ -3,6 +3,7 @@
 use super::Input;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
+use crate::base::facts::TABLES;
 
 /// A format that is not read, by how its files' names end.
 struct Foreign {
@@ -142,6 +143,10 @@ const CHART: [&str; 3] = ["INITIAL_STEP", "END_STEP", "END_TRANSITION"];
 
 /// That a file is in a known format which is not read; `None` if it is in none of them.
 pub(super) fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
+    if let Some((what, help)) = own(beginning) {
+        let message = format!("this is {what}, no program");
+        return Some(Diagnostic::file(Code::UnknownDialect, &input.name, message, help));
+    }
     let found =
         by_text(beginning).or_else(|| by_name(&input.name)).or_else(|| by_bytes(&input.bytes));
     let Kind { what, help } = found?;
@@ -151,6 +156,39 @@ pub(super) fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
         _ => format!("this is {what}, which cannot be read"),
     };
     Some(Diagnostic::file(Code::UnsupportedFormat, &input.name, message, help))
+}
+
+/// What belongs to this program itself, and where it is to be named.
+fn own(beginning: &str) -> Option<(&'static str, &'static str)> {
+    let lines = || beginning.lines().map(str::trim);
+    let is_written = |line: &&str| !line.is_empty() && !line.starts_with('#');
+    let head = lines().find(is_written).unwrap_or_default().to_ascii_lowercase();
+    let is_column = |name: &str| head.split(',').any(|column| column.trim() == name);
+    if is_column("instruction") && is_column("on_us") {
+        return Some((
+            "a timing table",
+            "name it with --table, and the program's files by themselves",
+        ));
+    }
+    let table = |line: &str| line.strip_prefix('[')?.strip_suffix(']').map(str::to_owned);
+    if head.starts_with('[')
+        && lines().filter_map(table).any(|name| TABLES.contains(&name.as_str()))
+    {
+        return Some((
+            "a facts file",
+            "name it with --facts, and the program's files by themselves",
+        ));
+    }
+    if lines().any(|line| line.starts_with("programs") && line.contains('=') && line.contains('['))
+    {
+        let help = "it is read where no program is named: leave the programs out in its directory";
+        return Some(("a project file as scanbound.toml", help));
+    }
+    let is_report = beginning.trim_start().starts_with('{') && beginning.contains("\"scanbound.");
+    is_report.then_some((
+        "a report of scanbound",
+        "name the program's files, not what was found of them",
+    ))
 }
 
 fn by_name(name: &str) -> Option<Kind> {
