@@ -212,3 +212,24 @@ fn what_belongs_to_scanbound_is_told_where_it_is_given_as_a_program() {
     let all = told(&["audit", ".", "--cpu", "Q26UDV"], directory.path());
     assert_eq!(all.0, Some(0), "{}", all.1);
 }
+
+#[test]
+fn the_step_that_asks_for_facts_can_be_typed_as_it_stands() {
+    let counted = "LD X0\nBMOV D0 D1000 D37442\nEND\n";
+    let project = "programs = [\"b.il\"]\ncpu = \"Q26UDV\"\n";
+    let directory = with(&[("a b.il", counted), ("b.il", counted), ("scanbound.toml", project)]);
+    let step = |arguments: &[&str]| {
+        let output = scanbound(arguments, directory.path());
+        let text = String::from_utf8_lossy(&output.stdout);
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let (_, step) = text.split_once("hang on it: ").expect("a step");
+        step.to_owned()
+    };
+    let named = step(&["audit", "a b.il", "--cpu", "Q26UDV"]);
+    assert!(named.starts_with("scanbound facts 'a b.il' --cpu Q26UDV "), "{named}");
+    let here = step(&["audit"]);
+    assert!(
+        here.starts_with("scanbound facts ") && !here.starts_with("scanbound facts b.il"),
+        "{here}"
+    );
+}

@@ -205,6 +205,7 @@ impl Findings<'_> {
             ended_early,
             trust: self.request.trust,
             cuts,
+            named: self.request.named.to_owned(),
             elapsed: start.elapsed(),
         }
     }

@@ -199,6 +199,7 @@ pub fn fixture() -> Audit {
         trust: crate::passes::values::Trust::None,
         ended_early: false,
         cuts: Vec::new(),
+        named: String::new(),
         elapsed: Duration::from_millis(1_250),
     }
 }

@@ -141,6 +141,8 @@ pub struct Audit {
     pub ended_early: bool,
     /// The stages that the time limit or the user cut short, and what they left open.
     pub cuts: Vec<Cut>,
+    /// The arguments that name the project, as a shell takes them; empty where none is needed.
+    pub named: String,
     /// How long the audit took.
     pub elapsed: Duration,
 }

@@ -15,6 +15,8 @@ use std::time::Duration;
 pub struct Request<'a> {
     /// The project's files.
     pub inputs: &'a [Input],
+    /// The arguments that name them, as a shell takes them, for commands that are offered; empty: none is needed.
+    pub named: &'a str,
     /// What reads them.
     pub fronts: Fronts,
     /// What is made of the program that was read, before it is priced.
@@ -70,6 +72,7 @@ impl<'a> Request<'a> {
     pub fn new(inputs: &'a [Input], facts: &'a Facts) -> Request<'a> {
         Request {
             inputs,
+            named: "",
             fronts: FRONTS,
             passes: PASSES,
             dialect: None,

@@ -36,6 +36,9 @@ pub struct ProjectOptions {
     /// stdin [default: those of scanbound.toml, which is read only where no program is named, docs/pipelines.md]
     #[arg(value_name = "PROGRAM")]
     programs: Vec<PathBuf>,
+    /// Whether a project file named them.
+    #[arg(skip)]
+    from_file: bool,
     /// Leave out files of these names or paths (*, ?, [a-z], {a,b}, ** for directories); may be repeated
     #[arg(long, value_name = "PATTERN")]
     ignore: Vec<String>,
@@ -251,6 +254,7 @@ impl ProjectOptions {
         let own = self.clone();
         ProjectOptions {
             programs: file.programs.clone(),
+            from_file: true,
             ignore: [own.ignore, file.ignore.clone()].concat(),
             table: own.table.or_else(|| file.table.clone()),
             cpu: own.cpu.or_else(|| file.cpu.clone()),
@@ -272,6 +276,26 @@ impl ProjectOptions {
         let [old, new] = self.programs.as_slice() else { return None };
         let with = |one: &PathBuf| ProjectOptions { programs: vec![one.clone()], ..self.clone() };
         Some((with(old), with(new)))
+    }
+
+    /// The arguments that name the project and its CPU, as a shell takes them; of many programs the first.
+    fn named(&self) -> String {
+        if self.from_file {
+            return String::new();
+        }
+        let programs = self.programs.iter().map(|path| path.display().to_string());
+        let mut words: Vec<String> = programs.take(MOST_NAMED).map(|path| quoted(&path)).collect();
+        if self.programs.len() > MOST_NAMED {
+            words.push("...".to_owned());
+        }
+        let options =
+            [("--cpu", &self.cpu), ("--dialect", &self.dialect), ("--table", &self.table)];
+        for (option, value) in options {
+            words.extend(value.iter().map(|value| format!("{option} {}", quoted(value))));
+        }
+        let facts = self.facts.iter().map(|file| quoted(&file.display().to_string()));
+        words.extend(facts.map(|file| format!("--facts {file}")));
+        words.join(" ")
     }
 
     /// The files that are read.
@@ -354,8 +378,10 @@ impl ProjectOptions {
             facts.state_interrupt(label, *count);
         }
         let line = progress::Line::new();
+        let named = self.named();
         let request = Request {
             inputs: &gathered.inputs,
+            named: &named,
             fronts: FRONTS,
             passes: PASSES,
             dialect: self.dialect.as_deref(),
@@ -513,6 +539,18 @@ impl ReportOptions {
             (true, _) => (Detail::Full, usize::MAX),
         };
         Extent { top: self.top, values, detail, by: self.by.map(By::from), width, height }
+    }
+}
+
+/// So many programs are named in a command that is offered.
+const MOST_NAMED: usize = 3;
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+:,=@%".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
     }
 }
 

@@ -22,6 +22,8 @@ pub(super) fn next(audit: &Audit) -> Vec<Vec<Cell>> {
 /// All steps.
 pub(in crate::report) fn steps(audit: &Audit) -> Vec<String> {
     let mut found = Vec::new();
+    let facts = format!("scanbound facts {}", audit.named);
+    let facts = facts.trim_end();
     // What hides the counts comes first in the order of what is known then; the dearest count is what lowers the bound.
     let first = audit.unknowns.first().filter(|first| first.counts().is_none());
     let dearest = audit.unknowns.iter().find(|one| one.counts().is_some());
@@ -29,12 +31,12 @@ pub(in crate::report) fn steps(audit: &Audit) -> Vec<String> {
         let at = place(audit, first.places[0].0);
         found.push(match first.counts() {
             Some(counts) => format!(
-                "state what {} is at most ({at}), {} hang on it: scanbound facts",
+                "state what {} is at most ({at}), {} hang on it: {facts}",
                 first.word,
                 about(counts.cost)
             ),
             None => format!(
-                "state {} ({at}): what is written there may be anywhere: scanbound facts",
+                "state {} ({at}): what is written there may be anywhere: {facts}",
                 first.word
             ),
         });
