@@ -362,7 +362,7 @@ fn every_key_of_advice_and_of_a_diagnosis_is_documented() {
     let runs: [(&str, &[&[&str]]); 2] = [
         (
             "advise",
-            &[&["samples/filler", "--budget", "5s"], &["samples/recipes", "--budget", "20s"]],
+            &[&["samples/filler", "--budget", "5s"], &["samples/recipes", "--budget", "10min"]],
         ),
         ("doctor", &[&["samples/filler"], &["tests/cli/doctor.in/plant", "--cpu", "Q26UDV"]]),
     ];
