@@ -4,7 +4,8 @@
 //! same for every dialect; [`timing`] gives every instruction its times from a table; [`scan`] executes one scan symbolically, yields a
 //! [`scan::model::ScanModel`], and slices it into groups; [`solve`] finds each group's maximum; [`replay`] checks
 //! each witness. [`audit`](mod@audit) is all that as one call, and holds its result against a limit; [`measured`] holds
-//! it against measurements; [`report`] shows it. [`minasec`] emulates one machine; [`base`] is what all stand on.
+//! it against measurements; [`report`] shows it. [`minasec`] emulates one machine, [`emulated`] a CPU that runs any
+//! program by a table's times; [`link`] talks with PLCs; [`base`] is what all stand on.
 //! `docs/glossary.md` explains the terms.
 //!
 //! # Examples
@@ -30,7 +31,9 @@
 
 pub mod audit;
 pub mod base;
+pub mod emulated;
 pub mod front;
+pub mod link;
 pub mod measured;
 pub mod minasec;
 pub mod passes;

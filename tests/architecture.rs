@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 /// The rooms of the library in the order in which data flows. None imports a later one.
 const ORDER: &[&str] = &[
-    "base", "program", "front", "minasec", "passes", "timing", "scan", "solve", "replay", "audit",
-    "measured", "report", "command",
+    "base", "link", "program", "front", "minasec", "passes", "timing", "scan", "solve", "replay",
+    "emulated", "audit", "measured", "report", "command",
 ];
 
 /// Whom a room, or a part of it, must not know although it comes earlier, and why. Beginnings of paths.
@@ -30,6 +30,11 @@ const STRANGERS: &[(&str, &[&str], &str)] = &[
         "minasec",
         &["program", "scan", "replay", "timing"],
         "the machine is emulated from its own description",
+    ),
+    (
+        "emulated",
+        &["front", "scan", "solve", "passes"],
+        "an emulated CPU runs what it is given and knows nothing of the analysis",
     ),
     ("measured", &["scan", "solve", "timing::table"], "a comparison knows the audit's result only"),
     ("report", &["front", "scan", "solve"], "a report shows and computes nothing"),

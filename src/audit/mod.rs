@@ -52,7 +52,7 @@ pub use doubt::Doubt;
 pub use fact::{Fact, Status};
 pub use failure::Failure;
 pub use names::comments_in;
-pub use pipeline::{Concluded, Followed, Prepared, audit, conclude, follow, read};
+pub use pipeline::{Concluded, Followed, Prepared, Ready, audit, conclude, follow, read, ready};
 pub use questions::{File, Form, certificates, question};
 pub use reason::Reason;
 pub use request::{Progress, Request};

@@ -75,6 +75,28 @@ pub fn read(request: &Request<'_>) -> Result<Program, Failure> {
     Ok(Understood::of(request)?.program)
 }
 
+/// A project that is read and priced, and not gone through by any pass: what an emulated CPU runs.
+pub struct Ready {
+    /// The program.
+    pub program: Program,
+    /// The table that prices it.
+    pub table: Table,
+    /// Every instruction's price.
+    pub prices: Prices,
+    /// What was noticed on the way.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Reads and prices a project, and follows nothing of it.
+///
+/// # Errors
+/// All faults of the input at once.
+pub fn ready(request: &Request<'_>) -> Result<Ready, Failure> {
+    let Priced { program, table, prices, warnings } =
+        Priced::of(Understood::of(request)?, request)?;
+    Ok(Ready { program, table, prices, warnings })
+}
+
 /// Reads, prices and follows a project, without any search.
 ///
 /// # Errors

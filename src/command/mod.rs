@@ -13,11 +13,13 @@ mod emulate;
 mod explain;
 mod export;
 mod facts;
+mod live;
 mod options;
 mod output;
 mod progress;
 mod project_file;
 mod schema;
+mod serve;
 mod sheet;
 mod show;
 mod sink;
@@ -69,6 +71,10 @@ enum Command {
     Cpus(cpus::Arguments),
     /// Emulate a MINASEC-U that runs a program
     Emulate(emulate::Arguments),
+    /// Emulate a CPU that runs a program and answers as a PLC does
+    Serve(serve::Arguments),
+    /// Read a PLC's scan times while it runs, and hold them against the bound
+    Live(live::Arguments),
     /// Assemble a MINASEC-U program, or take machine code apart
     Convert(convert::Arguments),
     /// Tell what is known of an instruction, or what a code of findings means
@@ -204,6 +210,8 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Advise(arguments) => advise::run(arguments),
         Command::Cpus(arguments) => cpus::run(arguments),
         Command::Emulate(arguments) => emulate::run(arguments),
+        Command::Serve(arguments) => serve::run(arguments),
+        Command::Live(arguments) => live::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
         Command::Explain(arguments) => explain::run(arguments),
         Command::Tables(arguments) => tables::run(arguments),

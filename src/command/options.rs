@@ -244,6 +244,11 @@ impl ProjectOptions {
         Ok(project)
     }
 
+    /// The table that is named, or the CPU.
+    pub fn table_or_cpu(&self) -> Option<&str> {
+        self.table.as_deref().or(self.cpu.as_deref())
+    }
+
     /// Whether no program is named.
     pub fn is_open(&self) -> bool {
         self.programs.is_empty()

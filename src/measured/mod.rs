@@ -6,6 +6,7 @@ mod dump;
 mod fit;
 mod heading;
 mod histogram;
+pub mod live;
 mod number;
 mod signal;
 mod sigrok;

@@ -629,6 +629,8 @@ pub struct Program {
     pub choices: u32,
     /// What is known of nondeterministic values; of one that is not named here nothing is.
     pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
+    /// What registers of the CPU some choices read, which it sets by itself: their area and number.
+    pub registers: BTreeMap<ChoiceId, (String, u32)>,
     /// For choices with which a whole area is havocked since an index says where to write: which cells that can be.
     pub indexed: BTreeMap<ChoiceId, Indexed>,
     /// How the CPU comes up.

@@ -19,6 +19,18 @@ struct Loop {
     end: usize,
     iteration: u32,
     iterations: u32,
+    /// Where only the sum of costs is asked for: how things stood when this iteration began.
+    begun: Option<Begun>,
+}
+
+/// How things stood when an iteration began.
+struct Begun {
+    total: Picos,
+    executed: u64,
+    changes: u64,
+    stack: Vec<Truth>,
+    slots: BTreeMap<u32, Truth>,
+    masters: usize,
 }
 
 /// What belongs to one routine while it runs.
@@ -64,6 +76,8 @@ pub(super) struct Machine<'p, F> {
     /// many were met.
     once: Vec<bool>,
     asked: usize,
+    /// Whether only the sum of costs is asked for.
+    sums: bool,
 }
 
 impl<'p, F: Free> Machine<'p, F> {
@@ -81,7 +95,27 @@ impl<'p, F: Free> Machine<'p, F> {
             left: u64::MAX,
             once: Vec::new(),
             asked: 0,
+            sums: false,
         }
+    }
+
+    /// The same where only the sum of costs is asked for: no events are kept, and iterations that are all alike are run
+    /// once.
+    pub(super) fn summing(mut self) -> Self {
+        self.sums = true;
+        self.events = Vec::new();
+        self
+    }
+
+    /// Makes a real run of at most `most` instructions, and gives what it takes, how many were executed, where it is
+    /// followed no further, and the state that it leaves.
+    pub(super) fn summed(
+        mut self,
+        most: u64,
+    ) -> (Picos, u64, Option<Stopped>, Option<usize>, State<'p, F>) {
+        (self.left, self.asked) = (most, MOST_ASKED);
+        let replay = self.scan();
+        (replay.total, most - self.left, self.stopped, replay.unbounded, self.state)
     }
 
     /// The same with what was learned of exact choices.
@@ -373,6 +407,9 @@ impl<'p, F: Free> Machine<'p, F> {
 
     fn charge(&mut self, instruction: usize, fired: bool, cost: Picos) {
         self.total += cost;
+        if self.sums {
+            return;
+        }
         let frames = self.state.frames().clone();
         self.events.push(Event { instruction, frames, fired, cost });
     }
@@ -445,8 +482,7 @@ impl<'p, F: Free> Machine<'p, F> {
                 if iterations == 0 {
                     return Next::Go(end + 1);
                 }
-                self.routine().loops.push(Loop { begin: at, end: *end, iteration: 0, iterations });
-                self.state.enter(Frame { at, iteration: 0 });
+                self.begin_loop(at, *end, iterations);
             }
             Step::Summary(summary)
                 if summary.iterations.is_some() && self.state.mode == Mode::Real =>
@@ -454,13 +490,7 @@ impl<'p, F: Free> Machine<'p, F> {
                 if iterations == 0 {
                     return Next::Go(summary.end + 1);
                 }
-                self.routine().loops.push(Loop {
-                    begin: at,
-                    end: summary.end,
-                    iteration: 0,
-                    iterations,
-                });
-                self.state.enter(Frame { at, iteration: 0 });
+                self.begin_loop(at, summary.end, iterations);
             }
             Step::Summary(_) if self.state.mode == Mode::Real => {
                 return self.stop(at, Why::Unknown(at));
@@ -526,11 +556,52 @@ impl<'p, F: Free> Machine<'p, F> {
         Next::Go(target)
     }
 
+    fn begin_loop(&mut self, at: usize, end: usize, iterations: u32) {
+        let begun = self.stands();
+        let one = Loop { begin: at, end, iteration: 0, iterations, begun };
+        self.routine().loops.push(one);
+        self.state.enter(Frame { at, iteration: 0 });
+    }
+
+    /// How things stand, where only the sum of costs is asked for.
+    fn stands(&mut self) -> Option<Begun> {
+        if !self.sums {
+            return None;
+        }
+        let (total, executed, changes) = (self.total, self.left, self.state.changes);
+        let Routine { stack, slots, masters, .. } = self.routine();
+        let (stack, slots, masters) = (stack.clone(), slots.clone(), masters.len());
+        Some(Begun { total, executed, changes, stack, slots, masters })
+    }
+
+    /// Where an iteration has changed nothing at all, the others are like it: they are charged, and the loop is at its last.
+    fn skip_alike(&mut self) {
+        let now = self.stands();
+        let (total, left) = (self.total, self.left);
+        let Some(current) = self.routine().loops.last_mut() else { return };
+        let (Some(begun), Some(now)) = (current.begun.take(), now) else { return };
+        let alike = begun.changes == now.changes
+            && begun.masters == now.masters
+            && begun.stack == now.stack
+            && begun.slots == now.slots;
+        let more = u64::from(current.iterations - current.iteration - 1);
+        let each = Picos(total.0 - begun.total.0);
+        let took = (begun.executed - left).saturating_mul(more);
+        if alike && took < left {
+            current.iteration = current.iterations - 1;
+            self.total += each.times(more);
+            self.left -= took;
+        } else {
+            current.begun = Some(now);
+        }
+    }
+
     fn end_iteration(&mut self, at: usize) -> Next {
-        let Some(current) = self.routine().loops.last_mut().filter(|current| current.end == at)
-        else {
+        if self.routine().loops.last().is_none_or(|current| current.end != at) {
             return Next::Go(at + 1);
-        };
+        }
+        self.skip_alike();
+        let Some(current) = self.routine().loops.last_mut() else { return Next::Go(at + 1) };
         current.iteration += 1;
         let (begin, iteration, iterations) = (current.begin, current.iteration, current.iterations);
         if iteration == iterations {

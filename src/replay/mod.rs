@@ -3,6 +3,7 @@
 //! It follows the page of [`program`](crate::program) and shares nothing with the symbolic execution, so that
 //! a scan which both price alike is a scan that can happen.
 
+pub mod emulated;
 mod exact;
 mod lists;
 mod machine;
@@ -20,7 +21,7 @@ mod value_tests;
 
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::Knowledge;
-use crate::program::{AreaKind, Cell, ChoiceKey, Frame, Program, Settled, Witness};
+use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Frame, Program, Settled, Witness};
 use std::sync::Arc;
 
 /// One execution of one instruction.
@@ -62,6 +63,10 @@ pub trait Free {
     }
     /// The choice's value; bit 0 counts if the kind is `Bit`. The kind is no part of the question.
     fn choice(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16;
+    /// What the register of the CPU holds that this choice reads, where that is known.
+    fn register(&mut self, _choice: ChoiceId) -> Option<u16> {
+        None
+    }
     /// What the analysis settled in a scan that it found.
     fn settled(&self) -> Option<&Settled> {
         None

@@ -106,6 +106,8 @@ pub(super) struct State<'p, F> {
     pub(super) learned: Knowledge,
     /// Writes of operations beyond what their effects allow.
     pub(super) beyond: Vec<(usize, Cell)>,
+    /// How often a cell was changed, or something asked that need not be the same the next time.
+    pub(super) changes: u64,
 }
 
 impl<'p, F: Free> State<'p, F> {
@@ -128,6 +130,7 @@ impl<'p, F: Free> State<'p, F> {
             known: Known::new(),
             learned: Knowledge::new(),
             beyond: Vec::new(),
+            changes: 0,
         }
     }
 
@@ -149,6 +152,10 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     pub(super) fn choose(&mut self, choice: ChoiceId, kind: AreaKind) -> u16 {
+        if let Some(value) = self.free.register(choice) {
+            return value;
+        }
+        self.changes += 1;
         let key = ChoiceKey { frames: self.frames.to_vec(), choice, cell: None };
         if self.mode == Mode::Model {
             return match self.learned_value(choice) {
@@ -247,6 +254,21 @@ impl<'p, F: Free> State<'p, F> {
         (held.value, held.unknown)
     }
 
+    /// What the scan leaves in each cell that it touched, and which of its bits are not known.
+    pub(super) fn touched(&mut self) -> Vec<(Cell, u16, u16)> {
+        let cells: Vec<Cell> = self.cells.keys().copied().collect();
+        let left = |cell| {
+            let (value, unknown) = self.after(cell);
+            (cell, value, unknown)
+        };
+        cells.into_iter().map(left).collect()
+    }
+
+    /// The regions that took any value.
+    pub(super) fn lost(&self) -> Vec<Region> {
+        self.havocs.iter().flatten().map(|one| one.region).collect()
+    }
+
     fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt, unknown: u16) -> Held {
         let havocs = self.havocs[usize::from(cell.area.0)].len();
         let unknown = if doubt.is_some() { unknown } else { 0 };
@@ -254,7 +276,13 @@ impl<'p, F: Free> State<'p, F> {
         let number = |index: usize| u32::try_from(index).unwrap_or(KNOWN - 1);
         let because = doubt.filter(|_| unknown != 0).map_or(KNOWN, number);
         let held = Held { value, unknown, havocs: number(havocs), because };
-        self.cells.insert(cell, held);
+        let before = self.cells.insert(cell, held);
+        let same = |before: Held| {
+            (before.value, before.unknown, before.because) == (value, unknown, because)
+        };
+        if !before.is_some_and(same) {
+            self.changes += 1;
+        }
         held
     }
 
@@ -416,6 +444,7 @@ impl<'p, F: Free> State<'p, F> {
 
     /// Havocs a region if `fired`; what it holds then is known only where the outside gives it.
     pub(super) fn havoc(&mut self, region: Region, choice: ChoiceId, fired: Truth) {
+        self.changes += 1;
         let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::World);
         let doubt = match self.mode {
             Mode::Model => None,

@@ -14,6 +14,7 @@ mod findings;
 pub mod format;
 pub mod formats;
 pub mod ladder;
+pub mod live;
 pub mod method;
 pub mod page;
 mod path;

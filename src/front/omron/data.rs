@@ -125,6 +125,14 @@ pub(super) fn sources(
         return None;
     }
     let mut sources = operand.sources(count, memory, &mut || asm.choice())?;
+    if let Some(first) = operand.word() {
+        for (source, n) in sources.iter().zip(0..) {
+            if let WordSource::Free(choice) = *source {
+                let register = (memory.name_of(first).to_owned(), first.index + n);
+                asm.out.program.registers.insert(choice, register);
+            }
+        }
+    }
     // Behind a timer's value there may be that of one that the system counts on.
     for source in &mut sources {
         if let WordSource::Cell(cell) = *source

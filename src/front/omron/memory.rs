@@ -257,6 +257,11 @@ impl Memory {
         }
     }
 
+    /// The name of the area in which a word lies.
+    pub(super) fn name_of(self, cell: Cell) -> &'static str {
+        self.known().get(usize::from(cell.area.0)).map_or("", |known| known.name)
+    }
+
     /// Whether inputs and outputs may be in the area, so that `!` refreshes it.
     pub(super) fn is_refreshed(cell: Cell) -> bool {
         cell.area.0 == 0

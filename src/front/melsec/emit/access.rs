@@ -146,13 +146,24 @@ impl Emitter<'_> {
                 match self.clock(&device) {
                     Some(clock) => clock,
                     None if self.is_world(&device) => self.world_bit(),
-                    None => self.free_bit(),
+                    None => self.register_bit(&device),
                 }
             }
             Place::Indexed(Kind::Bit(_) | Kind::Timed(_) | Kind::VolatileBit, false)
             | Place::Indexed(Kind::Word(_) | Kind::VolatileWord, true) => self.unknown_bit(text),
             _ => return self.no_bit(text),
         })
+    }
+
+    /// A bit of any value, and which relay it is where the CPU sets it by itself.
+    fn register_bit(&mut self, device: &Device) -> Logic {
+        let bit = self.free_bit();
+        if let (Logic::Bit(BitSource::Free(choice)), Place::At(Kind::VolatileBit, index)) =
+            (&bit, device.place)
+        {
+            self.out.program.registers.insert(*choice, (device.name.to_owned(), index));
+        }
+        bit
     }
 
     fn unknown_bit(&mut self, text: &str) -> Logic {
@@ -313,7 +324,20 @@ impl Emitter<'_> {
         if let Some(found) = device.and_then(|device| self.indexed_words(&device, words)) {
             return found;
         }
-        (0..words).map(|_| self.free_word()).collect()
+        (0..words).map(|at| self.register_word(device, at)).collect()
+    }
+
+    /// A word of any value, and which register it is where the CPU sets it by itself.
+    fn register_word(&mut self, device: Option<Device>, at: usize) -> WordSource {
+        let word = self.free_word();
+        if let (WordSource::Free(choice), Some(device)) = (word, device)
+            && let (Place::At(Kind::VolatileWord, first), Ok(at)) =
+                (device.place, u32::try_from(at))
+        {
+            let register = (device.name.to_owned(), first + at);
+            self.out.program.registers.insert(choice, register);
+        }
+        word
     }
 
     fn digits_fit(&mut self, text: &str, device: &Device, words: usize) -> bool {

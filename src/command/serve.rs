@@ -1,0 +1,201 @@
+//! `scanbound serve`: an emulated CPU that answers as a PLC does.
+
+use super::options::{ProjectOptions, stop_on_interrupt};
+use super::output::{say, tell};
+use super::{Failure, Outcome, values};
+use anyhow::{Context, anyhow};
+use clap::Args;
+use scanbound::audit::{Ready, ready};
+use scanbound::base::time::Picos;
+use scanbound::emulated::{Cpu, Disturbance, Halt};
+use scanbound::link::server::{Listening, Request, Spoken};
+use scanbound::link::{State, registers};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+const ABOUT: &str = "\
+Emulates a CPU that runs a program scan by scan with a table's times, and answers as a PLC does.
+
+It keeps its scan times where a CPU of its family keeps them, in that CPU's steps, and answers to those who read: SLMP \
+(MC protocol 3E, binary and ASCII), FINS over TCP and UDP, Host Link over TCP. What writes is answered with the end \
+code of a command that is not known. Timers do not run out in it, and inputs stay as they are set. A scan takes as \
+long as the table says, unless --fast.";
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound serve PLC/ --cpu Q26UDV --slmp 5007
+  scanbound serve main.il --table my.csv --slmp 5007 --jitter 50us --interrupt 80us/10ms
+  scanbound serve program.cxt --fins 9600 --set W0=1
+
+The address is 127.0.0.1 unless one is given with the port (0.0.0.0:5007 for all that can reach this machine).";
+
+/// The arguments of `serve`.
+#[derive(Debug, Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Answer SLMP over TCP here: a port, or address and port
+    #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address)]
+    slmp: Option<SocketAddr>,
+    /// Answer FINS here, over TCP and UDP
+    #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address)]
+    fins: Option<SocketAddr>,
+    /// Answer Host Link (C-mode) over TCP here, as a serial device server does
+    #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address)]
+    hostlink: Option<SocketAddr>,
+    /// Each scan takes longer by up to this, drawn with the seed
+    #[arg(long, value_name = "DURATION", default_value = "0us", value_parser = values::duration)]
+    jitter: Picos,
+    /// Something interrupts the program: how long it takes, and how often it comes, such as 80us/10ms
+    #[arg(long, value_name = "DURATION/DURATION", value_parser = interrupt)]
+    interrupt: Option<(Picos, Picos)>,
+    /// What the drawn numbers follow from
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = values::count::<u64>, allow_negative_numbers = true)]
+    seed: u64,
+    /// Set a device before the first scan, such as X0=1 or D100=20; may be repeated
+    #[arg(long, value_name = "DEVICE=VALUE", value_parser = setting)]
+    set: Vec<(String, u16)>,
+    /// Begin the next scan at once, however long the last one was
+    #[arg(long)]
+    fast: bool,
+    /// Go to STOP after so many scans, and answer on
+    #[arg(long, value_name = "N", value_parser = values::count::<u64>, allow_negative_numbers = true)]
+    stop_after: Option<u64>,
+    /// End after so long
+    #[arg(long = "for", value_name = "DURATION", value_parser = values::span, allow_hyphen_values = true)]
+    duration: Option<Duration>,
+    #[command(flatten)]
+    project: ProjectOptions,
+}
+
+fn address(text: &str) -> Result<SocketAddr, String> {
+    if let Ok(port) = text.parse::<u16>() {
+        return Ok(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port));
+    }
+    text.parse().map_err(|_| "give a port, or an address and a port such as 127.0.0.1:5007".into())
+}
+
+pub(super) fn interrupt(text: &str) -> Result<(Picos, Picos), String> {
+    let form = || "give how long and how often, such as 80us/10ms".to_owned();
+    let (takes, every) = text.split_once('/').ok_or_else(form)?;
+    let (takes, every) = (values::duration(takes)?, values::duration(every)?);
+    match takes < every {
+        true => Ok((takes, every)),
+        false => Err("it would take longer than until it comes again".to_owned()),
+    }
+}
+
+fn setting(text: &str) -> Result<(String, u16), String> {
+    let form = || "give a device and a number from -32768 to 65535, such as D100=20".to_owned();
+    let (name, value) = text.split_once('=').ok_or_else(form)?;
+    let value: i32 = value.trim().parse().map_err(|_| form())?;
+    let word =
+        u16::try_from(value).ok().or_else(|| i16::try_from(value).ok().map(i16::cast_unsigned));
+    Ok((name.trim().to_owned(), word.ok_or_else(form)?))
+}
+
+/// Serves until Ctrl-C, or as long as was said.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let asked = [
+        (Spoken::Slmp, arguments.slmp),
+        (Spoken::FinsTcp, arguments.fins),
+        (Spoken::FinsUdp, arguments.fins),
+        (Spoken::HostLink, arguments.hostlink),
+    ];
+    let asked: Vec<(Spoken, SocketAddr)> =
+        asked.into_iter().filter_map(|(spoken, address)| Some((spoken, address?))).collect();
+    if asked.is_empty() {
+        return Err(anyhow!("say what it is to answer: --slmp, --fins or --hostlink").into());
+    }
+    let project = arguments.project.or_here()?;
+    let Ready { program, table, prices, warnings } =
+        project.with_request(|request| Ok(ready(request)?))?;
+    tell(&warnings);
+    let listening: Vec<Listening> = asked
+        .into_iter()
+        .map(|(spoken, address)| {
+            Listening::on(spoken, address)
+                .with_context(|| format!("{address} cannot be listened to"))
+        })
+        .collect::<Result<_, _>>()?;
+    for one in &listening {
+        say(&format!("listening: {:?} on {}\n", one.spoken(), one.address));
+        if !one.address.ip().is_loopback() {
+            say("  all who can reach this address can read the emulated CPU\n");
+        }
+    }
+    let times = prices.times();
+    let registers = table.family.as_deref().and_then(registers::of);
+    let disturbance = Disturbance {
+        jitter: arguments.jitter,
+        interrupt: arguments.interrupt,
+        seed: arguments.seed,
+    };
+    let mut cpu = Cpu::new(&program, &times, prices.overhead_sum(), registers, disturbance);
+    for (name, value) in &arguments.set {
+        let cell = cpu.named(name);
+        let cell = cell.ok_or_else(|| anyhow!("--set {name}: the CPU has no such device"))?;
+        cpu.set(cell, *value);
+    }
+    let over = stop_on_interrupt()?;
+    let (requests, waiting) = channel();
+    for one in listening {
+        let (requests, over) = (requests.clone(), Arc::clone(&over));
+        thread::spawn(move || one.serve(requests, over));
+    }
+    drop(requests);
+    serve(arguments, &mut cpu, &waiting, &over);
+    over.store(true, Ordering::Relaxed);
+    if let Some(halt) = cpu.halted() {
+        let (Halt::Unknown(at) | Halt::Endless(at)) = halt;
+        let text = program.instructions.get(at).map_or("", |one| &*one.text);
+        let why = match halt {
+            Halt::Unknown(_) => "the program goes on by what it gives, which is not known here",
+            Halt::Endless(_) => "the scan does not end",
+        };
+        say(&format!("the CPU went to STOP after {} scans at {text}: {why}\n", cpu.scans()));
+    }
+    if let Some([_, least, most]) = cpu.measured() {
+        let (scans, clock) = (cpu.scans(), cpu.clock());
+        say(&format!("{scans} scans in {clock}, from {least} to {most} by its registers\n"));
+    }
+    Ok(Outcome::Done)
+}
+
+/// Scans, and answers between the scans.
+fn serve(arguments: &Arguments, cpu: &mut Cpu<'_>, waiting: &Receiver<Request>, over: &AtomicBool) {
+    const IDLE: Duration = Duration::from_millis(20);
+    let begun = Instant::now();
+    let mut due = begun;
+    while !over.load(Ordering::Relaxed) {
+        if arguments.duration.is_some_and(|end| begun.elapsed() >= end) {
+            return;
+        }
+        if arguments.stop_after == Some(cpu.scans()) {
+            cpu.switch(State::Stop);
+        }
+        match cpu.scan() {
+            // Whoever asks is answered at the scan's end, as long as it takes on a CPU.
+            Some(time) if !arguments.fast => {
+                due += Duration::from_nanos(time.0 / 1000);
+                // A machine that cannot keep up does not run after what it missed.
+                due = due.max(Instant::now());
+            }
+            Some(_) => due = Instant::now(),
+            None => due = Instant::now() + IDLE,
+        }
+        loop {
+            let left = due.saturating_duration_since(Instant::now());
+            match waiting.recv_timeout(left) {
+                Ok(request) => request.answer(cpu),
+                Err(_) => break,
+            }
+            if left.is_zero() && arguments.fast {
+                break;
+            }
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! Connections that carry frames: TCP, UDP and a serial line.
+
+use super::Split;
+use super::fault::Fault;
+use std::fs::File;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// A connection to a PLC.
+pub struct Transport {
+    peer: String,
+    patience: Duration,
+    line: Line,
+    /// What came and belongs to no frame yet.
+    rest: Vec<u8>,
+}
+
+enum Line {
+    Tcp(TcpStream),
+    Udp(UdpSocket),
+    /// A serial line has no time-out of its own: a thread reads from it.
+    Serial(File, Receiver<io::Result<Vec<u8>>>),
+}
+
+impl Transport {
+    /// The address of a peer.
+    fn address(peer: &str) -> Result<SocketAddr, Fault> {
+        let unknown = |error| Fault::Unreachable { peer: peer.to_owned(), error };
+        let found = peer.to_socket_addrs().map_err(unknown)?.next();
+        found.ok_or_else(|| Fault::Usage(format!("{peer} has no address")))
+    }
+
+    fn of(peer: &str, patience: Duration, line: Line) -> Transport {
+        Transport { peer: peer.to_owned(), patience, line, rest: Vec::new() }
+    }
+
+    /// Connects over TCP.
+    pub fn tcp(peer: &str, patience: Duration) -> Result<Transport, Fault> {
+        let address = Transport::address(peer)?;
+        let stream = TcpStream::connect_timeout(&address, patience);
+        let stream = stream.map_err(|error| failed(peer, patience, error))?;
+        let set = stream.set_nodelay(true).and_then(|()| stream.set_write_timeout(Some(patience)));
+        set.map_err(|error| failed(peer, patience, error))?;
+        Ok(Transport::of(peer, patience, Line::Tcp(stream)))
+    }
+
+    /// Sends over UDP, and takes datagrams of the peer alone.
+    pub fn udp(peer: &str, patience: Duration) -> Result<Transport, Fault> {
+        let address = Transport::address(peer)?;
+        let own = if address.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
+        let socket = UdpSocket::bind(own).and_then(|socket| {
+            socket.connect(address)?;
+            Ok(socket)
+        });
+        let socket = socket.map_err(|error| failed(peer, patience, error))?;
+        Ok(Transport::of(peer, patience, Line::Udp(socket)))
+    }
+
+    /// Opens a serial line whose settings are made.
+    pub fn serial(peer: &str, patience: Duration) -> Result<Transport, Fault> {
+        let file = File::options().read(true).write(true).open(peer);
+        let file = file.map_err(|error| failed(peer, patience, error))?;
+        let mut own = file.try_clone().map_err(|error| failed(peer, patience, error))?;
+        let (sender, receiver) = channel();
+        std::thread::spawn(move || {
+            let mut buffer = [0; 256];
+            loop {
+                let came = own.read(&mut buffer).map(|count| buffer[..count].to_vec());
+                let ended = !matches!(&came, Ok(bytes) if !bytes.is_empty());
+                if sender.send(came).is_err() || ended {
+                    return;
+                }
+            }
+        });
+        Ok(Transport::of(peer, patience, Line::Serial(file, receiver)))
+    }
+
+    /// Whom it is connected with.
+    pub fn peer(&self) -> &str {
+        &self.peer
+    }
+
+    /// The own and the peer's last byte of their addresses, by which nodes are numbered; 0 where there is none.
+    pub fn nodes(&self) -> (u8, u8) {
+        let last = |address: io::Result<SocketAddr>| match address {
+            Ok(SocketAddr::V4(address)) => address.ip().octets()[3],
+            _ => 0,
+        };
+        match &self.line {
+            Line::Udp(socket) => (last(socket.local_addr()), last(socket.peer_addr())),
+            Line::Tcp(_) | Line::Serial(..) => (0, 0),
+        }
+    }
+
+    /// Sends a request and waits for a whole frame.
+    pub fn ask(&mut self, request: &[u8], split: fn(&[u8]) -> Split) -> Result<Vec<u8>, Fault> {
+        // What came too late answers an earlier request.
+        self.rest.clear();
+        self.discard();
+        let sent = match &mut self.line {
+            Line::Tcp(stream) => stream.write_all(request),
+            Line::Udp(socket) => socket.send(request).map(drop),
+            Line::Serial(file, _) => file.write_all(request),
+        };
+        sent.map_err(|error| failed(&self.peer, self.patience, error))?;
+        let end = Instant::now() + self.patience;
+        loop {
+            match split(&self.rest) {
+                Split::Frame(length) => {
+                    let rest = self.rest.split_off(length);
+                    return Ok(std::mem::replace(&mut self.rest, rest));
+                }
+                Split::Garbage if !self.rest.is_empty() => {
+                    return Err(Fault::NoAnswer {
+                        peer: self.peer.clone(),
+                        why: "it begins as no frame of this protocol does".to_owned(),
+                    });
+                }
+                Split::Garbage | Split::More => {}
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(self.late());
+            }
+            let came = self.receive(left).map_err(|error| match error.kind() {
+                ErrorKind::WouldBlock | ErrorKind::TimedOut => self.late(),
+                _ => failed(&self.peer, self.patience, error),
+            })?;
+            if came.is_empty() {
+                let peer = self.peer.clone();
+                return Err(match self.rest.len() {
+                    0 => Fault::Closed { peer },
+                    got => Fault::Half { peer, got, closed: true },
+                });
+            }
+            self.rest.extend(came);
+        }
+    }
+
+    fn late(&self) -> Fault {
+        let peer = self.peer.clone();
+        match self.rest.len() {
+            0 => Fault::TimedOut { peer, after: self.patience },
+            got => Fault::Half { peer, got, closed: false },
+        }
+    }
+
+    /// What came next; nothing if the line was closed.
+    fn receive(&mut self, patience: Duration) -> io::Result<Vec<u8>> {
+        let mut buffer = [0; 4096];
+        match &mut self.line {
+            Line::Tcp(stream) => {
+                stream.set_read_timeout(Some(patience))?;
+                stream.read(&mut buffer).map(|count| buffer[..count].to_vec())
+            }
+            Line::Udp(socket) => {
+                socket.set_read_timeout(Some(patience))?;
+                socket.recv(&mut buffer).map(|count| buffer[..count].to_vec())
+            }
+            Line::Serial(_, receiver) => match receiver.recv_timeout(patience) {
+                Ok(came) => came,
+                Err(RecvTimeoutError::Timeout) => Err(ErrorKind::TimedOut.into()),
+                Err(RecvTimeoutError::Disconnected) => Ok(Vec::new()),
+            },
+        }
+    }
+
+    /// Throws away what came before anything was asked.
+    fn discard(&mut self) {
+        let instant = Duration::from_micros(1);
+        if let Line::Serial(_, receiver) = &self.line {
+            while matches!(receiver.recv_timeout(instant), Ok(Ok(_))) {}
+        }
+    }
+}
+
+fn failed(peer: &str, patience: Duration, error: io::Error) -> Fault {
+    let peer = peer.to_owned();
+    match error.kind() {
+        ErrorKind::ConnectionRefused => Fault::Refused { peer },
+        ErrorKind::TimedOut | ErrorKind::WouldBlock => Fault::TimedOut { peer, after: patience },
+        ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
+            Fault::Closed { peer }
+        }
+        _ => Fault::Unreachable { peer, error },
+    }
+}
