@@ -44,13 +44,16 @@ const MODES: usize = 16;
 /// How many rounds go by before the search looks for cores by propagation over the whole program.
 const PROPAGATE_AFTER: usize = 2;
 
+/// How many conflicts an easy question takes at most.
+const EASY: u64 = 300;
+
 /// Searches until the bounds meet or the limits end it.
 pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
-    search_from(SMALLEST, problem, bounds);
+    search_from(SMALLEST, EASY, problem, bounds);
 }
 
-/// The same with smallest partitions of so many variables.
-fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
+/// The same with smallest partitions of so many variables, and easy questions of so many conflicts.
+fn search_from(smallest: usize, easy: u64, problem: &Problem, bounds: &mut Bounds<'_>) {
     if bounds.limits().reached() {
         return;
     }
@@ -70,7 +73,8 @@ fn search_from(smallest: usize, problem: &Problem, bounds: &mut Bounds<'_>) {
         clauses: &clauses,
         origins: &origins,
         limits: bounds.limits(),
-        values: vec![false; clauses.variables + 1],
+        easy,
+        values: Vec::new(),
         modes: clauses.busiest_bits(MODES),
         bounds: Mutex::new(bounds),
     };
@@ -106,8 +110,10 @@ struct Search<'a, 'b> {
     /// By item of the clauses: which it is of the problem's, if it is one.
     origins: &'a [Option<usize>],
     limits: &'b Limits<'b>,
+    /// How many conflicts an easy question takes at most.
+    easy: u64,
     bounds: Mutex<&'a mut Bounds<'b>>,
-    /// By variable of the circuit, from 1: its value in the last scan found for its partition.
+    /// By variable of the circuit, from 1: its value in the last scan found for its partition. Empty in the first round.
     values: Vec<bool>,
     /// The bits that most clauses ask for.
     modes: Vec<VarId>,
@@ -138,6 +144,7 @@ impl<'a, 'b> Search<'a, 'b> {
             self.bounds().steps(std::mem::take(&mut partition.trace));
         }
         let possible = partitions.iter().all(|partition| !partition.contradiction);
+        self.values.resize(whole, false);
         for partition in &mut partitions {
             if !partition.values.is_empty() {
                 self.values[partition.positions.clone()].copy_from_slice(&partition.values);
@@ -202,10 +209,10 @@ mod tests {
             let group = Builder { model: model.clone() }.group();
             let problem = Problem::new(&model, &group);
             let truth = brute(&model, &group).unwrap();
-            for smallest in [1, 3, 10] {
+            for (smallest, easy) in [(1, EASY), (3, 0), (10, 2)] {
                 let limits = Limits::default();
                 let mut bounds = Bounds::new(&problem, &limits);
-                search_from(smallest, &problem, &mut bounds);
+                search_from(smallest, easy, &problem, &mut bounds);
                 let found: Maximum = bounds.finish();
                 sound(&model, &group, &found);
                 assert_eq!((found.lower, found.upper), (truth, truth), "seed {seed}");
@@ -223,7 +230,7 @@ mod tests {
             pool.install(|| {
                 let limits = Limits::default();
                 let mut bounds = Bounds::new(&problem, &limits);
-                search_from(20, &problem, &mut bounds);
+                search_from(20, EASY, &problem, &mut bounds);
                 bounds.finish()
             })
         };

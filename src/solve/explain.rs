@@ -3,7 +3,7 @@
 use super::Limits;
 use super::clauses::Clauses;
 use super::formula::Formula;
-use super::oracle::Oracle;
+use super::oracle::{Branching, Effort, Oracle};
 use super::problem::Problem;
 use crate::scan::model::{Assignment, Group, ScanModel};
 use std::cmp::Reverse;
@@ -57,7 +57,7 @@ struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     fn new(clauses: &'a Clauses, limits: &'a Limits<'a>) -> Judge<'a> {
-        let mut oracle = Oracle::new(limits);
+        let mut oracle = Oracle::new(limits, Branching::Inputs);
         Formula::new(clauses).teach(0, &mut oracle);
         Judge { oracle, guards: &clauses.items }
     }
@@ -84,7 +84,7 @@ impl<'a> Judge<'a> {
         let assumptions: Vec<i32> =
             [missing].iter().chain(others).map(|&item| self.guards[item]).collect();
         let decisions = EFFORT + assumptions.len() as u64;
-        self.oracle.ask(&assumptions, decisions).map(|together| !together)
+        self.oracle.ask(&assumptions, Effort::decisions(decisions)).map(|together| !together)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What never happens: which charges of a model no scan comes to.
 
 use super::clauses::Clauses;
-use super::oracle::Oracle;
+use super::oracle::{Branching, Effort, Oracle};
 use super::problem::Problem;
 use super::{Group, Limits};
 use crate::scan::model::{Lit, ScanModel};
@@ -15,12 +15,12 @@ const DECISIONS: u64 = 500_000;
 pub fn impossible(model: &ScanModel, group: &Group, limits: &Limits<'_>) -> BTreeSet<usize> {
     let problem = Problem::with_negations(model, group);
     let clauses = Clauses::new(&problem);
-    let mut oracle = Oracle::new(limits);
+    let mut oracle = Oracle::new(limits, Branching::Inputs);
     clauses.clauses.iter().for_each(|clause| oracle.add(clause));
     let always = |&charge: &usize| model.charges[charge].reached == Lit::TRUE;
     let mut open: BTreeSet<usize> = group.charges.iter().copied().filter(always).collect();
     for (item, &happens) in problem.items.iter().zip(&clauses.items) {
-        if limits.reached() || oracle.ask(&[happens], DECISIONS) != Some(false) {
+        if limits.reached() || oracle.ask(&[happens], Effort::decisions(DECISIONS)) != Some(false) {
             open.extend(&item.charges);
         }
     }

@@ -6,7 +6,7 @@
 
 use super::Limits;
 use super::clauses::Clauses;
-use super::oracle::Oracle;
+use super::oracle::{Branching, Effort, Oracle};
 use super::problem::{Item, Problem};
 use crate::scan::model::{Assignment, Atom, Lit, Node, ScanModel, VarId, VarKind};
 use rand_pcg::Pcg64Mcg;
@@ -128,7 +128,7 @@ impl<'a> Search<'a> {
             }
         }
         let tied = tied(model);
-        let mut oracle = Oracle::new(limits);
+        let mut oracle = Oracle::new(limits, Branching::Inputs);
         clauses.clauses.iter().for_each(|clause| oracle.add(clause));
         let variables = i32::try_from(clauses.variables).expect("variables are counted in 31 bits");
         let random = Pcg64Mcg::seed_from_u64(1);
@@ -186,7 +186,8 @@ impl<'a> Search<'a> {
         let one: Vec<i32> = open.iter().map(|one| one.broken).chain([-round]).collect();
         self.oracle.add(&one);
         let assumed: Vec<i32> = open.iter().map(|one| one.holds).chain([round]).collect();
-        let found = self.oracle.ask(&assumed, DECISIONS + assumed.len() as u64)?;
+        let found =
+            self.oracle.ask(&assumed, Effort::decisions(DECISIONS + assumed.len() as u64))?;
         let holds = |variable| self.oracle.holds(variable);
         let scan = found.then(|| self.clauses.assignment(&self.problem, holds));
         self.oracle.add(&[-round]);

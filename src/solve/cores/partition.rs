@@ -3,7 +3,7 @@
 use super::objective::Objective;
 use super::{Limits, Search};
 use crate::solve::formula::Formula;
-use crate::solve::oracle::Oracle;
+use crate::solve::oracle::{Branching, Effort, Oracle};
 use crate::solve::trace::Trace;
 use std::cmp::Reverse;
 use std::ops::Range;
@@ -41,7 +41,7 @@ impl Partition {
     /// It goes stratum by stratum in every round: asked for all soft literals of a project of 64 stations at once, the
     /// solver took minutes.
     pub fn solve(&mut self, search: &Search<'_, '_>, whole: bool) {
-        let mut asker = Asker { oracle: Oracle::new(search.limits), told: 0 };
+        let mut asker = Asker::new(search);
         let mut least = self.objective.soft_literals(1).next().map_or(1, |(_, weight)| weight);
         // The cores found in this stratum, with their weights. They are relaxed only when all soft literals that are
         // left in it can be true together.
@@ -70,7 +70,7 @@ impl Partition {
                         search.found(&mut self.objective, |literal| asker.oracle.holds(literal));
                     }
                     if cores.is_empty() {
-                        let Some(next) = self.objective.next_stratum(least) else { break };
+                        let Some(next) = self.stratum_below(least, &asker.oracle) else { break };
                         least = next;
                     }
                     for (core, weight) in cores.drain(..) {
@@ -89,6 +89,17 @@ impl Partition {
         // Each variable of the circuit is its own position.
         let variables = self.positions.clone().filter_map(|position| i32::try_from(position).ok());
         self.values = variables.map(|variable| asker.oracle.holds(variable)).collect();
+    }
+
+    /// The stratum to go on with after the answer yes: the model found answers for those that it keeps whole. The last
+    /// one is asked for all the same.
+    fn stratum_below(&self, least: u64, oracle: &Oracle<'_>) -> Option<u64> {
+        let mut next = self.objective.next_stratum(least)?;
+        while self.objective.soft_literals(next).all(|(literal, _)| oracle.holds(literal)) {
+            let Some(below) = self.objective.next_stratum(next) else { break };
+            next = below;
+        }
+        Some(next)
     }
 
     /// Minimises a core as far as a small effort goes. Cores of two are left as they are: soft literals that cannot
@@ -122,16 +133,38 @@ impl Partition {
 
 /// A solver that is told of a growing formula before each question.
 struct Asker<'a> {
+    limits: &'a Limits<'a>,
+    /// What the partitions before found.
+    hints: &'a [bool],
     oracle: Oracle<'a>,
     /// How many of the formula's clauses it knows.
     told: usize,
+    /// How many conflicts a question may take before a solver that branches on all variables takes over.
+    easy: u64,
 }
 
-impl Asker<'_> {
+impl<'a> Asker<'a> {
+    fn new(search: &'a Search<'_, '_>) -> Asker<'a> {
+        let (limits, hints) = (search.limits, search.values.as_slice());
+        let oracle = Oracle::new(limits, Branching::Inputs).with_hints(hints);
+        Asker { limits, hints, oracle, told: 0, easy: search.easy }
+    }
+
     /// Whether the clauses and assumptions can hold together; `None` if that takes more than so many decisions.
     fn ask(&mut self, formula: &Formula, assumptions: &[i32], decisions: u64) -> Option<bool> {
+        let effort = Effort { decisions, conflicts: self.easy };
+        let answer = self.put(formula, assumptions, effort);
+        if answer.is_some() || !self.oracle.had_conflicts() {
+            return answer;
+        }
+        self.oracle = Oracle::new(self.limits, Branching::All).with_hints(self.hints);
+        (self.told, self.easy) = (0, u64::MAX);
+        self.put(formula, assumptions, Effort::decisions(decisions))
+    }
+
+    fn put(&mut self, formula: &Formula, assumptions: &[i32], most: Effort) -> Option<bool> {
         formula.teach(self.told, &mut self.oracle);
         self.told = formula.len();
-        self.oracle.ask(assumptions, decisions)
+        self.oracle.ask(assumptions, most)
     }
 }
