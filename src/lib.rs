@@ -31,6 +31,7 @@
 
 pub mod audit;
 pub mod base;
+pub mod calibrate;
 pub mod emulated;
 pub mod front;
 pub mod link;

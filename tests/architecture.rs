@@ -7,8 +7,22 @@ use std::path::{Path, PathBuf};
 
 /// The rooms of the library in the order in which data flows. None imports a later one.
 const ORDER: &[&str] = &[
-    "base", "link", "program", "front", "minasec", "passes", "timing", "scan", "solve", "replay",
-    "emulated", "audit", "measured", "report", "command",
+    "base",
+    "link",
+    "program",
+    "front",
+    "minasec",
+    "passes",
+    "timing",
+    "scan",
+    "solve",
+    "replay",
+    "emulated",
+    "calibrate",
+    "audit",
+    "measured",
+    "report",
+    "command",
 ];
 
 /// Whom a room, or a part of it, must not know although it comes earlier, and why. Beginnings of paths.
@@ -36,6 +50,7 @@ const STRANGERS: &[(&str, &[&str], &str)] = &[
         &["front", "scan", "solve", "passes"],
         "an emulated CPU runs what it is given and knows nothing of the analysis",
     ),
+    ("calibrate", &["scan", "solve", "passes"], "what is measured hangs on no analysis"),
     ("measured", &["scan", "solve", "timing::table"], "a comparison knows the audit's result only"),
     ("report", &["front", "scan", "solve"], "a report shows and computes nothing"),
     ("report::render", &["replay"], "rendering knows findings only"),
@@ -54,9 +69,9 @@ const DIALECTS: &[&str] = &[
     "gxworks",
 ];
 
-/// The modules that may know dialects: those before the program's end, the emulator of one machine, and those
-/// that talk to the user.
-const KNOW_DIALECTS: &[&str] = &["front", "minasec", "command", "main"];
+/// The modules that may know dialects: those before the program's end, the emulator of one machine, what writes programs,
+/// and those that talk to the user.
+const KNOW_DIALECTS: &[&str] = &["front", "minasec", "calibrate", "command", "main"];
 
 /// Where floating point may be used: to show shares and to share out the search's own time, and where the PLC
 /// itself computes with reals. Beginnings of paths.

@@ -2,6 +2,7 @@
 
 mod advise;
 mod audit;
+mod calibrate;
 mod check;
 mod compare;
 mod completions;
@@ -75,6 +76,8 @@ enum Command {
     Serve(serve::Arguments),
     /// Read a PLC's scan times while it runs, and hold them against the bound
     Live(live::Arguments),
+    /// Write a program that measures a CPU's instructions, and make a timing table of what it found
+    Calibrate(calibrate::Arguments),
     /// Assemble a MINASEC-U program, or take machine code apart
     Convert(convert::Arguments),
     /// Tell what is known of an instruction, or what a code of findings means
@@ -212,6 +215,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Emulate(arguments) => emulate::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Live(arguments) => live::run(arguments),
+        Command::Calibrate(arguments) => calibrate::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
         Command::Explain(arguments) => explain::run(arguments),
         Command::Tables(arguments) => tables::run(arguments),

@@ -249,6 +249,11 @@ impl ProjectOptions {
         self.table.as_deref().or(self.cpu.as_deref())
     }
 
+    /// The table that is named, and the CPU.
+    pub fn table_and_cpu(&self) -> (Option<&str>, Option<&str>) {
+        (self.table.as_deref(), self.cpu.as_deref())
+    }
+
     /// Whether no program is named.
     pub fn is_open(&self) -> bool {
         self.programs.is_empty()

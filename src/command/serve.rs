@@ -135,6 +135,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         seed: arguments.seed,
     };
     let mut cpu = Cpu::new(&program, &times, prices.overhead_sum(), registers, disturbance);
+    if let (_, Some(model)) = project.table_and_cpu() {
+        cpu.call(model);
+    }
     for (name, value) in &arguments.set {
         let cell = cpu.named(name);
         let cell = cell.ok_or_else(|| anyhow!("--set {name}: the CPU has no such device"))?;

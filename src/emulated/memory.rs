@@ -5,7 +5,7 @@ use crate::link::{Memory, State};
 use crate::program::{AreaId, AreaKind, Cell};
 
 /// No area of any CPU has more devices.
-const MOST: u32 = 1 << 20;
+const MOST: u32 = 1_000_000;
 
 /// What protocols call areas, and what programs do.
 const NAMES: &[(&str, &str)] = &[

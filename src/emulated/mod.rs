@@ -83,6 +83,13 @@ impl<'p> Cpu<'p> {
         }
     }
 
+    /// Has it go by this name where the program names none.
+    pub fn call(&mut self, model: &str) {
+        if self.program.cpu.is_none() {
+            self.model = model.to_owned();
+        }
+    }
+
     /// Whether it runs.
     #[must_use]
     pub fn running(&self) -> bool {

@@ -1,0 +1,264 @@
+//! How a calibration program is written for each family of CPUs.
+
+use std::fmt::Write;
+
+/// The families for which programs are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Language {
+    /// MELSEC-Q and L, with special registers of their own.
+    Q,
+    /// MELSEC-F.
+    Fx,
+    /// OMRON CS, CJ and CP.
+    Cs,
+}
+
+/// The word that says which step is being measured.
+pub const STEP: u32 = 1000;
+/// The first word of results: two a step.
+pub const RESULTS: u32 = 1100;
+/// How many scans the step has had.
+const SCAN: u32 = 1001;
+/// The least and the largest reading of the step.
+const LEAST: u32 = 1002;
+const MOST: u32 = 1003;
+/// The last scan, in tenths of a millisecond.
+const LAST: u32 = 1010;
+/// Scans at a step's beginning whose readings belong to the step before, or to none.
+pub const SETTLING: u32 = 2;
+
+impl Language {
+    /// That of a family of timing tables.
+    #[must_use]
+    pub fn of(family: &str) -> Option<Language> {
+        match family {
+            "q" | "l" => Some(Language::Q),
+            "fx" => Some(Language::Fx),
+            "cs" => Some(Language::Cs),
+            _ => None,
+        }
+    }
+
+    /// The dialect in which its lines are written.
+    #[must_use]
+    pub fn dialect(self) -> &'static str {
+        match self {
+            Language::Q | Language::Fx => "melsec-list",
+            Language::Cs => "omron-cx",
+        }
+    }
+
+    /// The relay whose state is that of the step: on, or off.
+    #[must_use]
+    pub fn state(self) -> &'static str {
+        match self {
+            Language::Q | Language::Fx => "M990",
+            Language::Cs => "W501.00",
+        }
+    }
+
+    /// The coil of rungs that need one.
+    #[must_use]
+    pub fn coil(self) -> &'static str {
+        match self {
+            Language::Q | Language::Fx => "M991",
+            Language::Cs => "W501.01",
+        }
+    }
+
+    /// The relay that is on in the scan in which a step's readings are stored.
+    fn stores(self) -> &'static str {
+        match self {
+            Language::Q | Language::Fx => "M995",
+            Language::Cs => "W501.05",
+        }
+    }
+
+    /// The relay that is always on.
+    #[must_use]
+    pub fn always(self) -> &'static str {
+        match self {
+            Language::Q => "SM400",
+            Language::Fx => "M8000",
+            Language::Cs => "P_On",
+        }
+    }
+
+    /// A constant.
+    fn number(self, number: u32) -> String {
+        match self {
+            Language::Q | Language::Fx => format!("K{number}"),
+            Language::Cs => format!("&{number}"),
+        }
+    }
+
+    /// Sixteen bits.
+    #[must_use]
+    pub fn bits(self, word: u16) -> String {
+        match self {
+            Language::Q | Language::Fx => format!("H{word:X}"),
+            Language::Cs => format!("#{word:X}"),
+        }
+    }
+
+    /// A step's beginning and end of a loop.
+    #[must_use]
+    pub fn looped(self, times: u32) -> [String; 2] {
+        [format!("FOR {}", self.number(times)), "NEXT".to_owned()]
+    }
+
+    /// A contact that compares a word.
+    fn compares(self, contact: &str, word: u32, number: u32) -> String {
+        format!("{contact} D{word} {}", self.number(number))
+    }
+
+    /// Rungs that put the last scan's time into a word.
+    fn reads(self) -> Vec<String> {
+        let lines: &[&str] = match self {
+            Language::Q => &[
+                "LD SM400",
+                "MOV SD520 D1004",
+                "MOV SD521 D1005",
+                "* D1004 K10 D1006",
+                "/ D1005 K100 D1008",
+                "+ D1006 D1008 D1010",
+            ],
+            Language::Fx => &["LD M8000", "MOV D8010 D1010"],
+            Language::Cs => &["LD P_On", "MOV A264 D1010"],
+        };
+        lines.iter().map(|line| (*line).to_owned()).collect()
+    }
+
+    /// Where no step begins yet: the first scan.
+    fn begins(self, words: &[(u32, u32)]) -> Vec<String> {
+        let mut lines: Vec<String> = match self {
+            Language::Q => vec!["LD SM402".to_owned()],
+            Language::Fx => vec!["LD M8002".to_owned()],
+            // This relay is off whenever the CPU begins to run.
+            Language::Cs => vec!["LDNOT W500.00".to_owned()],
+        };
+        lines.extend(words.iter().map(|(word, number)| self.moves(*number, *word)));
+        if self == Language::Cs {
+            lines.push("SET W500.00".to_owned());
+        }
+        lines
+    }
+
+    fn moves(self, number: u32, word: u32) -> String {
+        format!("MOV {} D{word}", self.number(number))
+    }
+
+    fn counts(self, word: u32) -> String {
+        match self {
+            Language::Q | Language::Fx => format!("INC D{word}"),
+            Language::Cs => format!("++ D{word}"),
+        }
+    }
+
+    /// A rung before what is skipped unless the step is one of these, and its end.
+    #[must_use]
+    pub fn only(self, first: u32, last: u32, label: u32) -> [Vec<String>; 2] {
+        match self {
+            Language::Q | Language::Fx => [
+                vec![
+                    self.compares("LD<", STEP, first),
+                    self.compares("OR>", STEP, last),
+                    format!("CJ P{label}"),
+                ],
+                vec![format!("P{label}")],
+            ],
+            Language::Cs => [
+                vec![
+                    self.compares("LD>=", STEP, first),
+                    self.compares("AND<=", STEP, last),
+                    format!("JMP {}", self.number(label)),
+                ],
+                vec![format!("JME {}", self.number(label))],
+            ],
+        }
+    }
+
+    /// A contact that is on from this step on.
+    #[must_use]
+    pub fn from_step(self, step: u32) -> String {
+        self.compares("LD>=", STEP, step)
+    }
+
+    /// A contact that is on at this step.
+    #[must_use]
+    pub fn at_step(self, step: u32) -> String {
+        self.compares("LD=", STEP, step)
+    }
+
+    /// What stands before the blocks: reads the scan time, keeps the least and the largest of each of `steps` steps over
+    /// `scans` scans, and goes on to the next.
+    #[must_use]
+    pub fn head(self, steps: u32, scans: u32) -> Vec<String> {
+        const NOTHING: [(u32, u32); 3] = [(SCAN, 0), (LEAST, 32_767), (MOST, 0)];
+        let settled = SETTLING + 1;
+        let mut lines = self.reads();
+        lines.extend(self.begins(&[&[(STEP, 0)][..], &NOTHING].concat()));
+        lines.push(format!("LD {}", self.always()));
+        lines.push(self.counts(SCAN));
+        for (relation, kept) in [("<", LEAST), (">", MOST)] {
+            lines.push(self.compares("LD>=", SCAN, settled));
+            lines.push(format!("AND{relation} D{LAST} D{kept}"));
+            lines.push(format!("MOV D{LAST} D{kept}"));
+        }
+        lines.push(self.compares("LD>=", SCAN, SETTLING + scans));
+        lines.push(self.compares("AND<", STEP, steps));
+        lines.push(format!("OUT {}", self.stores()));
+        match self {
+            Language::Q | Language::Fx => {
+                lines.push(format!("LDI {}", self.stores()));
+                lines.push("CJ P0".to_owned());
+            }
+            Language::Cs => {
+                lines.push(format!("LD {}", self.stores()));
+                lines.push(format!("JMP {}", self.number(0)));
+            }
+        }
+        for step in 0..steps {
+            lines.push(self.at_step(step));
+            lines.push(format!("MOV D{LEAST} D{}", RESULTS + 2 * step));
+            lines.push(format!("MOV D{MOST} D{}", RESULTS + 2 * step + 1));
+        }
+        lines.push(format!("LD {}", self.always()));
+        lines.push(self.counts(STEP));
+        lines.extend(NOTHING.iter().map(|(word, number)| self.moves(*number, *word)));
+        lines.push(match self {
+            Language::Q | Language::Fx => "P0".to_owned(),
+            Language::Cs => format!("JME {}", self.number(0)),
+        });
+        lines
+    }
+
+    /// The steps of program memory that a line takes, estimated high.
+    #[must_use]
+    pub fn size(self, line: &str) -> u32 {
+        let words = u32::try_from(line.split_whitespace().count()).unwrap_or(u32::MAX);
+        match (self, line.split_whitespace().next().unwrap_or_default()) {
+            (_, "OUT" | "LD" | "LDI" | "AND" | "ANI" | "OR" | "ORI" | "NOP" | "INV") => 1,
+            // An operand takes two steps and the name one, where operations are of sixteen bits; four and one else.
+            (Language::Fx, _) => 1 + 4 * words.saturating_sub(1),
+            (Language::Q, _) => words + 1,
+            (Language::Cs, _) => words + 1,
+        }
+    }
+
+    /// The devices that the program writes, in words, for so many steps.
+    #[must_use]
+    pub fn writes(self, steps: u32) -> String {
+        let last = RESULTS + 2 * steps - 1;
+        let mut text = format!("D0 to D899, D{STEP} to D{LAST}, D{RESULTS} to D{last}");
+        let _ = match self {
+            Language::Q => write!(text, ", M0 to M999"),
+            Language::Fx => write!(
+                text,
+                ", M0 to M999 (of these D200 and up, and M500 and up, are latched unless parameters say otherwise)"
+            ),
+            Language::Cs => write!(text, ", W0 to W9, W500, W501 (all D are held)"),
+        };
+        text
+    }
+}
