@@ -320,6 +320,18 @@ fn no_report_takes_the_place_of_what_is_read_from_a_directory() {
         assert!(told(&output).contains("would take the place of"), "{}", told(&output));
         assert_eq!(fs::read(directory.path().join(name)).ok(), kept);
     }
+    // Nor where the directory cannot be read as a whole.
+    let broken = tempfile::tempdir().expect("a directory");
+    fs::write(broken.path().join("old.il"), "LD X0\nOUT Y0\nEND\n").expect("written");
+    fs::write(broken.path().join("new.il"), "LD X0\nNOSUCH D0 (\n").expect("written");
+    for name in ["old.il", "new.il"] {
+        let kept = fs::read(broken.path().join(name)).ok();
+        let output =
+            scanbound(&[&["audit", ".", "-o", name][..], &HOW[..2]].concat(), broken.path());
+        assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+        assert!(told(&output).contains("would take the place of"), "{}", told(&output));
+        assert_eq!(fs::read(broken.path().join(name)).ok(), kept);
+    }
     // Its own reports it writes again.
     for _ in 0..2 {
         let how = ["audit", ".", "-o", "bound.csv", "-o", "bound.json"];
@@ -384,4 +396,97 @@ fn a_project_file_stands_for_arguments() {
     let (all, text) = code(&["check", "--all"], ".");
     assert_eq!(all, Some(1), "{text}");
     assert!(text.contains("good/scanbound.toml") && text.contains("bad/scanbound.toml"), "{text}");
+}
+
+/// A repository of three projects: one keeps its limit, one does not, one cannot be read.
+fn repository() -> tempfile::TempDir {
+    let directory = tempfile::tempdir().expect("a directory");
+    let projects = [
+        ("fast", "LD X0\nOUT Y0\nEND\n", "10s"),
+        ("slow", "LD X0\nMOV K1 D0\nEND\n", "1ns"),
+        ("broken", "LD X0\nNOSUCH D0\nEND\n", "10s"),
+    ];
+    for (name, program, limit) in projects {
+        let project = directory.path().join(name);
+        fs::create_dir(&project).expect("made");
+        fs::write(project.join("main.il"), program).expect("written");
+        let file = format!("programs = [\"main.il\"]\ncpu = \"Q26UDV\"\nlimit = \"{limit}\"\n");
+        fs::write(project.join("scanbound.toml"), file).expect("written");
+    }
+    directory
+}
+
+#[test]
+fn all_projects_are_one_document_in_every_format() {
+    let directory = repository();
+    let files = ["a.sarif", "a.xml", "a.md", "a.csv", "a.html", "a.json", "a.txt"];
+    let named: Vec<&str> = files.iter().flat_map(|file| ["-o", *file]).collect();
+    let how = [&["check", "--all", "--format", "github"][..], &named].concat();
+    let output = scanbound(&how, directory.path());
+    assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+    let lines = String::from_utf8(output.stdout).expect("UTF-8");
+    let is_annotation = |line: &str| line.starts_with("::");
+    assert!(lines.lines().count() >= 3 && lines.lines().all(is_annotation), "{lines}");
+    let read = |name: &str| fs::read_to_string(directory.path().join(name)).expect(name);
+
+    let log: Sarif = serde_json::from_str(&read("a.sarif")).expect("SARIF");
+    assert_eq!(log.runs.len(), 1);
+    let results = log.runs[0].results.as_ref().expect("results");
+    let place = |one: &serde_sarif::sarif::Result| {
+        let place = one.locations.as_ref().expect("a place")[0].physical_location.clone();
+        place.and_then(|place| place.artifact_location?.uri).expect("a file")
+    };
+    for name in ["fast", "slow", "broken"] {
+        let file = format!("{name}/main.il");
+        assert!(results.iter().any(|one| place(one) == file), "{name}");
+    }
+
+    let report = Report::deserialize_from_str(&read("a.xml")).expect("JUnit");
+    let tests: Vec<(&str, &str)> = report
+        .test_suites
+        .iter()
+        .map(|suite| (suite.name.as_str(), suite.test_cases[0].name.as_str()))
+        .collect();
+    let case = "no scan takes longer than the limit";
+    let suites = ["broken", "fast", "slow"].map(|name| format!("{name}/scanbound.toml"));
+    assert_eq!(tests, suites.each_ref().map(|suite| (suite.as_str(), case)));
+    assert_eq!((report.tests, report.failures, report.errors), (3, 1, 1));
+
+    let json: Value = serde_json::from_str(&read("a.json")).expect("JSON");
+    let codes: Vec<&Value> = json["projects"]
+        .as_array()
+        .expect("projects")
+        .iter()
+        .map(|one| &one["exit_code"])
+        .collect();
+    assert_eq!(codes, [2, 0, 1]);
+    assert_eq!(read("a.csv").lines().count(), 4);
+    for (file, told) in [
+        ("a.html", "1 of 3 projects keep to their limits."),
+        ("a.md", "# slow/scanbound.toml"),
+        ("a.txt", "slow/scanbound.toml\nREFUTED"),
+    ] {
+        assert!(read(file).contains(told), "{file}: {}", read(file));
+    }
+    let broken = read("a.txt");
+    assert!(broken.contains("NOSUCH") && !broken.contains('\u{1b}'), "{broken}");
+}
+
+#[test]
+fn what_cannot_be_read_is_told_in_the_formats_of_pipelines() {
+    let directory = repository();
+    let how = ["check", "broken/main.il", "--limit", "10ms", "-o", "a.sarif", "-o", "a.xml"];
+    let output =
+        scanbound(&[&how[..], &HOW[..2], &["--format", "github"]].concat(), directory.path());
+    assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+    let lines = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(
+        lines.starts_with("::error file=broken/main.il,title=scanbound input,line=2::"),
+        "{lines}"
+    );
+    let read = |name: &str| fs::read_to_string(directory.path().join(name)).expect(name);
+    let log: Sarif = serde_json::from_str(&read("a.sarif")).expect("SARIF");
+    assert_eq!(log.runs[0].results.as_ref().map(Vec::len), Some(1));
+    let report = Report::deserialize_from_str(&read("a.xml")).expect("JUnit");
+    assert_eq!((report.failures, report.errors), (0, 1));
 }

@@ -8,8 +8,9 @@ use scanbound::base::time::Picos;
 use scanbound::front::Input;
 use scanbound::measured::{Bounds, Comparison, Selection, capture};
 use scanbound::report::FORMATS;
-use scanbound::report::format::Format;
+use scanbound::report::format::{Checked, Checks, Extent, Format, Project};
 use scanbound::report::formats::{by_suffix, named};
+use std::io::{self, Write};
 
 /// One line each.
 const TOY: Format = Format {
@@ -23,7 +24,22 @@ const TOY: Format = Format {
     },
     compare: |found, out| writeln!(out, "{} scans", found.measured.times.len()),
     diff: |found, _, out| writeln!(out, "{} changes", found.changes.len()),
+    checks: || Box::new(Codes),
+    tells_faults: false,
 };
+
+/// A line a project.
+struct Codes;
+
+impl Checks for Codes {
+    fn add(&mut self, one: &Project<'_>, _: Extent, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "{}: {}", one.file, one.exit_code)
+    }
+
+    fn end(&mut self, _: &mut dyn Write) -> io::Result<()> {
+        Ok(())
+    }
+}
 
 #[test]
 fn a_format_is_found_and_writes_every_kind_of_result() {
@@ -55,4 +71,12 @@ fn a_format_is_found_and_writes_every_kind_of_result() {
     written.clear();
     (toy.compare)(&found, &mut written).expect("memory takes it");
     assert_eq!(written, b"2 scans\n");
+
+    written.clear();
+    let failed = Checked::Failed("not read".to_owned());
+    let mut checks = (toy.checks)();
+    let project = Project { file: "scanbound.toml", exit_code: 2, checked: failed };
+    checks.add(&project, Default::default(), &mut written).expect("memory takes it");
+    checks.end(&mut written).expect("memory takes it");
+    assert_eq!(written, b"scanbound.toml: 2\n");
 }

@@ -5,6 +5,7 @@ use super::deciding::{deciding, depends_on};
 use super::doubt::Doubt;
 use super::executed::{Executed, stands_between, started};
 use super::fact::Fact;
+use super::made_from::sources;
 use super::method::SearchUse;
 use super::names::Names;
 use super::real::Found;
@@ -165,6 +166,8 @@ impl Findings<'_> {
         let response = delays.map(|delays| delays.around(bound.upper));
         Audit {
             files: self.program.files.iter().map(|file| file.name.clone()).collect(),
+            standby: self.program.standby.clone(),
+            sources: sources(self.request, self.program, self.table),
             dialect: self.program.dialect.clone(),
             cpu: self.program.cpu.clone(),
             instructions: self.program.files.iter().map(|file| file.count).sum(),

@@ -268,9 +268,20 @@ impl Matched {
             old: None,
             new: Some(new),
         }));
+        // What somebody changed comes first: the longest scan may run otherwise for a tie alone.
         self.changes.sort_by_cached_key(|one| {
             let side = one.new.as_ref().or(one.old.as_ref());
-            (Reverse(one.delta().abs()), one.kind, side.map(|side| (side.file.clone(), side.at)))
+            let group = match one.kind {
+                _ if one.delta() == 0 => 2,
+                Kind::Same => 1,
+                _ => 0,
+            };
+            (
+                group,
+                Reverse(one.delta().abs()),
+                one.kind,
+                side.map(|side| (side.file.clone(), side.at)),
+            )
         });
         (self.changes, self.unchanged)
     }

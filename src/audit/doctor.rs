@@ -43,6 +43,8 @@ pub struct Seen {
     pub what: What,
     /// How many instructions it has, where they were read.
     pub instructions: Option<usize>,
+    /// Whether it holds subroutines alone, which run only where they are called.
+    pub standby: bool,
 }
 
 /// What a file is.
@@ -339,7 +341,15 @@ impl Doctor<'_, '_> {
             Ok(Kind::Comments) => What::Comments,
             Err(_) => self.request.dialect.map_or(What::Refused, |_| What::Program("as named")),
         };
-        Seen { name: input.name.clone(), what, instructions: program.and_then(own) }
+        let is_standby = |program: &Program| {
+            program.standby.iter().any(|&file| program.files[file].name == input.name)
+        };
+        Seen {
+            name: input.name.clone(),
+            what,
+            instructions: program.and_then(own),
+            standby: program.is_some_and(is_standby),
+        }
     }
 }
 

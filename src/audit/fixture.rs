@@ -77,6 +77,21 @@ pub fn fixture() -> Audit {
     more.others = 2;
     Audit {
         files: vec!["搬送.csv".to_owned(), "sub.csv".to_owned()],
+        standby: vec![1],
+        sources: vec![
+            Source {
+                what: SourceKind::Program,
+                name: "搬送.csv".to_owned(),
+                date: None,
+                sha256: "0f".repeat(32),
+            },
+            Source {
+                what: SourceKind::Table,
+                name: "qnudv".to_owned(),
+                date: Some("2026-11-21".to_owned()),
+                sha256: "1e".repeat(32),
+            },
+        ],
         dialect: "melsec-csv".to_owned(),
         cpu: Some("Q26UDV".to_owned()),
         instructions: 42,

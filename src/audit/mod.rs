@@ -24,6 +24,7 @@ pub mod fixture;
 mod indices;
 mod invariants;
 pub mod ladder;
+mod made_from;
 pub mod method;
 mod model_search;
 mod modelling;
@@ -67,6 +68,7 @@ pub use crate::timing::price::{MorePoints, UnstatedBase, UnstatedPoints};
 use crate::timing::price::{more_points, unsure};
 pub use crate::timing::table::Evidence;
 pub use assumption::Assumption;
+pub use made_from::{Source, SourceKind};
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
@@ -78,6 +80,10 @@ pub use what_if::{Minor, Own, Step, WhatIf, what_if, what_if_offered};
 pub struct Audit {
     /// The files, as the user gave them, in the order in which they run.
     pub files: Vec<String>,
+    /// The places among these of those that hold subroutines alone: they run only where they are called.
+    pub standby: Vec<usize>,
+    /// What the audit was made from.
+    pub sources: Vec<Source>,
     /// The dialect's name.
     pub dialect: String,
     /// The CPU that the source or the user names.

@@ -139,6 +139,18 @@ pub enum Verdict {
     Undecided(Vec<Reason>),
 }
 
+impl Verdict {
+    /// Its name in reports.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Verdict::Proved => "proved",
+            Verdict::Refuted => "refuted",
+            Verdict::Undecided(_) => "undecided",
+        }
+    }
+}
+
 /// A limit and what became of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Check {

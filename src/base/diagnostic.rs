@@ -93,6 +93,16 @@ impl Diagnostic {
         self
     }
 
+    /// What is wrong and what to do in one line, behind its place.
+    #[must_use]
+    pub fn brief(&self) -> String {
+        let line = self.line.map_or(String::new(), |line| format!(":{line}"));
+        let place =
+            if self.file.is_empty() { String::new() } else { format!("{}{line}: ", self.file) };
+        let help = if self.help.is_empty() { String::new() } else { format!("; {}", self.help) };
+        format!("{place}{}{help}", self.message)
+    }
+
     /// The same as a warning.
     #[must_use]
     pub fn warning(mut self) -> Self {

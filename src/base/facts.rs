@@ -3,6 +3,7 @@
 mod calls;
 mod places;
 
+use crate::base::checksum::sha256;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
@@ -19,6 +20,8 @@ pub use places::Part;
 /// The user's statements. They are believed: a wrong one can make the bound too low, so reports list them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Facts {
+    /// The file that they were read from, if from one: its name and the SHA-256 of its bytes.
+    pub read_from: Option<(String, String)>,
     /// Device as written (`D100`) to the least and the largest value that it holds when the scan starts, signed.
     pub ranges: BTreeMap<String, (i64, i64)>,
     /// Place as written (`MAIN.csv:543`) to the least and the largest count that an instruction there has, wherever it is
@@ -136,11 +139,16 @@ impl Facts {
     /// assert_eq!(faults.len(), 1);
     /// ```
     pub fn parse(name: &str, text: &str) -> Result<Facts, Vec<Diagnostic>> {
-        let facts = Facts { places: Places::new(name, text), ..Facts::default() };
+        let read_from = Some((name.to_owned(), sha256(text.as_bytes())));
+        let facts = Facts { read_from, places: Places::new(name, text), ..Facts::default() };
         let mut reader = Reader { name, facts, faults: Vec::new(), dropped: 0 };
         let (table, errors) = DeTable::parse_recoverable(text);
         for error in errors {
-            reader.fault(error.span(), format!("not TOML: {}", error.message()), FORM);
+            let help = match error.message() {
+                "duplicate key" => "write each table, and each key in it, once",
+                _ => FORM,
+            };
+            reader.fault(error.span(), format!("not TOML: {}", error.message()), help);
         }
         for (key, value) in table.get_ref() {
             let name = key.get_ref().as_ref();
@@ -501,6 +509,7 @@ mod tests {
         assert_eq!(
             facts,
             Facts {
+                read_from: Some(("facts.toml".to_owned(), sha256(text.as_bytes()))),
                 ranges: [("D100".to_owned(), (0, 10)), ("Z0".to_owned(), (-1, 31))].into(),
                 counts: [("A.csv:7".to_owned(), (0, 9)), ("A.csv:9".to_owned(), (3, 3))].into(),
                 calls: [("P7".to_owned(), call)].into(),
@@ -525,7 +534,8 @@ mod tests {
             }
         );
         assert_eq!((facts.interrupt("i0"), facts.interrupt("I1")), (Some(2), None));
-        let empty = Facts { places: Places::new("facts.toml", ""), ..Facts::default() };
+        let read_from = Some(("facts.toml".to_owned(), sha256(b"")));
+        let empty = Facts { read_from, places: Places::new("facts.toml", ""), ..Facts::default() };
         assert_eq!(Facts::parse("facts.toml", ""), Ok(empty));
     }
 

@@ -1,7 +1,8 @@
 //! What every stage stands on: exact times, findings with their places, how long all may take, what the user states,
-//! columns of tables.
+//! columns of tables, checksums of files.
 
 pub mod budget;
+pub mod checksum;
 pub mod code;
 pub mod column;
 pub mod diagnostic;

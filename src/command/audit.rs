@@ -71,7 +71,11 @@ fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         reports.draw(&mut concluded);
         Ok(concluded)
-    })?;
+    });
+    let concluded = match concluded {
+        Ok(concluded) => concluded,
+        Err(failure) => return Err(reports.refused(&project, failure)?),
+    };
     trace.write(&concluded.audit)?;
     if let Some(directory) = &arguments.certificate {
         certify(&concluded, directory)?;

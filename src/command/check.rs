@@ -1,7 +1,7 @@
 //! `scanbound check`: whether the project keeps to a limit.
 
 use super::options::{ProjectOptions, ReportOptions, Reports, SearchOptions};
-use super::output::{Target, say};
+use super::output::say;
 use super::project_file::{self, ProjectFile};
 use super::values::{self, Limit};
 use super::watch::WatchOptions;
@@ -11,10 +11,9 @@ use clap::{Args, ValueEnum};
 use scanbound::audit::verdict::{Check, Margin, MostAssumed, Verdict};
 use scanbound::audit::{Audit, Request, conclude, follow};
 use scanbound::base::time::Picos;
-use scanbound::report::projects::{self, Checked};
+use scanbound::report::format::{Checked, Project};
 use scanbound::timing::table::Table;
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Which scan refutes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -52,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t)]
     refute: Refute,
     /// Check every project that has a scanbound.toml here or below; the gravest exit code of all counts
-    #[arg(long, conflicts_with_all = ["programs", "output", "trace_search", "watch"])]
+    #[arg(long, conflicts_with_all = ["programs", "trace_search", "watch"])]
     all: bool,
     #[command(flatten)]
     project: ProjectOptions,
@@ -107,7 +106,10 @@ impl Wanted {
     /// Audits the project, judges and reports.
     fn run(&self, arguments: &Arguments) -> Result<Outcome, Failure> {
         let (reports, trace) = arguments.report.targets(&self.project, &arguments.search)?;
-        let (audit, check) = self.judge(arguments, Some(&reports))?;
+        let (audit, check) = match self.judge(arguments, Some(&reports)) {
+            Ok(judged) => judged,
+            Err(failure) => return Err(reports.refused(&self.project, failure)?),
+        };
         trace.write(&audit)?;
         arguments.report.write(&audit, Some(&check), reports)?;
         Ok(outcome(&check))
@@ -172,68 +174,43 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// Exit codes, the gravest first.
 const GRAVEST: [u8; 5] = [70, 2, 1, 3, 0];
 
-/// Formats in which reports may stand one behind the other.
-const IN_A_ROW: [&str; 3] = ["text", "markdown", "github"];
-
-/// Checks one project after the other; what is wrong with one does not keep the others from being checked.
+/// Checks one project after the other; what is wrong with one does not keep the others from being checked. Each document
+/// holds all of them.
 fn all(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = project_file::all(Path::new("."))?;
-    let codes = match arguments.report.format_of_stdout() {
-        "json" if !arguments.report.is_quiet() => document(arguments, &files)?,
-        "json" => in_a_row(arguments, &files),
-        name if IN_A_ROW.contains(&name) => in_a_row(arguments, &files),
-        name => return Err(anyhow!(
-            "--format {name} holds one project: check each by itself, or write --all with --format text, markdown, github or json"
-        )
-        .into()),
-    };
-    let gravest = GRAVEST.into_iter().find(|code| codes.contains(code));
-    Ok(Outcome::Told(gravest.unwrap_or(0)))
-}
-
-fn in_a_row(arguments: &Arguments, files: &[PathBuf]) -> Vec<u8> {
-    let check = |path: &PathBuf| {
-        if !arguments.report.is_quiet() {
-            say(&format!("{}\n", path.display()));
-        }
-        let checked = ProjectFile::read(path)
-            .and_then(|file| Wanted::of(arguments, Some(&file)))
-            .and_then(|wanted| wanted.run(arguments));
-        super::code_of(checked)
-    };
-    files.iter().map(check).collect()
-}
-
-/// One JSON document of all projects on stdout; each is written as soon as it is checked.
-fn document(arguments: &Arguments, files: &[PathBuf]) -> Result<Vec<u8>, Failure> {
+    let projects: Vec<(String, Result<Wanted, Failure>)> = files
+        .iter()
+        .map(|path| {
+            let wanted =
+                ProjectFile::read(path).and_then(|file| Wanted::of(arguments, Some(&file)));
+            (path.display().to_string(), wanted)
+        })
+        .collect();
+    let read =
+        projects.iter().filter_map(|(_, wanted)| Some(wanted.as_ref().ok()?.project.reads()));
+    let mut documents = arguments.report.documents(&read.flatten().collect::<Vec<_>>())?;
     let mut codes = Vec::new();
-    put(projects::begin)?;
-    for path in files {
-        let name = path.display().to_string();
-        say(&format!("{name}\n"));
-        let checked = ProjectFile::read(path)
-            .and_then(|file| Wanted::of(arguments, Some(&file)))
-            .and_then(|wanted| wanted.judge(arguments, None));
+    for (file, wanted) in &projects {
+        let wanted = wanted.as_ref().map_err(Failure::again);
+        let checked = wanted.and_then(|wanted| wanted.judge(arguments, None));
         let code = match &checked {
             Ok((_, check)) => outcome(check).code(),
+            Err(failure) => failure.code(),
+        };
+        let told = match &checked {
+            Ok((audit, check)) => {
+                arguments.report.tell(&documents, file, audit, check);
+                Checked::Audited(audit, check)
+            }
             Err(failure) => {
-                say(&failure.message());
-                failure.code()
+                say(&format!("{file}\n{}", failure.message()));
+                failure.checked()
             }
         };
-        let checked = match &checked {
-            Ok((audit, check)) => Checked::Audited(audit, check),
-            Err(Failure::Input(faults)) => Checked::Faulty(faults),
-            Err(Failure::Usage(error)) => Checked::Failed(format!("{error:#}")),
-            Err(Failure::Internal(what)) => Checked::Failed(format!("internal error: {what}")),
-        };
-        put(|out| projects::project(codes.len(), &name, code, &checked, out))?;
+        documents.add(&Project { file, exit_code: code, checked: told })?;
         codes.push(code);
     }
-    put(projects::end)?;
-    Ok(codes)
-}
-
-fn put(fill: impl Fn(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
-    Target::Stdout.fill(fill)
+    documents.end()?;
+    let gravest = GRAVEST.into_iter().find(|code| codes.contains(code));
+    Ok(Outcome::Told(gravest.unwrap_or(0)))
 }

@@ -10,6 +10,7 @@ mod convert;
 mod cpus;
 mod diff;
 mod doctor;
+mod documents;
 mod emulate;
 mod explain;
 mod export;
@@ -31,6 +32,7 @@ mod watch;
 
 use clap::{ColorChoice, CommandFactory, Parser, Subcommand};
 use scanbound::base::diagnostic::Diagnostic;
+use scanbound::report::format::Checked;
 use std::panic::{UnwindSafe, catch_unwind};
 
 /// How long can one scan of a PLC program take, at most?
@@ -159,10 +161,30 @@ impl Failure {
         }
     }
 
+    /// The same once more, for what was found before and is told later.
+    pub fn again(&self) -> Failure {
+        match self {
+            Failure::Input(faults) => Failure::Input(faults.clone()),
+            Failure::Usage(error) => Failure::Usage(anyhow::anyhow!("{error:#}")),
+            Failure::Internal(what) => Failure::Internal(what.clone()),
+        }
+    }
+
+    /// What became of a project whose check failed so.
+    pub fn checked(&self) -> Checked<'_> {
+        match self {
+            Failure::Input(faults) => Checked::Faulty(faults),
+            Failure::Usage(error) => Checked::Failed(format!("{error:#}")),
+            Failure::Internal(what) => Checked::Failed(format!("internal error: {what}")),
+        }
+    }
+
     /// The message for the user.
     pub fn message(&self) -> String {
         match self {
-            Failure::Input(faults) => scanbound::report::render::diagnostics(faults),
+            Failure::Input(faults) => {
+                scanbound::report::render::diagnostics(faults, output::terminal())
+            }
             Failure::Usage(error) => output::complaint(&format!("{error:#}")),
             Failure::Internal(what) => output::complaint(&format!(
                 "internal error: {what}\nThis is a fault of scanbound and says nothing about your program. Please report it."
@@ -198,7 +220,7 @@ fn ended(
     })
 }
 
-/// Runs the command that the arguments name. If it fails, nothing was written to stdout.
+/// Runs the command that the arguments name. If it fails, nothing was written to stdout, but by formats that tell faults.
 pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
     output::colour(cli.color);
     match &cli.command {

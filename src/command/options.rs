@@ -1,5 +1,6 @@
 //! The options that `audit` and `check` have in common, and the audit that they ask for.
 
+use super::documents::{Document, Documents};
 use super::output::{self, Target, say};
 use super::project_file::{self, ProjectFile};
 use super::values::Most;
@@ -17,7 +18,7 @@ use scanbound::front::FRONTS;
 use scanbound::front::input::{Gathered, Ignore, gather, survey};
 use scanbound::passes::PASSES;
 use scanbound::passes::values::Trust;
-use scanbound::report::format::{Detail, Extent, Format};
+use scanbound::report::format::{Detail, Extent, Format, Project};
 use scanbound::report::method;
 use scanbound::report::{FORMATS, formats, text};
 use scanbound::solve::Method;
@@ -439,6 +440,18 @@ impl Reports {
             concluded.audit.ladder = Some(Ladder::of(concluded));
         }
     }
+
+    /// Tells why a project was not audited in the formats that tell it; the failure itself.
+    pub fn refused(self, project: &ProjectOptions, failure: Failure) -> Result<Failure, Failure> {
+        let file = project.programs.first().map_or(String::new(), |one| one.display().to_string());
+        for (target, format) in self.0.into_iter().filter(|(_, format)| format.tells_faults) {
+            let mut document = Document::begin(format, Extent::default(), target)?;
+            let (file, exit_code) = (file.as_str(), failure.code());
+            document.add(&Project { file, exit_code, checked: failure.checked() })?;
+            document.end()?;
+        }
+        Ok(failure)
+    }
 }
 
 impl ReportOptions {
@@ -523,14 +536,29 @@ impl ReportOptions {
         Ok(())
     }
 
-    /// The name of the format of what goes to stdout.
-    pub fn format_of_stdout(&self) -> &'static str {
-        self.named().unwrap_or(&FORMATS[0]).name
+    /// Where the documents of several projects go, which read these files.
+    pub fn documents(&self, read: &[&Path]) -> Result<Documents, Failure> {
+        let written: Vec<_> =
+            self.output.iter().map(|file| ("--output", Some(file.as_path()))).collect();
+        output::apart(read, &written)?;
+        if self.quiet {
+            progress::hide();
+        }
+        let begin = |(file, format)| {
+            let target = Target::new(file)?;
+            Document::begin(format, self.extent(Detail::Short, &target), target)
+        };
+        let all: Result<Vec<Document>, Failure> = self.reports()?.into_iter().map(begin).collect();
+        Ok(Documents(all?))
     }
 
-    /// Whether nothing but errors is shown.
-    pub fn is_quiet(&self) -> bool {
-        self.quiet
+    /// Tells a project's answer on stderr, where no document on stdout tells it.
+    pub fn tell(&self, documents: &Documents, file: &str, audit: &Audit, check: &Check) {
+        if self.quiet || documents.is_shown() {
+            return;
+        }
+        let extent = Extent { width: output::width_of_stderr(), ..Extent::default() };
+        say(&format!("{file}\n{}", text::answer(audit, Some(check), extent)));
     }
 
     /// The files that are written.

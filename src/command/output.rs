@@ -7,7 +7,7 @@ use clap::ColorChoice;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::front::input::{Ignore, survey};
 use scanbound::report::format::Extent;
-use scanbound::report::render;
+use scanbound::report::{render, wrapped};
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -175,8 +175,12 @@ impl Target {
 
 /// How wide messages are: as the terminal, else as usual.
 pub fn width_of_stderr() -> usize {
-    page_of(terminal_size::terminal_size_of(std::io::stderr()))
-        .map_or(Extent::default().width, |(width, _)| width)
+    terminal().unwrap_or(Extent::default().width)
+}
+
+/// The columns of the terminal that messages go to, if it is one.
+pub fn terminal() -> Option<usize> {
+    page_of(terminal_size::terminal_size_of(std::io::stderr())).map(|(width, _)| width)
 }
 
 /// No page is narrower, so that columns stay readable, and lines are not longer than the eye follows.
@@ -206,13 +210,18 @@ fn new_file(directory: &Path) -> std::io::Result<NamedTempFile> {
 
 /// Shows findings on stderr.
 pub fn tell(findings: &[Diagnostic]) {
-    say(&render::diagnostics(findings));
+    say(&render::diagnostics(findings, terminal()));
 }
 
 /// One message without a place.
 pub fn complaint(message: &str) -> String {
     let style = anstyle::AnsiColor::BrightRed.on_default().bold();
-    format!("{style}error{style:#}: {message}\n")
+    let fitted = |line: &str| match terminal() {
+        Some(width) => wrapped(line, width.saturating_sub("error: ".len())).trim_end().to_owned(),
+        None => line.to_owned(),
+    };
+    let lines: Vec<String> = message.lines().map(fitted).collect();
+    format!("{style}error{style:#}: {}\n", lines.join("\n"))
 }
 
 /// Shows a text on stderr.

@@ -186,7 +186,7 @@ impl Gathering<'_> {
                     &name(directory),
                     format!(
                         "the programs are taken to run in the order of their names: {}",
-                        programs.join(", ")
+                        in_short(programs)
                     ),
                     "name the files themselves, in the order in which the PLC runs them, if it is another",
                 )
@@ -382,6 +382,18 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     }
     File::open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+/// So many names tell an order.
+const MOST_NAMED: usize = 6;
+
+/// The names, of many the first.
+fn in_short(names: &[String]) -> String {
+    let mut told = names[..names.len().min(MOST_NAMED)].join(", ");
+    if names.len() > MOST_NAMED {
+        told += &format!(" and {} more", names.len() - MOST_NAMED);
+    }
+    told
 }
 
 #[cfg(test)]

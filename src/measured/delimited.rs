@@ -31,10 +31,28 @@ pub(super) fn read(
 ) -> Result<Measurements, Vec<Diagnostic>> {
     let text = decoded(bytes);
     let table = Table::read(name, &text)?;
-    match selection.signal {
+    let mut found = match selection.signal {
         Some(signal) => table.signal(signal, selection),
         None => table.column(selection),
+    }?;
+    found.warnings.extend(cut_short(name, &text));
+    Ok(found)
+}
+
+/// Warns of a last row that looks as if the file had been cut off in it: it has no line end, and is shorter than all
+/// others. A number that lost digits reads as another number.
+fn cut_short(name: &str, text: &str) -> Option<Diagnostic> {
+    if text.ends_with(['\n', '\r']) {
+        return None;
     }
+    let lines: Vec<usize> =
+        text.lines().map(|line| line.trim_end().len()).filter(|&one| one > 0).collect();
+    // The first may be the heads.
+    let (&last, others) = lines.get(1..)?.split_last()?;
+    let is_shorter = !others.is_empty() && others.iter().all(|&one| one > last);
+    let message = "the file ends within its last row, as if it had been cut off there";
+    let help = "export the capture again, or leave that row out";
+    is_shorter.then(|| fault(name, message, help).warning())
 }
 
 /// The file's columns' names, what its comments say, and its rows as text: captures can be large.

@@ -145,6 +145,20 @@ fn what_lies_over_a_power_cut_is_no_scan() {
 }
 
 #[test]
+fn a_file_that_ends_within_a_row_is_warned_of() {
+    let warnings = |text: &str| {
+        let found = read("m.csv", text.as_bytes(), &Selection::default()).expect("times");
+        found.warnings.len()
+    };
+    let whole = "scan_ms\n0.123\n0.125\n0.131\n";
+    assert_eq!(warnings(whole), 0);
+    assert_eq!(warnings(whole.trim_end()), 0);
+    assert_eq!(warnings(&whole[..whole.len() - 3]), 1);
+    // One row says nothing of how long rows are.
+    assert_eq!(warnings("scan_ms\n0.1"), 0);
+}
+
+#[test]
 fn a_program_is_no_measurement() {
     let text = "LD X0\nOUT Y0\nMOV K1 D0\nEND\n";
     let (_, message) = times(text, &Selection::default()).expect_err("a program");

@@ -608,6 +608,8 @@ pub struct Program {
     pub cpu: Option<String>,
     /// The files.
     pub files: Vec<SourceFile>,
+    /// The places among these of files of subroutines alone, which do not run by themselves.
+    pub standby: Vec<usize>,
     /// The memory areas.
     pub areas: Vec<Area>,
     /// All instructions of all files.

@@ -1,6 +1,6 @@
 //! An audit as CSV: a row a charge, for spreadsheets.
 
-use super::format::Format;
+use super::format::{Checked, Checks, Extent, Format, Project};
 use super::{compare, diff};
 use crate::audit::breakdown::{By, Piece};
 use crate::audit::{Audit, ChargeUse};
@@ -21,7 +21,47 @@ pub const FORMAT: Format = Format {
     },
     compare: |found, out| out.write_all(compare::csv::render(found).as_bytes()),
     diff: |found, _, out| diff::csv::write(found, out),
+    checks: || Box::<All>::default(),
+    tells_faults: false,
 };
+
+const PROJECT_HEADS: [&str; 7] =
+    ["project", "verdict", "exit_code", "limit_us", "upper_us", "lower_us", "told"];
+
+/// A row a project.
+#[derive(Default)]
+struct All(Vec<[String; 7]>);
+
+impl Checks for All {
+    fn add(&mut self, project: &Project<'_>, _: Extent, _: &mut dyn io::Write) -> io::Result<()> {
+        let [mut verdict, mut limit, mut upper, mut lower, mut told] = [const { String::new() }; 5];
+        match &project.checked {
+            Checked::Audited(audit, check) => {
+                verdict = check.verdict.name().to_owned();
+                limit = check.limit.us_text();
+                upper = audit.bound.upper.us_text();
+                lower = audit.possible().us_text();
+            }
+            Checked::Faulty(faults) => {
+                let all: Vec<String> = faults.iter().map(|one| one.brief()).collect();
+                told = all.join("; ");
+            }
+            Checked::Failed(why) => told.clone_from(why),
+        }
+        let code = project.exit_code.to_string();
+        self.0.push([project.file.to_owned(), verdict, code, limit, upper, lower, told]);
+        Ok(())
+    }
+
+    fn end(&mut self, out: &mut dyn io::Write) -> io::Result<()> {
+        let mut sheet = Sheet::new(out)?;
+        sheet.put(&PROJECT_HEADS)?;
+        for row in &self.0 {
+            sheet.put(row)?;
+        }
+        sheet.finish()
+    }
+}
 
 const HEADS: [&str; 16] = [
     "group",

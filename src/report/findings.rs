@@ -1,11 +1,13 @@
 //! What a result has to say at which line: what code hosts show beside the source.
 
 use super::diff::text as diff;
+use super::format::{Checked, Project};
 use super::text::verdict;
 use crate::audit::breakdown::{By, Part, Piece};
 use crate::audit::difference::{Difference, Kind};
 use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{Audit, Doubt, Share};
+use crate::base::diagnostic::Diagnostic;
 use crate::base::location::Location;
 use crate::base::spoken::{about, at_most};
 use crate::measured::Comparison;
@@ -102,7 +104,8 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
         Piece::Rung { at, instruction, .. } => Some((part, *at, instruction)),
         _ => None,
     });
-    let first = dear.clone().next().and_then(|(_, place, _)| at(place));
+    let endless = audit.unbounded.first().and_then(|one| at(one.from));
+    let first = endless.or_else(|| dear.clone().next().and_then(|(_, place, _)| at(place)));
     let (rule, level) = match check.map(|check| &check.verdict) {
         None | Some(Verdict::Proved) => (rules::BOUND, Level::Note),
         Some(Verdict::Refuted) => (rules::REFUTED, Level::Error),
@@ -174,6 +177,32 @@ fn placed(mut found: Vec<Finding>, files: &[String]) -> Vec<Finding> {
         one.place = one.place.take().or_else(|| whole.clone());
     }
     found
+}
+
+/// What became of a project that was checked among others.
+#[must_use]
+pub fn of_project(project: &Project<'_>) -> Vec<Finding> {
+    let fault =
+        |message, place| Finding { rule: rules::INPUT, level: Level::Error, message, place };
+    let found = match &project.checked {
+        Checked::Audited(audit, check) => return of_audit(audit, Some(check)),
+        Checked::Faulty(faults) => {
+            let place = |one: &Diagnostic| {
+                Some((one.file.clone(), one.line)).filter(|(file, _)| !file.is_empty())
+            };
+            faults.iter().map(|one| fault(told(one), place(one))).collect()
+        }
+        Checked::Failed(why) => vec![fault(why.clone(), None)],
+    };
+    placed(found, &[project.file.to_owned()])
+}
+
+/// A fault in a sentence, without its place.
+fn told(one: &Diagnostic) -> String {
+    match one.help.as_str() {
+        "" => one.message.clone(),
+        help => format!("{}: {help}", one.message),
+    }
 }
 
 /// What a comparison found.

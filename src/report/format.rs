@@ -4,6 +4,7 @@ use crate::audit::Audit;
 use crate::audit::breakdown::By;
 use crate::audit::difference::Difference;
 use crate::audit::verdict::Check;
+use crate::base::diagnostic::Diagnostic;
 use crate::measured::Comparison;
 use std::io::{self, Write};
 
@@ -27,6 +28,79 @@ pub struct Format {
     pub compare: fn(&Comparison, &mut dyn Write) -> io::Result<()>,
     /// Writes what two versions differ in, with the same errors.
     pub diff: fn(&Difference, Extent, &mut dyn Write) -> io::Result<()>,
+    /// Begins one document of several projects' checks.
+    pub checks: fn() -> Box<dyn Checks>,
+    /// Whether such a document is written, too, of a single project that cannot be read.
+    pub tells_faults: bool,
+}
+
+/// One document of several projects' checks. What can be written at once need not be kept until the last.
+pub trait Checks {
+    /// Adds a project.
+    ///
+    /// # Errors
+    /// Where what is written to takes no more.
+    fn add(&mut self, project: &Project<'_>, extent: Extent, out: &mut dyn Write)
+    -> io::Result<()>;
+
+    /// Ends the document, with the same errors.
+    ///
+    /// # Errors
+    /// Where what is written to takes no more.
+    fn end(&mut self, out: &mut dyn Write) -> io::Result<()>;
+}
+
+/// A project that was checked.
+pub struct Project<'a> {
+    /// The file that tells it from others.
+    pub file: &'a str,
+    /// The check's exit code.
+    pub exit_code: u8,
+    /// What became of it.
+    pub checked: Checked<'a>,
+}
+
+/// What became of a project's check.
+pub enum Checked<'a> {
+    /// It was audited.
+    Audited(&'a Audit, &'a Check),
+    /// It was not, for these faults.
+    Faulty(&'a [Diagnostic]),
+    /// It was not, for what this says.
+    Failed(String),
+}
+
+/// Reports one behind the other, each headed by its project.
+pub(super) struct InARow {
+    pub(super) heading: fn(&str) -> String,
+    /// What is told of a project that was not audited.
+    pub(super) fault: fn(&str) -> String,
+    pub(super) audit: fn(&Audit, Option<&Check>, Extent, &mut dyn Write) -> io::Result<()>,
+}
+
+impl Checks for InARow {
+    fn add(
+        &mut self,
+        project: &Project<'_>,
+        extent: Extent,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
+        out.write_all((self.heading)(project.file).as_bytes())?;
+        match &project.checked {
+            Checked::Audited(audit, check) => (self.audit)(audit, Some(check), extent, out)?,
+            Checked::Faulty(faults) => {
+                for fault in *faults {
+                    out.write_all((self.fault)(&fault.brief()).as_bytes())?;
+                }
+            }
+            Checked::Failed(why) => out.write_all((self.fault)(why).as_bytes())?,
+        }
+        out.write_all(b"\n")
+    }
+
+    fn end(&mut self, _: &mut dyn Write) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// How much of a report is shown to people.

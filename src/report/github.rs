@@ -1,7 +1,7 @@
 //! Results as annotations of GitHub Actions: a line a finding, which the host shows beside the source.
 
 use super::findings::{self, Finding, Level};
-use super::format::Format;
+use super::format::{Checks, Extent, Format, Project};
 use std::io::{self, Write};
 
 /// Annotations for a workflow's log.
@@ -13,7 +13,21 @@ pub const FORMAT: Format = Format {
     audit: |audit, check, _, out| write(&findings::of_audit(audit, check), out),
     compare: |found, out| write(&findings::of_comparison(found), out),
     diff: |found, _, out| write(&findings::of_difference(found), out),
+    checks: || Box::new(All),
+    tells_faults: true,
 };
+
+struct All;
+
+impl Checks for All {
+    fn add(&mut self, project: &Project<'_>, _: Extent, out: &mut dyn Write) -> io::Result<()> {
+        write(&findings::of_project(project), out)
+    }
+
+    fn end(&mut self, _: &mut dyn Write) -> io::Result<()> {
+        Ok(())
+    }
+}
 
 fn write(found: &[Finding], out: &mut dyn Write) -> io::Result<()> {
     for one in found {

@@ -1,6 +1,8 @@
 //! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
 
+mod made_from;
 mod parts;
+pub(super) mod projects;
 
 use super::format::Format;
 use super::{compare, diff};
@@ -24,6 +26,8 @@ pub const FORMAT: Format = Format {
     audit: |audit, check, _, out| write(audit, check, out),
     compare: |found, out| out.write_all(compare::json::render(found).as_bytes()),
     diff: |found, _, out| diff::json::write(found, out),
+    checks: || Box::<projects::Document>::default(),
+    tells_faults: false,
 };
 
 /// Something that the user stated.
@@ -36,7 +40,9 @@ struct Stated {
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Report<'a> {
     schema: &'static str,
-    program: Program<'a>,
+    scanbound: &'static str,
+    program: made_from::Program<'a>,
+    inputs: Vec<made_from::Input<'a>>,
     table: Table<'a>,
     scan: Scan,
     groups: Vec<Group<'a>>,
@@ -158,15 +164,6 @@ struct Ended<'a> {
     by: &'static str,
     stage: &'a str,
     open: &'a str,
-}
-
-#[derive(Serialize, JsonSchema)]
-struct Program<'a> {
-    files: &'a [String],
-    dialect: &'a str,
-    cpu: Option<&'a str>,
-    instructions: usize,
-    blocks: u32,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -426,13 +423,9 @@ pub(super) fn without_charges(audit: &Audit, check: Option<&Check>) -> serde_jso
 pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> {
     Report {
         schema: "scanbound.audit/1",
-        program: Program {
-            files: &audit.files,
-            dialect: &audit.dialect,
-            cpu: audit.cpu.as_deref(),
-            instructions: audit.instructions,
-            blocks: audit.blocks,
-        },
+        scanbound: env!("CARGO_PKG_VERSION"),
+        program: made_from::program(audit),
+        inputs: made_from::inputs(audit),
         table: table(&audit.table),
         scan: Scan {
             upper_ps: audit.bound.upper.0,
@@ -734,15 +727,12 @@ fn endless(one: &audit::LoopUse) -> Loop<'_> {
 }
 
 fn result(audit: &Audit, check: &Check) -> CheckResult {
-    let (verdict, reasons) = match &check.verdict {
-        Verdict::Proved => ("proved", Vec::new()),
-        Verdict::Refuted => ("refuted", Vec::new()),
-        Verdict::Undecided(reasons) => {
-            ("undecided", reasons.iter().map(ToString::to_string).collect())
-        }
+    let reasons = match &check.verdict {
+        Verdict::Proved | Verdict::Refuted => Vec::new(),
+        Verdict::Undecided(reasons) => reasons.iter().map(ToString::to_string).collect(),
     };
     CheckResult {
-        verdict,
+        verdict: check.verdict.name(),
         limit_ps: check.limit.0,
         margin: check.margin.to_string(),
         upper_with_margin_ps: check.upper.0,

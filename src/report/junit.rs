@@ -1,11 +1,12 @@
 //! Results as JUnit XML: a case for the limit, so that a pipeline shows it among its tests.
 
-use super::format::{Detail, Extent, Format};
+use super::format::{Checked, Checks, Detail, Extent, Format, Project};
 use super::text::{self, verdict};
 use super::{compare, diff};
 use crate::audit::Audit;
 use crate::audit::difference::Difference;
 use crate::audit::verdict::{Check, Verdict};
+use crate::base::diagnostic::Diagnostic;
 use crate::measured::Comparison;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::io::{self, Write};
@@ -16,10 +17,42 @@ pub const FORMAT: Format = Format {
     about: "JUnit XML for pipelines",
     suffixes: &["xml"],
     draws: false,
-    audit: |audit, check, extent, out| write(case(audit, check, extent), &audit.files, out),
-    compare: |found, out| write(compared(found), &found.files, out),
-    diff: |found, extent, out| write(differed(found, extent), &found.new_files, out),
+    audit: |audit, check, extent, out| {
+        write(vec![suite(case(audit, check, extent), audit.files.join(", "))], out)
+    },
+    compare: |found, out| write(vec![suite(compared(found), found.files.join(", "))], out),
+    diff: |found, extent, out| {
+        write(vec![suite(differed(found, extent), found.new_files.join(", "))], out)
+    },
+    checks: || Box::<All>::default(),
+    tells_faults: true,
 };
+
+/// The name of a check's case, whatever the limit is: servers follow cases by their names.
+const CHECK: &str = "no scan takes longer than the limit";
+
+/// A suite a project.
+#[derive(Default)]
+struct All(Vec<TestSuite>);
+
+impl Checks for All {
+    fn add(&mut self, project: &Project<'_>, extent: Extent, _: &mut dyn Write) -> io::Result<()> {
+        let case = match &project.checked {
+            Checked::Audited(audit, check) => case(audit, Some(check), extent),
+            Checked::Faulty(faults) => {
+                let all: Vec<String> = faults.iter().map(Diagnostic::brief).collect();
+                TestCase::new(CHECK, broken(all.join("\n")))
+            }
+            Checked::Failed(why) => TestCase::new(CHECK, broken(why.clone())),
+        };
+        self.0.push(suite(case, project.file.to_owned()));
+        Ok(())
+    }
+
+    fn end(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        write(std::mem::take(&mut self.0), out)
+    }
+}
 
 fn case(audit: &Audit, check: Option<&Check>, extent: Extent) -> TestCase {
     let answer = verdict::answer(audit, check).plain();
@@ -33,10 +66,7 @@ fn case(audit: &Audit, check: Option<&Check>, extent: Extent) -> TestCase {
             status
         }
     };
-    let name = match check {
-        Some(check) => format!("no scan takes longer than {}", check.limit),
-        None => "the scan time is bounded".to_owned(),
-    };
+    let name = if check.is_some() { CHECK } else { "the scan time is bounded" };
     let mut case = TestCase::new(name, status);
     let short = Extent { detail: Detail::Short, height: usize::MAX, ..extent };
     let shown = anstream::adapter::strip_str(&text::render(audit, check, short)).to_string();
@@ -72,15 +102,26 @@ fn failed(kind: &str, message: String) -> TestCaseStatus {
     status
 }
 
-fn write(mut case: TestCase, files: &[String], out: &mut dyn Write) -> io::Result<()> {
+/// The project cannot be read.
+fn broken(why: String) -> TestCaseStatus {
+    let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
+    status.set_type("input").set_message(why);
+    status
+}
+
+fn suite(mut case: TestCase, name: String) -> TestSuite {
     case.set_classname("scanbound");
-    let mut suite = TestSuite::new(files.join(", "));
+    let mut suite = TestSuite::new(name);
     suite.add_test_case(case);
+    suite
+}
+
+fn write(suites: Vec<TestSuite>, out: &mut dyn Write) -> io::Result<()> {
     let mut report = Report::new("scanbound");
-    report.add_test_suite(suite);
+    report.add_test_suites(suites);
     let text = report.to_string().map_err(io::Error::other)?;
-    // Jenkins' schema knows no such attribute; it stands in the suite's tag, before any text.
-    let text = text.replacen(" disabled=\"0\"", "", 1);
+    // Jenkins' schema knows no such attribute. It stands in the suites' tags; what is told has its quotes escaped.
+    let text = text.replace(" disabled=\"0\" errors=", " errors=");
     out.write_all(text.as_bytes())
 }
 
@@ -97,8 +138,8 @@ mod tests {
         audit.doubts.clear();
         let check = Check::new(&audit, Picos(limit), Margin::default());
         let mut bytes = Vec::new();
-        write(case(&audit, Some(&check), Extent::default()), &audit.files, &mut bytes)
-            .expect("memory takes all");
+        let case = case(&audit, Some(&check), Extent::default());
+        write(vec![suite(case, "a".to_owned())], &mut bytes).expect("memory takes all");
         let text = String::from_utf8(bytes).expect("text");
         let report = Report::deserialize_from_str(&text).expect("JUnit");
         let case = &report.test_suites[0].test_cases[0];

@@ -2,7 +2,7 @@
 
 use super::diff::text as diff;
 use super::findings;
-use super::format::{Extent, Format};
+use super::format::{Extent, Format, InARow};
 use super::text::{next, parts, screen, verdict};
 use crate::audit::Audit;
 use crate::audit::breakdown::By;
@@ -19,6 +19,14 @@ pub const FORMAT: Format = Format {
     audit: |audit, check, extent, out| out.write_all(render(audit, check, extent).as_bytes()),
     compare: |found, out| compared(&findings::of_comparison(found), out),
     diff: |found, extent, out| out.write_all(difference(found, extent).as_bytes()),
+    checks: || {
+        Box::new(InARow {
+            heading: |file| format!("# {}\n\n", escaped(file)),
+            fault: |what| format!("- {}\n", escaped(what)),
+            audit: FORMAT.audit,
+        })
+    },
+    tells_faults: false,
 };
 
 fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
@@ -28,7 +36,7 @@ fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
         text += &format!("- {}\n", escaped(&reason));
     }
     text += "\n| | |\n|---|---|\n";
-    for fact in screen::facts(audit) {
+    for fact in screen::facts(audit, check) {
         text += &format!("| {} | {} |\n", fact.label, escaped(&fact.told));
     }
     let by = extent.by.unwrap_or(By::Rung);
@@ -36,7 +44,7 @@ fn render(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     text += "| time | share | what | |\n|--:|--:|---|---|\n";
     for row in parts::shown(audit, by, extent.top, extent.by.is_none()) {
         let code = if row.is_code {
-            format!("`{}`", row.text.replace('`', "'").replace('|', "\\|"))
+            format!("`{}`{}", row.text.replace('`', "'").replace('|', "\\|"), row.rest)
         } else {
             escaped(&row.text)
         };
@@ -73,7 +81,7 @@ fn difference(found: &Difference, extent: Extent) -> String {
         let delta = diff::signed(rest.iter().sum());
         text += &format!("| {delta} | | {} other changes |\n", rest.len());
     }
-    text + &format!("| {} | | besides |\n", diff::signed(found.besides))
+    text + &format!("| {} | | outside rungs |\n", diff::signed(found.besides))
 }
 
 /// The text so that nothing in it is taken for markup.

@@ -152,7 +152,8 @@ fn conditions(trace: &TraceUse, extent: Extent) -> String {
     let rows: Vec<_> = shown
         .iter()
         .map(|one| {
-            let more = if one.others > 0 { format!(" (+{})", one.others) } else { String::new() };
+            let more =
+                if one.others > 0 { format!(" and {} more", one.others) } else { String::new() };
             vec![
                 left(format!("rung {}", one.label)),
                 right(us(one.cost)),

@@ -18,7 +18,6 @@ pub mod live;
 pub mod method;
 pub mod page;
 mod path;
-pub mod projects;
 pub mod render;
 mod response;
 pub mod schema;

@@ -1,24 +1,36 @@
 //! Diagnostics as terminal text: the message, the line it is about with the fault underlined, and what to do.
 
+use super::wrap;
 use crate::base::diagnostic::{Diagnostic, Severity};
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 
 /// The longest piece of a line that is shown, in characters.
 const WINDOW: usize = 160;
 
-/// The diagnostics one after another, with colour codes (`anstream` takes them off where they are not wanted).
+/// What stands in front of a help's lines, with a line number of four digits.
+const BEFORE_HELP: usize = 14;
+
+/// The diagnostics one after another, with colour codes (`anstream` takes them off where they are not wanted); what is
+/// said is no wider than the page, if one is given.
 #[must_use]
-pub fn diagnostics(found: &[Diagnostic]) -> String {
-    let shown: Vec<String> = found.iter().map(|one| diagnostic(one) + "\n").collect();
+pub fn diagnostics(found: &[Diagnostic], width: Option<usize>) -> String {
+    let shown: Vec<String> = found.iter().map(|one| diagnostic(one, width) + "\n").collect();
     shown.join("\n")
 }
 
-fn diagnostic(found: &Diagnostic) -> String {
+fn diagnostic(found: &Diagnostic, width: Option<usize>) -> String {
+    let fitted = |text: &str, before: usize| match width {
+        Some(width) => wrap::lines(text, width.saturating_sub(before)).join("\n"),
+        None => text.to_owned(),
+    };
+    // The level and the code stand in front.
+    let message = fitted(&found.message, found.code.name().len() + "warning[]: ".len());
+    let help = fitted(&found.help, BEFORE_HELP);
     let level = match found.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let mut group = Group::with_title(level.primary_title(&found.message).id(found.code.name()));
+    let mut group = Group::with_title(level.primary_title(&message).id(found.code.name()));
     let window = Window::of(found);
     if let Some(line) = found.line.filter(|_| !window.text.is_empty()) {
         let mut annotation = AnnotationKind::Primary.span(window.span.clone());
@@ -36,7 +48,7 @@ fn diagnostic(found: &Diagnostic) -> String {
         group = group.element(found.line.map_or(origin.clone(), |line| origin.line(line as usize)));
     }
     if !found.help.is_empty() {
-        group = group.element(Level::HELP.message(&found.help));
+        group = group.element(Level::HELP.message(&help));
     }
     Renderer::styled().render(&[group])
 }
@@ -87,7 +99,7 @@ mod tests {
     use crate::base::code::Code;
 
     fn shown(found: &[Diagnostic]) -> String {
-        anstream::adapter::strip_str(&diagnostics(found)).to_string()
+        anstream::adapter::strip_str(&diagnostics(found, None)).to_string()
     }
 
     #[test]
@@ -128,6 +140,16 @@ mod tests {
         --> a.il:7
          = help: export it again
         ");
+    }
+
+    #[test]
+    fn what_is_said_keeps_to_the_page() {
+        let words = "many words ".repeat(20);
+        let fault = Diagnostic::line(Code::NotAnInstruction, "a.il", 1234, "FAULT", &words, &words);
+        let shown = diagnostics(&[fault], Some(60));
+        let shown = anstream::adapter::strip_str(&shown).to_string();
+        assert!(shown.lines().all(|line| line.chars().count() <= 60), "{shown}");
+        assert_eq!(shown.matches("many words").count() + shown.matches("many\n").count(), 40);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Results as SARIF 2.1.0, which code hosts show at the lines of the source.
 
 use super::findings::{self, Finding, Level, Rule};
-use super::format::Format;
+use super::format::{Checks, Extent, Format, Project};
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -14,7 +14,24 @@ pub const FORMAT: Format = Format {
     audit: |audit, check, _, out| write(&findings::of_audit(audit, check), out),
     compare: |found, out| write(&findings::of_comparison(found), out),
     diff: |found, _, out| write(&findings::of_difference(found), out),
+    checks: || Box::<All>::default(),
+    tells_faults: true,
 };
+
+/// One run of all projects: code hosts take one run of a tool a log.
+#[derive(Default)]
+struct All(Vec<Finding>);
+
+impl Checks for All {
+    fn add(&mut self, project: &Project<'_>, _: Extent, _: &mut dyn Write) -> io::Result<()> {
+        self.0.extend(findings::of_project(project));
+        Ok(())
+    }
+
+    fn end(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        write(&self.0, out)
+    }
+}
 
 /// The published schema.
 const SCHEMA: &str =

@@ -1,7 +1,8 @@
 //! The schemas of what is written as JSON, worked out from the types that are written; what each key means is said in
 //! docs/json.md and taken from there.
 
-use super::{advice, compare, cpus, diff, doctor, explain, json, projects};
+use super::json::projects;
+use super::{advice, compare, cpus, diff, doctor, explain, json};
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde_json::Value;

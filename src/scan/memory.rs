@@ -133,7 +133,8 @@ impl<'p> Memory<'p> {
         let value = match self.havocked_since(cell, old.seen) {
             None => old.value,
             Some((happened, origin)) => {
-                let name = format!("{}, written unseen", self.program.cell_name(cell));
+                let name =
+                    format!("{}, after what may have written it", self.program.cell_name(cell));
                 let fresh = self.free_bit(origin, name);
                 self.model.circuit.ite(happened, fresh, old.value)
             }
@@ -154,7 +155,8 @@ impl<'p> Memory<'p> {
         let value = match self.havocked_since(cell, old.seen) {
             None => old.value,
             Some((happened, origin)) => {
-                let name = format!("{}, written unseen", self.program.cell_name(cell));
+                let name =
+                    format!("{}, after what may have written it", self.program.cell_name(cell));
                 let fresh = self.free_word(origin, name);
                 self.words.either(happened, fresh, old.value)
             }

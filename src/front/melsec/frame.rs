@@ -3,7 +3,7 @@
 
 mod routes;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::mem::take;
 
 use super::memory::Family;
@@ -70,6 +70,8 @@ pub(super) struct Frame {
     sites: Vec<Site>,
     /// For each file whose program need not run in every scan, the end to which it goes then.
     rests: Vec<Option<usize>>,
+    /// The files that hold routines alone and do not run by themselves.
+    standby: BTreeSet<usize>,
 }
 
 impl Frame {
@@ -86,6 +88,11 @@ impl Frame {
     /// The end to which a file's program goes that need not run in every scan.
     pub(super) fn rest(&self, file: usize) -> Option<usize> {
         self.rests.get(file).copied().flatten()
+    }
+
+    /// Whether a file holds routines alone and does not run by itself.
+    pub(super) fn on_standby(&self, file: usize) -> bool {
+        self.standby.contains(&file)
     }
 }
 
@@ -112,6 +119,7 @@ pub(super) fn frame(
         walk.file(file);
     }
     walk.connect();
+    walk.standby();
     walk.rests();
     if !walk.faults.iter().any(Faults::any_error) {
         walk.check_leaps();

@@ -174,6 +174,33 @@ fn pointers_that_files_share_are_found_in_the_other_file() {
 }
 
 #[test]
+fn a_file_of_subroutines_alone_runs_only_where_it_is_called() {
+    let main = ("a", "LD X0; CALL P5; FEND; END");
+    let standby = |other: &str| {
+        let files = [main, ("b", other)];
+        let p = decode_files(&files, Family::Q, &Facts::default()).expect("a common pointer");
+        assert_eq!(p.mains.len() + p.standby.len(), 2);
+        p.standby
+    };
+    assert_eq!(standby("P5; LD X1; OUT Y1; RET; P6; LD X2; OUT Y2; RET; END"), [1]);
+    assert_eq!(standby("NOPLF; P5; FOR K3; LD X1; OUT Y1; NEXT; RET; END"), [1]);
+    // A main routine stands in front, or control may get past the return.
+    for other in [
+        "FEND; P5; LD X1; OUT Y1; RET; END",
+        "LD X0; OUT Y0; P5; LD X1; OUT Y1; RET; END",
+        "P5; LD X1; OUT Y1; FEND; P6; RET; END",
+        "P5; LD X1; CJ P6; RET; P6; LD X2; OUT Y2; RET; END",
+        "P5; LD X1; STOP; RET; END",
+        "P5; LD X1; MC N0 M0; RET; MCR N0; RET; END",
+    ] {
+        assert_eq!(standby(other), [0; 0], "{other}");
+    }
+    // Something must run.
+    let alone = on(Family::Q, "P5; LD X1; OUT Y1; RET; END").expect("a program");
+    assert_eq!((alone.mains.len(), alone.standby.len()), (1, 0));
+}
+
+#[test]
 fn a_loop_of_unknown_length_is_summarised() {
     let text = "FOR D0; LD X0; INC D5; LD X1; BREAK D9 P0; NEXT; P0; LD X0; OUT Y0; END";
     let p = program(text);

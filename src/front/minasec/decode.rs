@@ -64,7 +64,11 @@ pub fn decode(source: &Source) -> Program {
             program.blocks += 1;
         }
         stored = word.opcode().is_store() || address + 1 == used;
-        let instruction = instruction(source, address, word, &mut program);
+        let mut instruction = instruction(source, address, word, &mut program);
+        if address >= used {
+            // The machine runs through all its words; nobody wrote this one.
+            instruction.text = format!("unused word ({word})").into();
+        }
         program.instructions.push(instruction);
     }
     let all = 0..program.instructions.len();
@@ -188,7 +192,7 @@ mod tests {
         assert_eq!(program.blocks, 3);
         let blocks: Vec<u32> = program.instructions.iter().take(8).map(|i| i.block).collect();
         assert_eq!(blocks, [1, 1, 1, 2, 2, 2, 3, 3]);
-        assert_eq!(&*program.instructions[255].text, "LD X00");
+        assert_eq!(&*program.instructions[255].text, "unused word (LD X00)");
         assert_eq!(program.instructions[255].block, 3);
     }
 

@@ -66,14 +66,26 @@ fn verdict(found: &Comparison) -> String {
     }
 }
 
-fn figures(found: &Comparison) -> String {
+/// A row of the figures.
+pub(in crate::report) struct Figure {
+    pub(in crate::report) name: &'static str,
+    pub(in crate::report) time: String,
+    pub(in crate::report) share: String,
+    pub(in crate::report) note: String,
+}
+
+/// The bound and what was measured.
+pub(in crate::report) fn figure_rows(found: &Comparison) -> Vec<Figure> {
     let figures = &found.figures;
     let bounds = &found.bounds;
     // Short scans in microseconds, so that three decimals tell them apart.
     let shown = if bounds.upper < Picos(2_000_000_000) { us } else { ms };
     let of_bound = |time: Picos| Share::of(time, bounds.upper).to_string();
-    let row = |name: &str, time: Picos, note: String| {
-        vec![left(name), right(shown(time)), right(of_bound(time)), left(note)]
+    let row = |name, time: Picos, note: String| Figure {
+        name,
+        time: shown(time),
+        share: of_bound(time),
+        note,
     };
     let exact = if bounds.upper == bounds.lower { ", exact" } else { "" };
     let mut rows = vec![row(
@@ -90,6 +102,12 @@ fn figures(found: &Comparison) -> String {
         row("mean", figures.mean, String::new()),
         row("shortest", figures.least, String::new()),
     ]);
+    rows
+}
+
+fn figures(found: &Comparison) -> String {
+    let row = |one: Figure| vec![left(one.name), right(one.time), right(one.share), left(one.note)];
+    let rows: Vec<_> = figure_rows(found).into_iter().map(row).collect();
     let files = found.files.join(", ");
     let resolution = found
         .measured
@@ -98,7 +116,7 @@ fn figures(found: &Comparison) -> String {
     format!(
         "\n{files}\n{}: {} scans, {}{resolution}\n\n{}",
         found.measured.file,
-        figures.count,
+        found.figures.count,
         found.measured.how,
         columns(2, &rows)
     )
@@ -137,8 +155,17 @@ fn bar(eighths: usize) -> String {
     "█".repeat(eighths / 8) + PARTS[eighths % 8]
 }
 
-/// What the comparison can mean.
 fn meaning(found: &Comparison) -> String {
+    let notes = notes(found);
+    if notes.is_empty() {
+        return String::new();
+    }
+    let notes: String = notes.iter().map(|note| format!("  {note}\n")).collect();
+    format!("\n{}\n{notes}", paint(BOLD, "What this can mean"))
+}
+
+/// What the comparison can mean.
+pub(in crate::report) fn notes(found: &Comparison) -> Vec<String> {
     let bounds = &found.bounds;
     let kind = kind(found);
     let mut notes: Vec<String> = Vec::new();
@@ -193,11 +220,7 @@ fn meaning(found: &Comparison) -> String {
             found.figures.median, bounds.upper
         ));
     }
-    if notes.is_empty() {
-        return String::new();
-    }
-    let notes: String = notes.iter().map(|note| format!("  {note}\n")).collect();
-    format!("\n{}\n{notes}", paint(BOLD, "What this can mean"))
+    notes
 }
 
 fn fit(found: &Comparison, fit: &Fit) -> String {

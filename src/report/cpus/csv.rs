@@ -1,6 +1,5 @@
 //! One program by every table of its family as CSV: a row a table, the highest bound first.
 
-use super::json::verdict;
 use crate::audit::Share;
 use crate::audit::cpus::Choice;
 use crate::report::csv::Sheet;
@@ -44,7 +43,7 @@ pub fn write(choice: &Choice, out: &mut dyn Write) -> io::Result<()> {
             us(check.map(|check| check.limit)),
             share.unwrap_or_default(),
             found.map(|found| percent(found.assumed)).unwrap_or_default(),
-            check.map(|check| verdict(&check.verdict)).unwrap_or_default().to_owned(),
+            check.map(|check| check.verdict.name()).unwrap_or_default().to_owned(),
             faults.join("; "),
         ])?;
     }

@@ -113,20 +113,11 @@ fn check(check: &Check) -> Verdicts {
     Verdicts {
         limit_ps: check.limit.0,
         upper_with_margin_ps: check.upper.0,
-        verdict: verdict(&check.verdict),
+        verdict: check.verdict.name(),
         reasons: match &check.verdict {
             Verdict::Undecided(reasons) => reasons.iter().map(ToString::to_string).collect(),
             Verdict::Proved | Verdict::Refuted => Vec::new(),
         },
-    }
-}
-
-/// The verdict in a word.
-pub(super) fn verdict(verdict: &Verdict) -> &'static str {
-    match verdict {
-        Verdict::Proved => "proved",
-        Verdict::Refuted => "refuted",
-        Verdict::Undecided(_) => "undecided",
     }
 }
 

@@ -97,7 +97,7 @@ fn has_points(choice: &Choice) -> bool {
 }
 
 fn heads(choice: &Choice) -> Vec<Cell> {
-    let mut heads = vec![left(" "), left("table"), left("CPU"), right("bound")];
+    let mut heads = vec![left(" "), left("table"), left("CPU (+ others)"), right("bound")];
     if has_points(choice) {
         heads.push(right("all points"));
     }

@@ -31,7 +31,8 @@ pub fn render(found: &Difference, extent: Extent) -> String {
         rows.push(besides(delta, format!("{} other changes (-v)", rest.len())));
     }
     if found.besides != 0 {
-        let what = "besides: what each scan costs, the factor, what the search left open";
+        let what =
+            "outside rungs: END processing and the like, the factor, what the search left open";
         rows.push(besides(found.besides, what.to_owned()));
     }
     if !rows.is_empty() {
@@ -113,7 +114,7 @@ pub(in crate::report) fn words(one: &Change) -> String {
         Kind::Added => format!("added: {new}"),
         Kind::Removed => format!("removed: {old}"),
         Kind::Moved => format!("moved here: {new}"),
-        Kind::Same => format!("says the same, and runs otherwise: {new}"),
+        Kind::Same => format!("unchanged, but runs otherwise in the longest scan: {new}"),
         Kind::Changed => {
             let (before, after): (Vec<&str>, Vec<&str>) =
                 (old.split(" / ").collect(), new.split(" / ").collect());
@@ -130,7 +131,8 @@ pub(in crate::report) fn words(one: &Change) -> String {
     }
 }
 
-fn counts(found: &Difference) -> String {
+/// How many rungs of each kind there are.
+pub(in crate::report) fn counts(found: &Difference) -> String {
     let of = |kind| found.changes.iter().filter(|one| one.kind == kind).count();
     format!(
         "rungs: {} changed, {} added, {} removed, {} moved, {} the same",

@@ -23,6 +23,8 @@ struct File<'a> {
     dialect: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     instructions: Option<usize>,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    standby: bool,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -65,7 +67,8 @@ fn file(seen: &Seen) -> File<'_> {
         What::Comments => ("comments", None),
         What::Refused => ("refused", None),
     };
-    File { name: &seen.name, kind, dialect, instructions: seen.instructions }
+    let Seen { name, instructions, standby, .. } = seen;
+    File { name, kind, dialect, instructions: *instructions, standby: *standby }
 }
 
 fn row(one: &Finding) -> Row<'_> {

@@ -86,6 +86,10 @@ fn file(seen: &Seen) -> Vec<Cell> {
         What::Refused => ("refused", BAD),
     };
     let count = seen.instructions.map_or(String::new(), |count| format!("{count} instructions"));
+    let what = match seen.standby {
+        true => format!("{what}; subroutines alone, which run where they are called"),
+        false => what.to_owned(),
+    };
     vec![left(&seen.name), right(count), left(what).styled(style)]
 }
 

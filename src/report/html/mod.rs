@@ -4,9 +4,10 @@
 //! The page holds data and draws it itself, a rung when it comes into view: so it stays small where a project is large.
 
 mod data;
+mod tables;
 
 use super::format::{Detail, Extent, Format};
-use super::{compare, json, text};
+use super::{json, text};
 use crate::audit::Audit;
 use crate::audit::verdict::Check;
 use std::io::{self, Write};
@@ -18,16 +19,10 @@ pub const FORMAT: Format = Format {
     suffixes: &["html", "htm"],
     draws: true,
     audit: write,
-    compare: |found, out| {
-        let told = compare::text::render(found);
-        out.write_all(told_only("Measured scan times against the bound", &told).as_bytes())
-    },
-    diff: |found, extent, out| {
-        let mut told = Vec::new();
-        (text::FORMAT.diff)(found, Extent { width: WIDTH, ..extent }, &mut told)?;
-        let told = String::from_utf8_lossy(&told);
-        out.write_all(told_only("Two versions of a program", &told).as_bytes())
-    },
+    compare: |found, out| out.write_all(tables::comparison(found).as_bytes()),
+    diff: |found, _, out| out.write_all(tables::difference(found).as_bytes()),
+    checks: || Box::<tables::All>::default(),
+    tells_faults: false,
 };
 
 const PAGE: &str = include_str!("page.html");
@@ -56,12 +51,6 @@ fn write(audit: &Audit, check: Option<&Check>, _: Extent, out: &mut dyn Write) -
         escaped(&plain(&text::render(audit, check, extent)))
     );
     write!(out, "{}", framed(&title(audit), &body))
-}
-
-/// A page that holds a text.
-fn told_only(title: &str, told: &str) -> String {
-    let told = anstream::adapter::strip_str(told).to_string();
-    framed(title, &format!("<main><h1>{}</h1><pre>{}</pre></main>", escaped(title), escaped(&told)))
 }
 
 fn framed(title: &str, body: &str) -> String {

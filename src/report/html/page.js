@@ -384,7 +384,10 @@ function rest() {
   if (kinds.size) section("approximations", "What is taken as more than the PLC does",
     first(8, ["what", ">instructions", "first"], [...kinds].sort((a, b) => b[1].length - a[1].length).map(([what, all]) => () => [what, String(all.length), place(all[0]) + "  " + all[0].instruction])));
   const details = el("details", {}, el("summary", {}, "The report as text"), el("pre", {}, text));
-  section("text", "Report", details, el("p", { class: "faint" }, "scanbound " + version));
+  const from = report.inputs.map((one) => () => [one.what, one.name + (one.date ? " (" + one.date + ")" : ""), one.sha256]);
+  const sums = el("details", {}, el("summary", {}, "What it was made from, with checksums"),
+    first(50, ["what", "name", "SHA-256"], from));
+  section("text", "Report", details, sums, el("p", { class: "faint" }, "scanbound " + version));
 }
 
 head();

@@ -104,7 +104,7 @@ fn rung(audit: &Audit, rung: &RungUse) -> Vec<Cell> {
     };
     let mut what = rung.instruction.to_string();
     if rung.others > 0 {
-        what += &format!(" (+{})", rung.others);
+        what += &format!(" and {} more", rung.others);
     }
     let reason = rung.exclusion.as_ref().map(|why| reason(audit, rung, why));
     let notes: Vec<String> =

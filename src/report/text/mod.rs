@@ -13,7 +13,8 @@ mod unknowns;
 pub(super) mod verdict;
 pub(super) mod words;
 
-use super::format::{Detail, Extent, Format};
+use super::columns::paint;
+use super::format::{Detail, Extent, Format, InARow};
 use super::{compare, diff, response};
 use crate::audit::Audit;
 use crate::audit::verdict::{Check, Verdict};
@@ -29,6 +30,14 @@ pub const FORMAT: Format = Format {
     audit: |audit, check, extent, out| out.write_all(render(audit, check, extent).as_bytes()),
     compare: |found, out| out.write_all(compare::text::render(found).as_bytes()),
     diff: |found, extent, out| out.write_all(diff::text::render(found, extent).as_bytes()),
+    checks: || {
+        Box::new(InARow {
+            heading: |file| format!("{}\n", paint(style::BOLD, file)),
+            fault: |what| format!("error: {what}\n"),
+            audit: FORMAT.audit,
+        })
+    },
+    tells_faults: false,
 };
 
 /// The audit, headed by the check's answer if there is one. Has colour codes.

@@ -1,8 +1,9 @@
 //! Where the time goes: rows that add up to the bound.
 
 use super::style::{BOLD, FAINT};
-use super::words::{count, file, heading, place};
+use super::words::{count, file, heading, item, place};
 use crate::audit::breakdown::{By, Part, Piece};
+use crate::audit::verdict::Check;
 use crate::audit::{Audit, Evidence, Share};
 use crate::base::spoken::{Scale, at_most};
 use crate::base::time::Picos;
@@ -14,6 +15,9 @@ use unicode_width::UnicodeWidthStr;
 /// The table has at least so many rows where it is asked for.
 const ASKED: usize = 40;
 
+/// Where more of the bound is left open, its parts are not shown.
+const MUCH_OPEN: Share = Share(250);
+
 /// So many programs are named on the first screen.
 const PROGRAMS: usize = 3;
 
@@ -22,13 +26,32 @@ struct Row {
     time: Picos,
     what: String,
     text: String,
+    /// What follows the text, and is not cut off.
+    rest: String,
     is_code: bool,
 }
 
-/// The programs and the dearest rungs, and all others together.
-pub(super) fn dearest(audit: &Audit, extent: Extent) -> String {
+impl Row {
+    fn told(time: Picos, what: String, text: String) -> Row {
+        Row { time, what, text, rest: String::new(), is_code: false }
+    }
+}
+
+/// The programs and the dearest rungs, and all others together. Where a search ended early and left much of the bound
+/// open, its parts say nothing.
+pub(super) fn dearest(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     let upper = at_most(audit.bound.upper);
-    let mut text = heading(&format!("Where the {upper} go"), extent);
+    let left_open = audit.breakdown(By::Program).into_iter();
+    let left_open = left_open.filter(|part| part.piece == Piece::Open);
+    if audit.ended_early && left_open.map(|part| part.share(audit)).max() > Some(MUCH_OPEN) {
+        let told = "audit tells where the time goes: the check ended before that was known";
+        return format!("\n{}", item(2, told, extent));
+    }
+    let title = match check.filter(|_| audit.upper_with_all_points() > audit.bound.upper) {
+        Some(_) => format!("Where the time goes: {upper} with the points that the program uses"),
+        None => format!("Where the {upper} go"),
+    };
+    let mut text = heading(&title, extent);
     if audit.files.len() > 1 {
         text += &fitted(2, &[vec![left("programs"), left(programs(audit))]], extent.width);
     }
@@ -64,7 +87,7 @@ fn programs(audit: &Audit) -> String {
     if let Some(rest) = programs.get(shown..).filter(|rest| !rest.is_empty()) {
         told.push(format!("{} more {}", rest.len(), share(rest)));
     }
-    told.push(format!("besides {}", share(&others)));
+    told.push(format!("outside programs {}", share(&others)));
     told.join(", ")
 }
 
@@ -74,6 +97,8 @@ pub(in crate::report) struct Shown {
     pub(in crate::report) share: Share,
     pub(in crate::report) what: String,
     pub(in crate::report) text: String,
+    /// What follows the text.
+    pub(in crate::report) rest: String,
     /// Whether the text is an instruction's.
     pub(in crate::report) is_code: bool,
 }
@@ -89,6 +114,7 @@ pub(in crate::report) fn shown(audit: &Audit, by: By, top: usize, is_short: bool
         share: Share::of(row.time, audit.bound.upper),
         what: row.what,
         text: row.text,
+        rest: row.rest,
         is_code: row.is_code,
     };
     rows.into_iter().zip(told).map(shown).collect()
@@ -109,7 +135,7 @@ fn rows(audit: &Audit, by: By, top: usize, is_short: bool) -> Vec<Row> {
         let one = format!("{other}{}", by.name());
         let text = if worth <= shown { "nothing in that scan" } else { "" };
         let what = count(rest.len(), &one, &format!("{one}s"));
-        rows.push(Row { time: sum(rest), what, text: text.to_owned(), is_code: false });
+        rows.push(Row::told(sum(rest), what, text.to_owned()));
     }
     let (every, last): (Vec<&Part>, Vec<&Part>) =
         besides.into_iter().partition(|part| matches!(part.piece, Piece::EveryScan(_)));
@@ -119,7 +145,7 @@ fn rows(audit: &Audit, by: By, top: usize, is_short: bool) -> Vec<Row> {
             _ => None,
         });
         let text = names.collect::<Vec<_>>().join(", ");
-        rows.push(Row { time: sum(&every), what: "every scan".to_owned(), text, is_code: false });
+        rows.push(Row::told(sum(&every), "every scan".to_owned(), text));
     } else {
         rows.extend(every.iter().map(|part| row(audit, part)));
     }
@@ -136,7 +162,9 @@ fn table(audit: &Audit, by: By, top: usize, extent: Extent, is_short: bool) -> S
     let cells: Vec<Vec<Cell>> = rows
         .into_iter()
         .map(|row| {
+            let room = room.saturating_sub(row.rest.width());
             let text = if is_short { wrap::cut(&row.text, room) } else { row.text };
+            let text = text + &row.rest;
             let text = left(text).styled(if row.is_code { BOLD } else { FAINT });
             vec![right(row.told), right(row.share.to_string()), left(row.what), text]
         })
@@ -158,9 +186,15 @@ fn row(audit: &Audit, part: &Part) -> Row {
         Piece::Rung { at, instruction, .. } => {
             let others = match part.instructions {
                 0 | 1 => String::new(),
-                n => format!(" (+{})", n - 1),
+                n => format!(" and {} more", n - 1),
             };
-            (place(audit, *at), format!("{instruction}{others}"))
+            return Row {
+                time: part.time,
+                what: place(audit, *at),
+                text: instruction.to_string(),
+                rest: others,
+                is_code: true,
+            };
         }
         Piece::Instruction(name) => {
             (name.to_string(), format!("{} in the program", part.instructions))
@@ -189,8 +223,7 @@ fn row(audit: &Audit, part: &Part) -> Row {
             )
         }
     };
-    let is_code = matches!(part.piece, Piece::Rung { .. });
-    Row { time: part.time, what, text, is_code }
+    Row::told(part.time, what, text)
 }
 
 fn instructions(part: &Part) -> String {

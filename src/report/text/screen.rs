@@ -3,7 +3,7 @@
 use super::next::next;
 use super::parts;
 use super::style::{BOLD, CARE};
-use super::verdict::{answer, reasons};
+use super::verdict::{self, answer, reasons};
 use super::words::{capped, count, file, item, warnings};
 use crate::audit::verdict::{Check, Margin, Verdict};
 use crate::audit::{Audit, Doubt, Share};
@@ -22,7 +22,7 @@ const MANY_TIMES: u64 = 10_000;
 pub(super) fn first(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
     let mut text = answer(audit, check).lines(extent.width);
     text += &reasons(check).iter().map(|reason| item(2, reason, extent)).collect::<String>();
-    let mut rows = fact_rows(audit);
+    let mut rows = fact_rows(audit, check);
     let mut last = next(audit);
     if extent.detail == Detail::Short {
         rows.extend(warned(audit));
@@ -31,7 +31,7 @@ pub(super) fn first(audit: &Audit, check: Option<&Check>, extent: Extent) -> Str
     }
     text += &fitted(2, &rows, extent.width);
     let last = fitted(2, &last, extent.width);
-    let whole = |top: usize| parts::dearest(audit, Extent { top, ..extent });
+    let whole = |top: usize| parts::dearest(audit, check, Extent { top, ..extent });
     let lines = |part: &str| part.lines().count();
     // A line is left for the prompt.
     let room = extent.height.saturating_sub(1 + lines(&text) + lines(&last));
@@ -62,16 +62,16 @@ pub(in crate::report) struct Fact {
     is_care: bool,
 }
 
-fn fact_rows(audit: &Audit) -> Vec<Vec<Cell>> {
+fn fact_rows(audit: &Audit, check: Option<&Check>) -> Vec<Vec<Cell>> {
     let row = |fact: Fact| {
         let label = left(fact.label);
         vec![if fact.is_care { label.styled(CARE) } else { label }, left(fact.told)]
     };
-    facts(audit).into_iter().map(row).collect()
+    facts(audit, check).into_iter().map(row).collect()
 }
 
-/// What the answer is about and what it rests on.
-pub(in crate::report) fn facts(audit: &Audit) -> Vec<Fact> {
+/// What the answer is about and what it rests on. What a check's answer says itself is not said twice.
+pub(in crate::report) fn facts(audit: &Audit, check: Option<&Check>) -> Vec<Fact> {
     let cpu = audit.cpu.as_ref().map_or(String::new(), |cpu| format!("{cpu}, "));
     let files: Vec<String> =
         (0..).take(audit.files.len()).map(|one| file(audit, one).to_owned()).collect();
@@ -85,8 +85,19 @@ pub(in crate::report) fn facts(audit: &Audit) -> Vec<Fact> {
             audit.table.name
         ),
     )];
-    found.extend(watchdog(audit).map(|told| fact("watchdog", told)));
-    let rests = rests(audit);
+    if !audit.standby.is_empty() {
+        let own: Vec<String> =
+            audit.standby.iter().map(|&one| file(audit, one as u32).to_owned()).collect();
+        let told = format!(
+            "{}: subroutines alone, which run where they are called",
+            capped(&own, 2).join(", ")
+        );
+        found.push(fact("on call", told));
+    }
+    if !check.is_some_and(|check| Some(check.limit) == audit.table.watchdog) {
+        found.extend(watchdog(audit).map(|told| fact("watchdog", told)));
+    }
+    let rests = rests(audit, check);
     if !rests.is_empty() {
         found.push(fact("rests on", rests.join(", ")));
     }
@@ -125,10 +136,10 @@ fn watchdog(audit: &Audit) -> Option<String> {
 }
 
 /// What the bound rests on, the weightiest first.
-fn rests(audit: &Audit) -> Vec<String> {
+fn rests(audit: &Audit, check: Option<&Check>) -> Vec<String> {
     let mut found = Vec::new();
     let assumed = audit.assumed_share();
-    if assumed > Share(0) {
+    if assumed > Share(0) && !check.is_some_and(verdict::tells_assumed) {
         let most = if audit.is_settled() { "" } else { "at most " };
         found.push(format!("assumed times ({most}{assumed})"));
     }

@@ -69,7 +69,7 @@ fn indices(audit: &Audit, extent: Extent) -> String {
 fn instruction(one: &Unknown) -> String {
     match one.places.len() {
         1 => one.places[0].1.to_string(),
-        n => format!("{} (+{})", one.places[0].1, n - 1),
+        n => format!("{} and {} more", one.places[0].1, n - 1),
     }
 }
 

@@ -169,6 +169,11 @@ fn told(time: Picos) -> String {
     if told.parse() == Ok(time) { told } else { time.best_text() }
 }
 
+/// Whether a check's answer says how much of it rests on assumed times.
+pub(super) fn tells_assumed(check: &Check) -> bool {
+    !rests(check).is_empty()
+}
+
 /// On what the time that decides a check rests.
 fn rests(check: &Check) -> String {
     let assumed = &check.assumed;

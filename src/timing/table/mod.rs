@@ -173,6 +173,8 @@ pub struct Table {
     pub title: String,
     /// The day of its last change, as `2026-11-21`.
     pub date: Option<String>,
+    /// The SHA-256 of its file's bytes.
+    pub sha256: String,
     /// The family whose instruction set it prices, as a built-in table names it (`q`, `fx5`).
     pub family: Option<String>,
     /// The CPUs it is for, upper case, without the word CPU.

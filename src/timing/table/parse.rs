@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use rustc_hash::FxHashMap;
 
 use super::{CLASSES, Evidence, Factor, MostPoints, Row, Table, folded};
+use crate::base::checksum::sha256;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::{Picos, TimeError};
 
@@ -158,7 +159,9 @@ impl Table {
             std::str::from_utf8(bytes).map_err(|error| vec![encoding(file, bytes, &error)])?;
         let mut reader = Reader::new(file);
         reader.read(text.strip_prefix('\u{feff}').unwrap_or(text));
-        reader.finish()
+        let mut parsed = reader.finish()?;
+        parsed.table.sha256 = sha256(bytes);
+        Ok(parsed)
     }
 }
 

@@ -139,7 +139,10 @@ impl<'a> Emitter<'a> {
         self.leave_state(None);
         self.now = Now::of(file);
         let last = self.out.next();
-        self.out.program.mains.push(first..last);
+        match self.frame.on_standby(file) {
+            true => self.out.program.standby.push(file),
+            false => self.out.program.mains.push(first..last),
+        }
         let raw = &resolved.project.files[file];
         self.out.program.files.push(SourceFile {
             name: raw.name.clone(),

@@ -1,10 +1,11 @@
 //! Where control goes between the items of a project: labels, programs at rest, jumps that lead where none may, routines
 //! that do not end.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::mem::take;
+use std::ops::Range;
 
-use super::{Frame, Leap, Part, Walk, Wanted, routine};
+use super::{Frame, Leap, Part, Site, Walk, Wanted, routine};
 use crate::base::code::Code;
 use crate::front::absent;
 
@@ -50,6 +51,35 @@ impl Walk<'_, '_> {
         let message = format!("the label P{label} does not stand in this program");
         let help = absent::help("check the label, give all files of the project", &name);
         self.fault_at(item, Code::NoLabel, message, &help);
+    }
+
+    /// Which files hold routines alone: they begin with one, and nothing leads past its return. Run by itself, such a
+    /// program would stop the CPU there, as no call led to it; so it is on standby, and runs only where it is called.
+    /// Where all files are so, none is: something must run.
+    pub(super) fn standby(&mut self) {
+        let parts = &self.frame.parts;
+        let is_routines = |items: &Range<usize>| {
+            let first = items.clone().find(|&at| !self.item(at).name.starts_with("NOP"));
+            let label = first.and_then(|at| parts.get(&at));
+            if !matches!(label, Some(Part::Label | Part::Interrupt)) {
+                return false;
+            }
+            let ends = |part: &Part| matches!(part, Part::Return | Part::End | Part::Stop);
+            let end = parts.range(items.clone()).find(|(_, part)| ends(part));
+            let Some((&end, Part::Return)) = end else { return false };
+            let leads_past = |leap: &Leap| (items.start..end).contains(&leap.from) && leap.to > end;
+            let around =
+                |(_, part): (&usize, &Part)| matches!(part, Part::For(next) if *next > end);
+            self.frame.sites[end] == Site::default()
+                && !self.leaps.iter().any(leads_past)
+                && !parts.range(items.start..end).any(around)
+        };
+        let files = self.resolved.files.iter().enumerate();
+        let found: BTreeSet<usize> =
+            files.filter(|(_, items)| is_routines(items)).map(|(file, _)| file).collect();
+        if found.len() < self.resolved.files.len() {
+            self.frame.standby = found;
+        }
     }
 
     /// Where programs go that need not run in every scan.
