@@ -410,7 +410,9 @@ fn repository() -> tempfile::TempDir {
         let project = directory.path().join(name);
         fs::create_dir(&project).expect("made");
         fs::write(project.join("main.il"), program).expect("written");
-        let file = format!("programs = [\"main.il\"]\ncpu = \"Q26UDV\"\nlimit = \"{limit}\"\n");
+        // A directory by its name, and as the one in which the file is.
+        let programs = if name == "broken" { "main.il" } else { "." };
+        let file = format!("programs = [\"{programs}\"]\ncpu = \"Q26UDV\"\nlimit = \"{limit}\"\n");
         fs::write(project.join("scanbound.toml"), file).expect("written");
     }
     directory

@@ -60,7 +60,11 @@ impl ProjectFile {
         if written.programs.is_empty() {
             return Err(anyhow!("{name}: programs is empty: name files or a directory").into());
         }
-        let place = |path: &Path| file.parent().map_or(path.to_owned(), |at| at.join(path));
+        // Without `.` within, which code hosts do not see through.
+        let place = |path: &Path| -> PathBuf {
+            let joined = file.parent().map_or(path.to_owned(), |at| at.join(path));
+            joined.components().collect()
+        };
         let wrong = |key: &str, why: String| Failure::from(anyhow!("{name}: {key}: {why}"));
         let limit = written.limit.as_deref().map(values::limit).transpose();
         let margin = written.margin.as_deref().map(str::parse).transpose();

@@ -170,11 +170,20 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
     placed(found, &audit.files)
 }
 
-/// What has no place of its own is told of the first file: code hosts take no finding without one.
+/// What has no place of its own, or a directory for one, is told of the first file: code hosts take no finding without a
+/// file, nor do they see through a `.` in front.
 fn placed(mut found: Vec<Finding>, files: &[String]) -> Vec<Finding> {
     let whole = files.first().map(|file| (file.clone(), None));
+    let within = |file: &str, directory: &str| {
+        file.strip_prefix(directory).is_some_and(|rest| rest.starts_with(['/', '\\']))
+    };
     for one in &mut found {
-        one.place = one.place.take().or_else(|| whole.clone());
+        let own = one.place.take();
+        let own = own.filter(|(place, _)| !files.iter().any(|file| within(file, place)));
+        one.place = own.or_else(|| whole.clone());
+        if let Some((file, _)) = &mut one.place {
+            *file = file.strip_prefix("./").unwrap_or(file).to_owned();
+        }
     }
     found
 }

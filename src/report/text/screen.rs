@@ -94,7 +94,7 @@ pub(in crate::report) fn facts(audit: &Audit, check: Option<&Check>) -> Vec<Fact
         );
         found.push(fact("on call", told));
     }
-    if !check.is_some_and(|check| Some(check.limit) == audit.table.watchdog) {
+    if check.is_none_or(|check| Some(check.limit) != audit.table.watchdog) {
         found.extend(watchdog(audit).map(|told| fact("watchdog", told)));
     }
     let rests = rests(audit, check);
