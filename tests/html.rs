@@ -6,9 +6,13 @@ use std::process::Command;
 
 /// The page of a project.
 fn page(arguments: &[&str]) -> String {
+    written(&[&["audit"], arguments].concat())
+}
+
+/// The page that a command writes.
+fn written(command: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .arg("audit")
-        .args(arguments)
+        .args(command)
         .args(["--format", "html", "--time-limit", "600s"])
         .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
         .output()
@@ -64,4 +68,46 @@ fn the_page_needs_no_network_and_takes_names_for_text() {
         let others = page.replace("http://www.w3.org/2000/svg", "");
         assert!(!others.contains(address), "{address}");
     }
+}
+
+/// The cells of each row of a page's tables, as text.
+fn rows(page: &str) -> Vec<Vec<String>> {
+    let plain = |cell: &str| {
+        let mut told = String::new();
+        let mut is_tag = false;
+        for letter in cell.chars() {
+            match letter {
+                '<' => is_tag = true,
+                '>' => is_tag = false,
+                _ if !is_tag => told.push(letter),
+                _ => {}
+            }
+        }
+        told
+    };
+    let row = |row: &str| row.split("</td>").map(plain).filter(|cell| !cell.is_empty()).collect();
+    page.split("<tr>").skip(1).map(row).collect()
+}
+
+#[test]
+fn two_versions_and_measurements_are_pages_of_tables() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = |name: &str, text: &str| {
+        let file = directory.path().join(name);
+        std::fs::write(&file, text).expect("written");
+        file.to_str().expect("a plain path").to_owned()
+    };
+    let old = file("old.il", "LD X0\nMOV K1 D0\nLD< D0 K5\nOUT Y1\nEND\n");
+    let new = file("new.il", "LD X0\nMOV K1 D0\nLD< D0 K5\nFMOV K0 D0 K400\nEND\n");
+    let page = written(&["diff", &old, &new, "--cpu", "Q26UDV"]);
+    assert!(!page.contains("<script") && page.contains("LD&lt; D0 K5"), "{page}");
+    let rows_of = |page: &str, first: &str| {
+        rows(page).into_iter().filter(|row| row.iter().any(|cell| cell == first)).count()
+    };
+    assert_eq!((rows_of(&page, "changed"), rows_of(&page, "outside rungs")), (1, 1));
+
+    let measured = file("m.csv", "scan_ms\n0.40\n0.42\n0.41\n");
+    let page = written(&["compare", &old, &measured, "--cpu", "Q26UDV"]);
+    assert_eq!((rows_of(&page, "longest"), rows_of(&page, "bound")), (1, 1));
+    assert!(page.contains("<div class=\"answer proved\">WITHIN"), "{page}");
 }

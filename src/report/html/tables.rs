@@ -189,7 +189,7 @@ impl Checks for All {
         let (verdict, bound, limit, text) = match &project.checked {
             Checked::Audited(audit, check) => (
                 check.verdict.name(),
-                at(audit.bound.upper),
+                at(audit.upper_with_all_points()),
                 at(check.limit),
                 plain(&text::render(audit, Some(check), extent)),
             ),
