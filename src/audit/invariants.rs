@@ -35,7 +35,7 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     let given = given(program);
     let nothing = given.is_empty()
         && program.narrowed.is_empty()
-        && program.indexed.values().all(|one| one.found.is_none());
+        && program.indexed.values().all(|one| one.found.is_empty());
     let (mut files, mut index) = (Vec::new(), Vec::new());
     if concluded.followed.is_whole() || nothing {
         return Invariants { files, index };

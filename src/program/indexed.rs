@@ -13,8 +13,8 @@ pub struct Indexed {
     pub length: Length,
     /// What the user stated of the index: the least and the largest.
     pub stated: Option<(i64, i64)>,
-    /// The least and the largest cell that are written, as `passes::values` found.
-    pub found: Option<(u32, u32)>,
+    /// Between which cells, both included, those lie that are written, as `passes::values` found; empty where it did not.
+    pub found: Vec<(u32, u32)>,
 }
 
 impl Indexed {
@@ -27,6 +27,13 @@ impl Indexed {
             Region::Range { first, .. } => first.area == self.first.area,
             Region::Everything => false,
         }
+    }
+
+    /// The cells of this area from one number to another, both included.
+    #[must_use]
+    pub fn stretch(&self, (least, largest): (u32, u32)) -> Region {
+        let first = Cell { index: least, ..self.first };
+        Region::Range { first, count: largest - least + 1 }
     }
 
     /// Whether a region is what these cells are some of: their area, or all from the first on.

@@ -267,6 +267,21 @@ impl Region {
             Region::Everything => true,
         }
     }
+
+    /// What lies in this region of some stretches of cells of its area.
+    #[must_use]
+    pub fn parts(self, stretches: &[Region]) -> Vec<Region> {
+        let Region::Range { first: own, count: most } = self else { return stretches.to_vec() };
+        let part = |stretch: &Region| {
+            let Region::Range { first, count } = *stretch else { return Some(self) };
+            let end = |first: Cell, count: u32| u64::from(first.index) + u64::from(count);
+            let end = end(own, most).min(end(first, count));
+            let first = first.max(own);
+            let count = u32::try_from(end.checked_sub(first.index.into())?).ok()?;
+            (count > 0).then_some(Region::Range { first, count })
+        };
+        stretches.iter().filter_map(part).collect()
+    }
 }
 
 /// A change of the state.

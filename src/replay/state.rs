@@ -460,7 +460,7 @@ impl<'p, F: Free> State<'p, F> {
                         .get(&choice)
                         .is_some_and(|one| one.shares_area(region)) =>
             {
-                closer.clone()
+                region.parts(closer)
             }
             _ => vec![region],
         };

@@ -63,7 +63,7 @@ fn breaches(program: &Program, memory: &mut Memory<'_>) -> Vec<(Breach, Lit)> {
         }
         let is_found = |effect: &Effect| match &effect.write {
             Write::Havoc(_, choice) => {
-                program.indexed.get(choice).is_some_and(|indexed| indexed.found.is_some())
+                program.indexed.get(choice).is_some_and(|indexed| !indexed.found.is_empty())
             }
             _ => false,
         };
@@ -113,8 +113,14 @@ impl Run<'_> {
             return;
         }
         let Some(indexed) = program.indexed.get(&choice) else { return };
-        let Some((least, largest)) = indexed.found else { return };
-        let inside = self.is_inside(indexed, least, largest, at);
+        if indexed.found.is_empty() {
+            return;
+        }
+        let mut inside = Lit::FALSE;
+        for &(least, largest) in &indexed.found {
+            let within = self.is_inside(indexed, least, largest, at);
+            inside = self.memory.circuit().or(inside, within);
+        }
         let beyond = self.memory.circuit().and(guard, !inside);
         self.note(Breach::Reach(at), beyond);
     }

@@ -15,6 +15,9 @@ use std::rc::Rc;
 /// The short forms of words are kept for so many conditions.
 const MOST_SHORT: usize = 4096;
 
+/// Stretches of an area's cells: the first, and how many.
+pub(super) type Stretches = Vec<(u32, u32)>;
+
 /// What choices of which something is known were found to be so far, so that each is worked out once.
 #[derive(Debug)]
 pub(super) struct Known {
@@ -26,6 +29,8 @@ pub(super) struct Known {
     /// Choices with which the current instruction havocs: the choice, under which guard, and the part of that guard
     /// under which nothing was learned, so that the havoc stays.
     written: Vec<(ChoiceId, Lit, Lit)>,
+    /// A choice with which it writes by an index, and the stretches of cells that it may reach so.
+    pub(super) reach: Option<(ChoiceId, Option<Stretches>)>,
     /// The current instruction's condition.
     condition: Lit,
     /// Where what is read now matters.
@@ -50,6 +55,7 @@ impl Default for Known {
             words: FxHashMap::default(),
             settled: FxHashMap::default(),
             written: Vec::new(),
+            reach: None,
             condition: Lit::TRUE,
             reached: Lit::TRUE,
             implied: None,
@@ -65,6 +71,7 @@ impl Known {
     /// The next instruction begins, with this condition.
     pub(super) fn begin(&mut self, condition: Lit) {
         self.written.clear();
+        self.reach = None;
         self.condition = condition;
     }
 

@@ -86,27 +86,30 @@ impl<'p> Run<'p> {
         let program = self.program;
         let indexed = program.indexed.get(&choice).filter(|indexed| indexed.shares_area(region));
         let Some(indexed) = indexed else { return vec![region] };
-        let Some(stretches) = self.reach(indexed, at) else { return vec![region] };
+        // All regions are written by the index as it is before any of them is.
+        let before = self.known.reach.take().filter(|(own, _)| *own == choice);
+        let (_, stretches) = before.unwrap_or_else(|| (choice, self.reach(indexed, at)));
+        self.known.reach = Some((choice, stretches.clone()));
+        let Some(stretches) = stretches else { return vec![region] };
         let area = indexed.first.area;
-        let is_closer = match region {
-            Region::Range { count: more, .. } => {
-                stretches.iter().map(|&(_, count)| u64::from(count)).sum::<u64>() < more.into()
-            }
-            Region::Area(_) | Region::Everything => true,
-        };
-        if !is_closer {
-            return vec![region];
-        }
         let closer: Vec<Region> = stretches
             .into_iter()
             .map(|(index, count)| Region::Range { first: Cell { area, index }, count })
             .collect();
+        let parts = region.parts(&closer);
+        let cells = |part: &Region| match part {
+            Region::Range { count, .. } => u64::from(*count),
+            Region::Area(_) | Region::Everything => u64::MAX,
+        };
+        if parts.iter().map(cells).fold(0, u64::saturating_add) >= cells(&region) {
+            return vec![region];
+        }
         Arc::make_mut(&mut self.memory.model.settled).settle(
             &self.frames,
             choice,
-            Settling::Within(closer.clone()),
+            Settling::Within(closer),
         );
-        closer
+        parts
     }
 
     /// The stretches of its area's cells that a write by an index may reach: the first, and how many.

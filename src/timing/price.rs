@@ -177,7 +177,7 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
             None => priced(table, Err(NoPrice::Free), begins, entered),
             Some(key) => {
                 let touched = if extras {
-                    tags(&Cells::of(instruction, units(&key.units)), &tagged)
+                    tags(&Cells::of(instruction, units(&key.units), &program.indexed), &tagged)
                 } else {
                     Tags::new()
                 };

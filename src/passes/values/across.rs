@@ -2,12 +2,16 @@
 
 use super::run::{Found, Run};
 use super::state::Followed;
-use crate::base::ring::Ring;
+use super::value::Value;
 use crate::program::Program;
 
-/// So many scans follow each other until nothing new comes; what grows beyond some of them grows to an end.
-const MOST_SCANS: usize = 12;
+/// So many scans follow each other until nothing new comes; what grows beyond some of them grows to the next limit, and
+/// beyond more of them to an end.
+const MOST_SCANS: usize = 20;
 const EXACT_SCANS: usize = 4;
+const LIMITED_SCANS: usize = 12;
+/// So often what was found is taken closer.
+const NARROWED_SCANS: usize = 2;
 /// So many instructions are carried out in all of them.
 const MOST_ACROSS: u64 = 3_000_000;
 /// So many instructions are carried out to find out which trusted words matter.
@@ -21,9 +25,16 @@ pub struct Kept {
     /// What was found in any of the scans.
     pub found: Found,
     /// What the words hold when one starts.
-    pub start: Vec<Ring>,
+    pub start: Vec<Value>,
     /// What it took, in instructions.
     work: u64,
+}
+
+/// One scan.
+struct Scanned {
+    found: Found,
+    /// What it may leave in each of the trusted words for the next one.
+    left: Vec<Value>,
 }
 
 /// What it is worked out from.
@@ -31,7 +42,7 @@ pub struct Across<'a> {
     pub program: &'a Program,
     pub followed: &'a Followed,
     /// What words hold when a scan starts, whoever wrote them.
-    pub free: &'a [Ring],
+    pub free: &'a [Value],
     /// The words that are written in every scan, by slot.
     pub always: Vec<usize>,
     /// Whether to give up.
@@ -51,7 +62,7 @@ impl Across<'_> {
             work += kept.work;
             let before = trusted.len();
             trusted.retain(|&slot| {
-                kept.start[slot] != Ring::constant(0) || self.always.contains(&slot)
+                kept.start[slot] != Value::constant(0) || self.always.contains(&slot)
             });
             if trusted.len() == before {
                 kept.work = work;
@@ -64,30 +75,33 @@ impl Across<'_> {
     }
 
     fn fixpoint(&self, trusted: &[usize]) -> Option<Kept> {
-        let Across { program, followed, free, is_over, .. } = *self;
+        let Across { followed, free, .. } = *self;
         let mut start = free.to_vec();
         for &slot in trusted {
             // Stated ranges hold for every start.
-            start[slot] = Ring::constant(0);
+            start[slot] = Value::constant(0);
         }
         let mut work = 0;
         for scan in 0..MOST_SCANS {
-            let mut run = Run::new(program, followed, is_over);
-            run.scan(followed.holding(start.clone())).ok()??;
-            work += run.work;
+            let mut scanned = self.scan(&start, trusted, &mut work)?;
+            let grow = |slot: usize, (here, there): (Value, Value)| match scan {
+                0..EXACT_SCANS => here.join(there),
+                _ => {
+                    let is_last = scan >= LIMITED_SCANS || work > MOST_ACROSS / 4;
+                    followed.limits.widen(slot, here, there, is_last)
+                }
+            };
             let mut next = start.clone();
-            for &slot in trusted {
-                // A latched word may hold what stood there in the midst of a scan, when the power failed.
-                let Some(value) = run.written[slot] else { continue };
-                next[slot] = match scan {
-                    0..EXACT_SCANS => next[slot].join(value),
-                    _ => next[slot].widen(value),
-                };
+            for (&slot, &left) in trusted.iter().zip(&scanned.left) {
+                next[slot] = grow(slot, (start[slot], left));
             }
             if next == start {
+                if scan > EXACT_SCANS {
+                    (start, scanned) = self.narrower(start, scanned, trusted, &mut work);
+                }
                 let mut trusted = trusted.to_vec();
-                trusted.retain(|&slot| start[slot] != Ring::TOP);
-                return Some(Kept { trusted, found: run.found, start, work });
+                trusted.retain(|&slot| start[slot] != Value::TOP);
+                return Some(Kept { trusted, found: scanned.found, start, work });
             }
             // Without a fixpoint nothing is trusted.
             if work > MOST_ACROSS {
@@ -96,6 +110,47 @@ impl Across<'_> {
             start = next;
         }
         None
+    }
+
+    /// A scan that starts so: what is found in it, and what it may leave in each of the trusted words for the next one: what
+    /// stands there at its end, or what it wrote at any moment before, should the power fail and parameters latch the word.
+    fn scan(&self, start: &[Value], trusted: &[usize], work: &mut u64) -> Option<Scanned> {
+        let Across { program, followed, is_over, .. } = *self;
+        let mut run = Run::new(program, followed, is_over);
+        let end = run.scan(followed.holding(start.to_vec())).ok()??;
+        *work += run.work;
+        let left = |&slot: &usize| match run.written[slot] {
+            Some(written) => end.value(slot).join(written),
+            None => end.value(slot),
+        };
+        Some(Scanned { left: trusted.iter().map(left).collect(), found: run.found })
+    }
+
+    /// What scans keep to is taken closer where it was widened: memory is as at power-up or as a scan left it that started
+    /// as was found. Each of these is closer than the one before or it is not taken, so a scan keeps to it, too.
+    fn narrower(
+        &self,
+        mut start: Vec<Value>,
+        mut scanned: Scanned,
+        trusted: &[usize],
+        work: &mut u64,
+    ) -> (Vec<Value>, Scanned) {
+        for _ in 0..NARROWED_SCANS {
+            let mut closer = start.clone();
+            for (&slot, &left) in trusted.iter().zip(&scanned.left) {
+                let value = left.join(Value::constant(0));
+                if start[slot].holds(&value) {
+                    closer[slot] = value;
+                }
+            }
+            if closer == start || *work > MOST_ACROSS / 4 {
+                break;
+            }
+            let Some(next) = self.scan(&closer, trusted, work) else { break };
+            start = closer;
+            scanned = next;
+        }
+        (start, scanned)
     }
 
     /// The same with as few trusted words as it takes, as far as there is time to find out: many at once are left out,

@@ -1,8 +1,11 @@
 //! What numbers, conditions and operations come to, by what words may hold.
 
 use super::condition::{Condition, Known, Literal};
+use super::integers::Integers;
+use super::reach::Reach;
 use super::state::{Followed, State};
-use crate::base::ring::{Ring, ends};
+use super::value::Value;
+use crate::base::ring::Ring;
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Unary,
 };
@@ -25,44 +28,42 @@ pub struct Evaluation<'a> {
 
 impl Evaluation<'_> {
     /// A word.
-    pub fn word(&self, word: WordSource) -> Ring {
+    pub fn word(&self, word: WordSource) -> Value {
         match word {
-            WordSource::Const(value) => Ring::constant(value),
+            WordSource::Const(value) => Value::constant(value),
             WordSource::Cell(cell) => {
                 let slot = self.followed.words.slot(cell);
-                slot.map_or(Ring::TOP, |slot| self.state.value_where(slot, self.holds))
+                slot.map_or(Value::TOP, |slot| self.state.value_where(slot, self.holds))
             }
-            WordSource::Bits { count, .. } => Ring::of(0, (1i64 << count) - 1),
+            WordSource::Bits { count, .. } => Value::range(0, (1i64 << count) - 1),
             WordSource::Free(choice) => self.choice(choice),
         }
     }
 
-    fn choice(&self, choice: ChoiceId) -> Ring {
+    fn choice(&self, choice: ChoiceId) -> Value {
         match self.program.kinds.get(&choice) {
             Some(ChoiceKind::Exact(meaning)) => {
                 let found = self.operation(meaning);
-                found.and_then(|results| results.first()?.first().copied()).unwrap_or(Ring::TOP)
+                found.and_then(|results| results.first()?.first().copied()).unwrap_or(Value::TOP)
             }
-            Some(ChoiceKind::Present { setting, .. }) => Ring::of(0, i64::from(*setting)),
-            _ => Ring::TOP,
+            Some(ChoiceKind::Present { setting, .. }) => Value::range(0, i64::from(*setting)),
+            _ => Value::TOP,
         }
     }
 
     /// A number's words.
-    pub fn number(&self, number: &Number) -> Vec<Ring> {
+    pub fn number(&self, number: &Number) -> Vec<Value> {
         match number {
             Number::Words(words) => words.iter().map(|word| self.word(*word)).collect(),
             Number::Add(a, b) => sum(&self.number(a), &self.number(b), false),
             Number::Sub(a, b) => sum(&self.number(a), &self.number(b), true),
-            Number::And(a, b) => self.by_word(a, b, and),
-            Number::Or(a, b) => {
-                self.by_word(a, b, |a, b| or(a, b, a.unsigned().0.max(b.unsigned().0)))
-            }
-            Number::Xor(a, b) => self.by_word(a, b, |a, b| or(a, b, 0)),
+            Number::And(a, b) => self.by_word(a, b, Value::and),
+            Number::Or(a, b) => self.by_word(a, b, |a, b| a.or(b, false)),
+            Number::Xor(a, b) => self.by_word(a, b, |a, b| a.or(b, true)),
         }
     }
 
-    fn by_word(&self, a: &Number, b: &Number, how: impl Fn(Ring, Ring) -> Ring) -> Vec<Ring> {
+    fn by_word(&self, a: &Number, b: &Number, how: impl Fn(Value, Value) -> Value) -> Vec<Value> {
         let (a, b) = (self.number(a), self.number(b));
         a.into_iter().zip(b).map(|(a, b)| how(a, b)).collect()
     }
@@ -115,65 +116,72 @@ impl Evaluation<'_> {
             Reading::Unsigned => false,
             Reading::Real(_) => return Condition::default(),
         };
-        let (left, right) = (self.number(&compare.left), self.number(&compare.right));
-        let ([left], [right]) = (&left[..], &right[..]) else { return Condition::default() };
-        let range = |value: &Ring| if signed { value.signed() } else { value.unsigned() };
-        let ((l, lh), (r, rh)) = (range(left), range(right));
-        let (surely, never) = match relation {
-            Relation::Equal => (l == lh && r == rh && l == r, lh < r || rh < l),
-            Relation::NotEqual => (lh < r || rh < l, l == lh && r == rh && l == r),
-            Relation::Less => (lh < r, l >= rh),
-            Relation::LessOrEqual => (lh <= r, l > rh),
-            Relation::Greater => (l > rh, lh <= r),
-            Relation::GreaterOrEqual => (l >= rh, lh < r),
-        };
-        let (least, largest) = if signed { (-32_768, 32_767) } else { (0, 65_535) };
-        // What the left side lies within if it holds, then the right one.
-        let (on_left, on_right) = match relation {
-            Relation::Equal => ((r, rh), (l, lh)),
-            Relation::NotEqual => ((least, largest), (least, largest)),
-            Relation::Less => ((least, rh - 1), (l + 1, largest)),
-            Relation::LessOrEqual => ((least, rh), (l, largest)),
-            Relation::Greater => ((r + 1, largest), (least, lh - 1)),
-            Relation::GreaterOrEqual => ((r, largest), (least, lh)),
-        };
-        let known = [(&compare.left, on_left), (&compare.right, on_right)];
-        let known = known.into_iter().filter_map(|(number, (low, high))| {
-            let Number::Words(words) = number else { return None };
-            let [WordSource::Cell(cell)] = words[..] else { return None };
-            let slot = self.followed.words.slot(cell)?;
-            Some(Known { slot, stamp: self.state.stamp(slot), signed, low, high })
-        });
+        let words = [self.number(&compare.left), self.number(&compare.right)];
+        let sides = words.each_ref().map(|words| Integers::read(words, signed));
+        let [Some(left), Some(right)] = sides else { return Condition::default() };
+        let known = |relation| self.known(compare, relation, &left, &right, signed);
+        let (surely, never) =
+            (holds(&left, &right, relation), holds(&left, &right, opposite(relation)));
         if surely || never {
-            return Condition::constant(surely).knowing(known);
+            return Condition::constant(surely).knowing(known(relation));
         }
-        Condition::default().knowing(known)
+        Condition::default().knowing(known(relation)).denying(known(opposite(relation)), self.holds)
     }
 
-    /// The cells that an indexed write may reach: the least number and the largest.
-    pub fn reach(&self, indexed: &Indexed) -> Option<(u32, u32)> {
-        let (mut low, mut high) = (i64::MAX, i64::MIN);
+    /// What is known of both sides' words where a comparison holds.
+    fn known(
+        &self,
+        compare: &Compare,
+        relation: Relation,
+        left: &Integers,
+        right: &Integers,
+        signed: bool,
+    ) -> impl Iterator<Item = Known> {
+        let mut found = Vec::new();
+        let sides = [
+            (&compare.left, left, right, relation),
+            (&compare.right, right, left, turned(relation)),
+        ];
+        for (number, own, other, relation) in sides {
+            let Number::Words(words) = number else { continue };
+            let Some(lies) = lies(own, other, relation, words.len(), signed) else { continue };
+            for (word, lies) in words.iter().zip(lies) {
+                if let WordSource::Cell(cell) = word
+                    && let Some(slot) = self.followed.words.slot(*cell)
+                    && lies != Value::TOP
+                {
+                    found.push(Known { slot, stamp: self.state.stamp(slot), lies });
+                }
+            }
+        }
+        found.into_iter()
+    }
+
+    /// The cells that an indexed write may reach.
+    pub fn reach(&self, indexed: &Indexed) -> Option<Reach> {
+        let mut index: Option<Integers> = None;
         for reading in &indexed.readings {
-            let words: Vec<Ring> = reading.iter().map(|word| self.word(*word)).collect();
-            let (least, largest) = ends(&words)?;
-            (low, high) = (low.min(least), high.max(largest));
+            let words: Vec<Value> = reading.iter().map(|word| self.word(*word)).collect();
+            let read = Integers::signed(&words)?;
+            index = Some(index.map_or_else(|| read.clone(), |index| index.join(&read)));
         }
+        let mut index = index?;
         if let Some((least, largest)) = indexed.stated {
-            (low, high) = (low.max(least), high.min(largest).max(low.max(least)));
+            // Where none of them keeps to what is stated no scan comes.
+            index = index.within(least, largest).unwrap_or(Integers::range(least, largest));
         }
-        let more = match indexed.length {
+        let length = match indexed.length {
             Length::Exactly(count) => i64::from(count),
             // Counts are unsigned.
             Length::Counted(word, unit) => self.word(word).unsigned().1 * i64::from(unit),
             Length::Unknown => return None,
         };
-        let first = i64::from(indexed.first.index);
-        let last = first.checked_add(high)?.checked_add(more.max(1) - 1)?;
-        Some((u32::try_from(first.checked_add(low)?).ok()?, u32::try_from(last).ok()?))
+        let cells = index.plus(&Integers::constant(indexed.first.index.into()))?;
+        Reach::of(&cells, length.max(1))
     }
 
     /// What an operation gives, if it surely gives something: its results, each its words.
-    pub fn operation(&self, meaning: &Meaning) -> Option<Vec<Vec<Ring>>> {
+    pub fn operation(&self, meaning: &Meaning) -> Option<Vec<Vec<Value>>> {
         let Meaning { operation, inputs, .. } = meaning;
         let input = |n: usize| self.operand(inputs.get(n)?);
         match operation {
@@ -181,75 +189,67 @@ impl Evaluation<'_> {
             Operation::Judged { operation, .. } => {
                 let inner = Meaning { operation: (**operation).clone(), ..meaning.clone() };
                 let mut found = self.operation(&inner)?;
-                found.extend([vec![Ring::of(0, 1)], vec![Ring::of(0, 1)]]);
+                found.extend([vec![Value::range(0, 1)], vec![Value::range(0, 1)]]);
                 Some(found)
             }
             Operation::Multiply { signed: true } => {
-                let ((a, ah), (b, bh)) = (ends(&input(0)?)?, ends(&input(1)?)?);
-                let all = [
-                    a.checked_mul(b)?,
-                    a.checked_mul(bh)?,
-                    ah.checked_mul(b)?,
-                    ah.checked_mul(bh)?,
-                ];
-                let (low, high) = (all.into_iter().min()?, all.into_iter().max()?);
-                let mut product = split(low, high);
-                if input(0)?.len() == 2 {
-                    // A product of four words, of which the upper two hold the sign if the lower two can hold the number.
-                    let upper = match (product[..] != [Ring::TOP; 2], low >= 0, high < 0) {
-                        (true, true, _) => Ring::constant(0),
-                        (true, _, true) => Ring::constant(u16::MAX),
-                        _ => Ring::TOP,
-                    };
-                    product.extend([upper; 2]);
-                }
-                Some(vec![product])
+                let (a, b) = (input(0)?, input(1)?);
+                let product = Integers::signed(&a)?.times(&Integers::signed(&b)?)?;
+                Some(vec![product.words(a.len() + b.len())])
             }
             Operation::Divide { signed: true } => {
                 let (a, b) = (input(0)?, input(1)?);
-                let words = a.len();
-                let ((a, ah), (b, bh)) = (ends(&a)?, ends(&b)?);
-                // Only by one positive number.
-                if b != bh || b <= 0 {
-                    return None;
-                }
-                let rest = (b - 1).min(a.abs().max(ah.abs()));
-                let remainder = (if a < 0 { -rest } else { 0 }, if ah > 0 { rest } else { 0 });
-                let of = |(low, high)| {
-                    if words == 1 { vec![Ring::of(low, high)] } else { split(low, high) }
+                // Only by positive numbers.
+                let results = Integers::signed(&a)?.divided(&Integers::signed(&b)?)?;
+                Some(results.iter().map(|number| number.words(a.len())).collect())
+            }
+            Operation::Resize(words @ 1..=4) => {
+                let number = Integers::signed(&input(0)?)?;
+                let words = usize::from(*words);
+                number.fits(words).then(|| vec![number.words(words)])
+            }
+            Operation::Shift { left, signed } => {
+                let (value, places) = (input(0)?, input(1)?);
+                let ([_], [places]) = (&value[..], &places[..]) else { return None };
+                let by = 1i64 << places.as_constant().filter(|places| *places < 16)?;
+                let number = Integers::read(&value, *signed && !left)?;
+                let by = Integers::constant(by);
+                // To the right numbers below 0 go down, not towards zero.
+                let moved = match left {
+                    true => number.times(&by)?,
+                    false if number.low < 0 => return None,
+                    false => number.divided(&by)?[0].clone(),
                 };
-                Some(vec![of((a / b, ah / b)), of(remainder)])
+                Some(vec![moved.words(1), vec![Value::range(0, 1)]])
             }
-            Operation::Resize(2) => {
-                let (low, high) = ends(&input(0)?)?;
-                Some(vec![split(low, high)])
-            }
-            Operation::PickBit => Some(vec![vec![Ring::of(0, 1)]]),
+            Operation::PickBit => Some(vec![vec![Value::range(0, 1)]]),
             Operation::CountBits(1) => {
                 let most = 16 * input(0)?.len() as i64;
-                Some(vec![vec![Ring::of(0, most)]])
+                Some(vec![vec![Value::range(0, most)]])
             }
             Operation::Find { .. } => {
                 let (of, list) = (input(0)?.len(), input(1)?.len());
                 let most = (list / of.max(1)) as i64;
-                Some(vec![vec![Ring::of(0, most), Ring::of(0, most)]])
+                Some(vec![vec![Value::range(0, most), Value::range(0, most)]])
             }
             Operation::Limit => {
-                let [low, high] = [input(0)?, input(1)?].map(|words| match words[..] {
-                    [word] => word.as_constant().map(u16::cast_signed),
-                    _ => None,
-                });
-                let (low, high) = (i64::from(low?), i64::from(high?));
-                let [value] = input(2)?[..] else { return None };
-                let (least, largest) = value.signed();
-                let within = (low <= high)
-                    .then(|| Ring::of(least.clamp(low, high), largest.clamp(low, high)));
-                Some(vec![vec![within?]])
+                let [low, high, number] = [input(0)?, input(1)?, input(2)?]
+                    .map(|words| Integers::signed(&words).map(|number| (number, words.len())));
+                let ((low, _), (high, _), (number, words)) = (low?, high?, number?);
+                let within = number.limited(low.as_constant()?, high.as_constant()?)?;
+                Some(vec![within.words(words)])
             }
+            Operation::Each(Unary::Negate) => match input(0)?[..] {
+                [word] => Some(vec![vec![word.negated()]]),
+                _ => None,
+            },
             Operation::Each(Unary::ToBcd) => match input(0)?[..] {
                 [word] => {
                     let (low, high) = word.signed();
-                    (low >= 0 && high <= 9999).then(|| vec![vec![Ring::of(0, bcd(high))]])
+                    let few = word.few().map(|few| few.iter().map(|&one| bcd(one.into()) as u16));
+                    let some = few.and_then(Value::of_values);
+                    let found = some.unwrap_or(Value::range(bcd(low.max(0)), bcd(high)));
+                    (low >= 0 && high <= 9999).then(|| vec![vec![found]])
                 }
                 _ => None,
             },
@@ -258,12 +258,12 @@ impl Evaluation<'_> {
     }
 
     /// An operation's operand, if it is surely there.
-    fn operand(&self, operand: &Operand) -> Option<Vec<Ring>> {
+    fn operand(&self, operand: &Operand) -> Option<Vec<Value>> {
         match operand {
             Operand::Words(words) => Some(words.iter().map(|word| self.word(*word)).collect()),
-            Operand::Bits(bits) => Some(vec![Ring::of(0, 1); bits.len()]),
+            Operand::Bits(bits) => Some(vec![Value::range(0, 1); bits.len()]),
             Operand::Number(number) => Some(self.number(number)),
-            Operand::Truth(_) => Some(vec![Ring::of(0, 1)]),
+            Operand::Truth(_) => Some(vec![Value::range(0, 1)]),
             Operand::Run(address, _, Count::Exactly(1)) => {
                 self.read(address).map(|word| vec![word])
             }
@@ -272,22 +272,18 @@ impl Evaluation<'_> {
     }
 
     /// The word at an address, if it is surely one of words that matter.
-    fn read(&self, address: &Address) -> Option<Ring> {
-        const FEW: i64 = 64;
-        let (mut low, mut high) = (address.base, address.base);
+    fn read(&self, address: &Address) -> Option<Value> {
+        let mut sum = Integers::constant(address.base);
         for term in &address.terms {
-            let words: Vec<Ring> = term.words.iter().map(|word| self.word(*word)).collect();
-            let (least, largest) = match (term.reading, &words[..]) {
-                (Digits::Signed, words) => ends(words)?,
-                (Digits::Unsigned, [word]) => word.unsigned(),
-                _ => return None,
+            let words: Vec<Value> = term.words.iter().map(|word| self.word(*word)).collect();
+            let is_signed = match term.reading {
+                Digits::Signed => true,
+                Digits::Unsigned => false,
+                Digits::Bcd => return None,
             };
-            let ends = [least * term.times, largest * term.times];
-            low += ends[0].min(ends[1]);
-            high += ends[0].max(ends[1]);
-        }
-        if high - low > FEW {
-            return None;
+            let number =
+                Integers::read(&words, is_signed)?.times(&Integers::constant(term.times))?;
+            sum = sum.plus(&number)?;
         }
         let cell = |at: i64| {
             let stretch = address.stretches.iter().find(|stretch| {
@@ -295,8 +291,8 @@ impl Evaluation<'_> {
             })?;
             Some(stretch.first.plus(u32::try_from(at - stretch.from).ok()?))
         };
-        let mut found: Option<Ring> = None;
-        for at in low..=high {
+        let mut found: Option<Value> = None;
+        for &at in sum.some()? {
             let value = self.state.value_where(self.followed.words.slot(cell(at)?)?, self.holds);
             found = Some(found.map_or(value, |found| found.join(value)));
         }
@@ -304,35 +300,57 @@ impl Evaluation<'_> {
     }
 }
 
-/// A number of two words within these ends.
-fn split(low: i64, high: i64) -> Vec<Ring> {
-    if low < i64::from(i32::MIN) || high > i64::from(i32::MAX) {
-        return vec![Ring::TOP; 2];
+fn sum(left: &[Value], right: &[Value], subtract: bool) -> Vec<Value> {
+    if let ([left], [right]) = (left, right) {
+        return vec![left.plus(if subtract { right.negated() } else { *right })];
     }
-    let (upper, uppermost) = (low >> 16, high >> 16);
-    let lower = if upper == uppermost { Ring::of(low & 0xFFFF, high & 0xFFFF) } else { Ring::TOP };
-    vec![lower, Ring::of(upper, uppermost)]
-}
-
-fn sum(left: &[Ring], right: &[Ring], subtract: bool) -> Vec<Ring> {
-    let (Some((a, ah)), Some((b, bh))) = (ends(left), ends(right)) else {
-        return vec![Ring::TOP; left.len()];
+    let sum = || {
+        let (left, right) = (Integers::signed(left)?, Integers::signed(right)?);
+        left.plus(&if subtract { right.negated()? } else { right })
     };
-    let (low, high) = if subtract { (a - bh, ah - b) } else { (a + b, ah + bh) };
-    if left.len() == 1 { vec![Ring::of(low, high)] } else { split(low, high) }
+    let words = left.len();
+    sum().filter(|sum| sum.fits(words)).map_or(vec![Value::TOP; words], |sum| sum.words(words))
 }
 
-fn and(a: Ring, b: Ring) -> Ring {
-    match (a.as_constant(), b.as_constant()) {
-        (Some(a), Some(b)) => Ring::constant(a & b),
-        _ => Ring::of(0, a.unsigned().1.min(b.unsigned().1)),
+/// Whether a comparison surely holds.
+fn holds(left: &Integers, right: &Integers, relation: Relation) -> bool {
+    match relation {
+        Relation::Equal => left.as_constant().is_some() && left == right,
+        Relation::NotEqual => left.is_apart(right),
+        Relation::Less => left.high < right.low,
+        Relation::LessOrEqual => left.high <= right.low,
+        Relation::Greater => left.low > right.high,
+        Relation::GreaterOrEqual => left.low >= right.high,
     }
 }
 
-/// What may have the bits of both and no higher ones, from `low` on.
-fn or(a: Ring, b: Ring, low: i64) -> Ring {
-    let high = a.unsigned().1.max(b.unsigned().1);
-    Ring::of(low, (high.unsigned_abs() + 1).next_power_of_two() as i64 - 1)
+/// What a number's words are some of where a comparison with another holds.
+fn lies(
+    own: &Integers,
+    other: &Integers,
+    relation: Relation,
+    words: usize,
+    signed: bool,
+) -> Option<Vec<Value>> {
+    let bits = 16 * words as u32;
+    let (least, largest) =
+        if signed { (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { (0, (1i64 << bits) - 1) };
+    let (low, high) = match relation {
+        Relation::Equal => return Some(other.words(words)),
+        Relation::NotEqual => {
+            let is_here = |but: &i64| words == 1 && (least..=largest).contains(but);
+            let but = other.as_constant().filter(is_here)? as u16;
+            return Some(vec![Value::of(Ring::but(but, but))]);
+        }
+        Relation::Less => (least, other.high - 1),
+        Relation::LessOrEqual => (least, other.high),
+        Relation::Greater => (other.low + 1, largest),
+        Relation::GreaterOrEqual => (other.low, largest),
+    };
+    match words {
+        1 => Some(vec![Value::range(low, high)]).filter(|_| low <= high),
+        _ => own.within(low, high).map(|own| own.words(words)),
+    }
 }
 
 fn bcd(number: i64) -> i64 {
@@ -347,5 +365,16 @@ fn opposite(relation: Relation) -> Relation {
         Relation::LessOrEqual => Relation::Greater,
         Relation::Greater => Relation::LessOrEqual,
         Relation::GreaterOrEqual => Relation::Less,
+    }
+}
+
+/// The same with its sides exchanged.
+fn turned(relation: Relation) -> Relation {
+    match relation {
+        Relation::Equal | Relation::NotEqual => relation,
+        Relation::Less => Relation::Greater,
+        Relation::LessOrEqual => Relation::GreaterOrEqual,
+        Relation::Greater => Relation::Less,
+        Relation::GreaterOrEqual => Relation::LessOrEqual,
     }
 }

@@ -1,9 +1,9 @@
-//! What words can hold where they count: abstract interpretation of the scan over intervals.
+//! What words can hold where they count: abstract interpretation of the scan over ranges with strides and small sets.
 //!
 //! A loop count, a block length or an index that stands in a word is worked out where it is used, over every way that
 //! leads there: constants, moves, arithmetic, guards, results in a known range. Where an index has a range, what is
 //! written by it is those cells and no more. The method is abstract interpretation (P. Cousot and R. Cousot: Abstract
-//! interpretation: a unified lattice model for static analysis of programs, POPL 1977); its domain is in `ring`.
+//! interpretation: a unified lattice model for static analysis of programs, POPL 1977); its domain is in `value`.
 //!
 //! Between scans anybody may write a word ([`Trust::None`]), or, of the words that count and those that they are worked
 //! out from, those keep what this program wrote that it writes in every scan, whatever happens ([`Trust::Counts`]): a
@@ -12,6 +12,9 @@
 mod across;
 mod condition;
 mod evaluate;
+mod integers;
+mod limits;
+mod reach;
 mod run;
 mod rungs;
 mod slice;
@@ -19,21 +22,25 @@ mod slots;
 mod state;
 #[cfg(test)]
 mod tests;
+mod value;
+#[cfg(test)]
+mod value_tests;
 mod write;
 
 use super::{Pass, Settings, loops};
-use crate::base::ring::Ring;
-use crate::program::WordSource;
 use crate::program::meaning::{ChoiceKind, Meaning};
 use crate::program::{
-    Approximated, Cell, ChoiceId, Program, Region, StartRange, Step, TrustedRange, Units, Write,
+    Approximated, BitSource, Cell, ChoiceId, Effect, Program, Region, Source, StartRange, Step,
+    TrustedRange, Units, WordSource, Write,
 };
 use across::{Across, Kept};
 use evaluate::Evaluation;
+use reach::Reach;
 use run::{Found, Run};
 use slots::Slots;
 use state::Followed;
 use std::collections::{BTreeMap, BTreeSet};
+use value::Value;
 
 /// One part of so many of the time allowed is theirs: with the rest the scan is followed and searched.
 const PARTS: u32 = 4;
@@ -161,12 +168,12 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
 }
 
 /// What is known of the words when a scan starts, whoever wrote them: what the user states.
-fn stated(program: &Program, slots: &Slots) -> Vec<Ring> {
-    let mut start = vec![Ring::TOP; slots.cells().len()];
+fn stated(program: &Program, slots: &Slots) -> Vec<Value> {
+    let mut start = vec![Value::TOP; slots.cells().len()];
     for range in &program.ranges {
         if let [cell] = range.cells[..]
             && let Some(slot) = slots.slot(cell)
-            && let Some(value) = start[slot].within(true, range.low, range.high)
+            && let Some(value) = start[slot].meet(Value::range(range.low, range.high))
         {
             start[slot] = value;
         }
@@ -176,7 +183,7 @@ fn stated(program: &Program, slots: &Slots) -> Vec<Ring> {
 
 /// The stated words of which what is stated holds at power-up, if they are cleared then, and into which the program writes
 /// nothing else, from whatever start keeps all of that.
-fn keeps(program: &Program, slots: &Slots, written: &[Option<Ring>]) -> BTreeSet<Cell> {
+fn keeps(program: &Program, slots: &Slots, written: &[Option<Value>]) -> BTreeSet<Cell> {
     let is_kept = |range: &&StartRange| {
         let [cell] = range.cells[..] else { return false };
         // The first scan after power-up starts from 0.
@@ -229,29 +236,77 @@ fn writers(program: &Program, kept: &mut [TrustedRange]) {
     }
 }
 
+/// The stretches of cells that writes by an index reach, each apart only where a word that is read lies between them.
+fn stretches(program: &Program, found: &Found) -> BTreeMap<ChoiceId, Vec<(u32, u32)>> {
+    let mut read: Option<BTreeSet<Cell>> = None;
+    let mut stretches = |(&choice, reach): (&ChoiceId, &Option<Reach>)| {
+        let (all, indexed) = ((*reach)?.stretches(), program.indexed.get(&choice)?);
+        let (&(low, _), &(_, high)) = (all.first()?, all.last()?);
+        let read = match all.len() {
+            1 => return Some((choice, all)),
+            _ => read.get_or_insert_with(|| reads(program)),
+        };
+        let cell = |index: u32| Cell { index, ..indexed.first };
+        let is_reached = |index: u32| all.iter().any(|&(low, high)| (low..=high).contains(&index));
+        let spares = read.range(cell(low)..=cell(high)).any(|cell| !is_reached(cell.index));
+        Some((choice, if spares { all } else { vec![(low, high)] }))
+    };
+    found.reaches.iter().filter_map(&mut stretches).collect()
+}
+
+/// The cells that instructions read by their names.
+fn reads(program: &Program) -> BTreeSet<Cell> {
+    let mut found = BTreeSet::new();
+    for instruction in &program.instructions {
+        instruction.each_read(&mut |source| match source {
+            Source::Bit(BitSource::Cell(cell) | BitSource::WordBit(cell, _))
+            | Source::Word(WordSource::Cell(cell)) => _ = found.insert(cell),
+            Source::Word(WordSource::Bits { first, count }) => {
+                found.extend((0..count).map(|place| first.plus(place.into())));
+            }
+            Source::Bit(_) | Source::Word(_) => {}
+        });
+    }
+    for kind in program.kinds.values() {
+        kind.each_word(&mut |word| {
+            if let WordSource::Cell(cell) = word {
+                found.insert(cell);
+            }
+        });
+    }
+    found
+}
+
 /// Puts into the program what was found.
 fn apply(program: &mut Program, found: &Found) {
     let indexed = &program.indexed;
+    let reached = stretches(program, found);
     // Beyond the end of its area it reaches nothing, as README says of what is not modelled.
-    let reach = |choice: ChoiceId, region: Region| match found.reaches.get(&choice) {
-        Some(&Some((low, high))) => {
-            let indexed = indexed.get(&choice).filter(|indexed| indexed.may_reach(region))?;
-            let first = Cell { index: low, ..indexed.first };
-            Some(Region::Range { first, count: high - low + 1 })
-        }
-        _ => None,
+    let reach = |choice: ChoiceId, region: Region| {
+        let indexed = indexed.get(&choice).filter(|indexed| indexed.may_reach(region))?;
+        Some((indexed, reached.get(&choice)?))
     };
     let mut counted: BTreeSet<usize> = BTreeSet::new();
-    let mut reached: BTreeMap<ChoiceId, (u32, u32)> = BTreeMap::new();
+    let mut taken: BTreeSet<ChoiceId> = BTreeSet::new();
     for (at, instruction) in program.instructions.iter_mut().enumerate() {
-        for effect in &mut instruction.effects {
-            if let Write::Havoc(region, choice) = &mut effect.write
-                && let Some(closer) = reach(*choice, *region)
-            {
-                *region = closer;
-                reached.extend(
-                    found.reaches.get(choice).copied().flatten().map(|ends| (*choice, ends)),
-                );
+        let closer = |effect: &Effect| match effect.write {
+            Write::Havoc(region, choice) => reach(choice, region).is_some(),
+            _ => false,
+        };
+        if instruction.effects.iter().any(closer) {
+            for effect in std::mem::take(&mut instruction.effects) {
+                let Write::Havoc(region, choice) = effect.write else {
+                    instruction.effects.push(effect);
+                    continue;
+                };
+                let Some((indexed, stretches)) = reach(choice, region) else {
+                    instruction.effects.push(effect);
+                    continue;
+                };
+                taken.insert(choice);
+                let write = |&ends| Write::Havoc(indexed.stretch(ends), choice);
+                let writes = stretches.iter().map(write);
+                instruction.effects.extend(writes.map(|write| Effect { when: effect.when, write }));
             }
         }
         if let Some(Units::Counted(units)) = instruction.timing.as_mut().map(|key| &mut key.units)
@@ -276,8 +331,12 @@ fn apply(program: &mut Program, found: &Found) {
         !(counted.contains(&one.instruction)
             && matches!(one.what, Approximated::UnknownCount { .. }))
     });
-    for (choice, ends) in reached {
-        program.indexed.entry(choice).and_modify(|indexed| indexed.found = Some(ends));
+    for choice in taken {
+        if let (Some(indexed), Some(stretches)) =
+            (program.indexed.get_mut(&choice), reached.get(&choice))
+        {
+            indexed.found.clone_from(stretches);
+        }
     }
     program.narrowed.append(&mut counted);
     loops::lower(program, &found.turns);
@@ -293,12 +352,12 @@ pub fn follows(program: &Program, meaning: &Meaning) -> bool {
         }
     });
     let words = Slots::of(cells.into_iter().collect());
-    let known = vec![Ring::constant(1); words.cells().len()];
+    let known = vec![Value::constant(1); words.cells().len()];
     let followed = Followed::of(program, words, Slots::of(Vec::new()));
     let state = followed.holding(known);
     let stamp = std::cell::Cell::new(0);
     let evaluation =
         Evaluation { program, followed: &followed, state: &state, holds: &[], stamp: &stamp };
     let results = evaluation.operation(meaning);
-    results.is_some_and(|all| all.iter().flatten().any(|word| *word != Ring::TOP))
+    results.is_some_and(|all| all.iter().flatten().any(|word| *word != Value::TOP))
 }

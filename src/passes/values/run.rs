@@ -2,9 +2,10 @@
 
 use super::condition::{Condition, Literal, Perhaps};
 use super::evaluate::Evaluation;
+use super::reach::Reach;
 use super::state::{Followed, State};
+use super::value::Value;
 use super::write::{To, Writer};
-use crate::base::ring::Ring;
 use crate::program::meaning::ChoiceKind;
 use crate::program::{ChoiceId, Effect, Instruction, Join, Program, Step, When, WordSource};
 use rustc_hash::FxHashSet;
@@ -21,16 +22,20 @@ const EXACT_WORK: u64 = 400_000;
 const EXACT_WORK_OPEN: u64 = 10_000;
 /// So many turns of other loops are followed before what they change is taken as far as it can go.
 const TURNS: u64 = 3;
+/// As long as a loop has taken no more instructions than these, what grows in it grows to the next limit, so many times
+/// at most, and what was found of it is then narrowed.
+const CHEAP_WORK: u64 = 10_000;
+const MOST_GROWN: u64 = 16;
 
 /// What was found at single instructions, over all ways there.
-#[derive(Debug, Default, PartialEq, Eq)]
+#[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct Found {
     /// The most turns that a loop makes, by what its count may hold.
     pub turns: BTreeMap<usize, i64>,
     /// The largest count of units.
     pub units: BTreeMap<usize, u64>,
-    /// The least and largest cell that an indexed write reaches; `None` where that is not known.
-    pub reaches: BTreeMap<ChoiceId, Option<(u32, u32)>>,
+    /// The cells that an indexed write reaches; `None` where that is not known.
+    pub reaches: BTreeMap<ChoiceId, Option<Reach>>,
 }
 
 impl Found {
@@ -47,11 +52,7 @@ impl Found {
         for (choice, reach) in other.reaches {
             let known = self.reaches.entry(choice).or_insert(reach);
             *known = match (*known, reach) {
-                (Some((low, high)), Some((least, largest)))
-                    if low.max(least) <= high.min(largest) =>
-                {
-                    Some((low.max(least), high.min(largest)))
-                }
+                (Some(known), Some(reach)) => Some(known.closer(reach)),
                 (known, reach) => known.or(reach),
             };
         }
@@ -84,7 +85,18 @@ impl Activation {
     }
 }
 
+/// What was noted up to a place.
+struct Noted {
+    found: Found,
+    written: Vec<Option<Value>>,
+    lost: FxHashSet<(usize, usize)>,
+    landings: BTreeMap<usize, Landing>,
+    /// Where the routine returns, the main routine ended and the scan was stopped, and where a loop is left.
+    ends: [Option<State>; 4],
+}
+
 /// A jump on its way.
+#[derive(Clone)]
 struct Landing {
     state: State,
     stack: Vec<Condition>,
@@ -100,7 +112,7 @@ pub struct Run<'p> {
     is_over: &'p dyn Fn() -> bool,
     pub found: Found,
     /// All that was written into each word at any moment.
-    pub written: Vec<Option<Ring>>,
+    pub written: Vec<Option<Value>>,
     /// The words of which it is noted there that they were written by anything, as ranges of slots.
     lost: FxHashSet<(usize, usize)>,
     /// The last stamp that was given.
@@ -376,11 +388,14 @@ impl<'p> Run<'p> {
                             state.write_bit(bit, truth.filter(|_| guard.surely), stamp);
                         }
                         To::Word { slot, value } => {
-                            if guard.surely {
-                                state.write(slot, value, stamp);
-                            } else {
-                                let when = guard.conjunction();
-                                state.write_perhaps(slot, Perhaps { when, value }, stamp);
+                            let unwritten =
+                                (!guard.surely).then(|| state.value_unless(slot, guard));
+                            match unwritten.flatten() {
+                                None => state.write(slot, value, stamp),
+                                Some(unwritten) => {
+                                    let perhaps = Perhaps { when: guard.conjunction(), value };
+                                    state.write_perhaps(slot, perhaps, unwritten, stamp);
+                                }
                             }
                             let all = &mut self.written[slot];
                             *all = Some(all.map_or(value, |all| all.join(value)));
@@ -388,7 +403,7 @@ impl<'p> Run<'p> {
                         To::Words(slots) => {
                             state.lose(slots.clone(), stamp);
                             if self.lost.insert((slots.start, slots.end)) {
-                                self.written[slots].fill(Some(Ring::TOP));
+                                self.written[slots].fill(Some(Value::TOP));
                             }
                         }
                         To::Bits(bits) => state.lose_bits(bits, stamp),
@@ -511,7 +526,7 @@ impl<'p> Run<'p> {
         let mut taken = act.state.clone()?;
         taken.know_where(fires.literals());
         let possible = taken.assume(fires, &mut Vec::new());
-        if fires.surely {
+        if fires.surely || act.state.as_mut().is_some_and(|stays| !stays.assume_not(fires)) {
             act.state = None;
         }
         possible.then_some(taken)
@@ -547,7 +562,7 @@ impl<'p> Run<'p> {
             // A way on which the word holds something else is no scan's.
             if let WordSource::Cell(cell) = word
                 && let Some(slot) = self.followed.words.slot(cell)
-                && let Some(value) = state.value(slot).within(true, least, largest)
+                && let Some(value) = state.value(slot).meet(Value::range(least, largest))
             {
                 state.know(slot, value);
             }
@@ -574,6 +589,8 @@ impl<'p> Run<'p> {
             exits = Some(begun.clone());
         }
         let (mut head, mut settled) = (begun, false);
+        // What was noted before the head was widened, and how often it grew to a limit.
+        let (mut before, mut grown) = (None, 0);
         let began = self.work;
         let exact_work = if least == most { EXACT_WORK } else { EXACT_WORK_OPEN };
         for turn in 1..=most {
@@ -600,17 +617,26 @@ impl<'p> Run<'p> {
                 continue;
             }
             // From here on the head stands for any further turn.
+            let is_cheap = spent <= CHEAP_WORK;
+            if !settled && is_cheap {
+                before = Some(self.noted(act, &exits));
+            }
             settled = true;
             let stamp = self.fresh();
             let mut wider = head.clone();
-            if turn < 2 * TURNS || spent < EXACT_WORK {
-                wider.widen(&state, stamp);
+            let is_last = !is_cheap || grown >= MOST_GROWN;
+            grown += u64::from(!is_last);
+            if turn < 2 * TURNS + grown || spent < EXACT_WORK {
+                wider.widen(&state, stamp, &self.followed.limits, is_last);
             } else {
                 wider = self.followed.anything();
             }
             if head.covers(&wider) {
                 // Less comes out than goes in: here too every further turn is the same.
-                join(self.fresh(), &mut exits, state);
+                join(self.fresh(), &mut exits, state.clone());
+                if let Some(before) = before.filter(|_| is_cheap) {
+                    exits = self.narrower(act, at..end, state, before)?;
+                }
                 break;
             }
             head = wider;
@@ -618,5 +644,41 @@ impl<'p> Run<'p> {
         act.state = exits;
         act.forget_results();
         Ok(())
+    }
+
+    /// What was noted up to here, to come back to.
+    fn noted(&mut self, act: &Activation, exits: &Option<State>) -> Noted {
+        // It takes as long as some instructions.
+        self.work +=
+            (self.found.units.len() + self.found.reaches.len() + self.written.len()) as u64 / 64;
+        Noted {
+            found: self.found.clone(),
+            written: self.written.clone(),
+            lost: self.lost.clone(),
+            landings: act.landings.clone(),
+            ends: [&act.returned, &self.ended, &self.stopped, exits].map(Clone::clone),
+        }
+    }
+
+    /// Runs a loop's turns once more from what a turn leaves that begins with anything that the head was widened to: each
+    /// turn but the first of those begins so. What was noted of the widened ones is forgotten. Where the loop is left to.
+    fn narrower(
+        &mut self,
+        act: &mut Activation,
+        body: std::ops::Range<usize>,
+        left: State,
+        before: Noted,
+    ) -> Result<Option<State>, NotFollowed> {
+        let Noted { found, written, lost, landings, ends } = before;
+        (self.found, self.written, self.lost, act.landings) = (found, written, lost, landings);
+        let [returned, ended, stopped, mut exits] = ends;
+        (act.returned, self.ended, self.stopped) = (returned, ended, stopped);
+        act.state = Some(left);
+        act.forget_results();
+        self.span(act, body.start + 1, body.end + 1)?;
+        if let Some(state) = act.state.take() {
+            join(self.fresh(), &mut exits, state);
+        }
+        Ok(exits)
     }
 }

@@ -1,9 +1,10 @@
 //! What words may hold at one place of the scan, and what is known of the bits on which it hangs whether they are written.
 
 use super::condition::{Condition, Happened, Known, Literal, Perhaps};
+use super::limits::Limits;
 use super::rungs::passed_over;
 use super::slots::Slots;
-use crate::base::ring::Ring;
+use super::value::Value;
 use crate::program::Program;
 use rustc_hash::FxHashSet;
 use std::ops::Range;
@@ -15,22 +16,25 @@ pub struct Followed {
     pub bits: Slots,
     /// For the first instruction of each rung that changes none of them, the one behind it; 0 for all others.
     pub behind: Vec<usize>,
+    /// How far what grows is let grow.
+    pub limits: Limits,
 }
 
 impl Followed {
     /// These words and bits of a program.
     pub fn of(program: &Program, words: Slots, bits: Slots) -> Followed {
         let behind = passed_over(program, &words, &bits);
-        Followed { words, bits, behind }
+        let limits = Limits::of(program, &words);
+        Followed { words, bits, behind, limits }
     }
 
     /// A state in which all may hold anything.
     pub fn anything(&self) -> State {
-        self.holding(vec![Ring::TOP; self.words.cells().len()])
+        self.holding(vec![Value::TOP; self.words.cells().len()])
     }
 
     /// A state in which the words hold these values.
-    pub fn holding(&self, values: Vec<Ring>) -> State {
+    pub fn holding(&self, values: Vec<Value>) -> State {
         State::new(&values, self.bits.cells().len())
     }
 }
@@ -50,7 +54,7 @@ pub struct State {
 /// What some words hold.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Block {
-    values: [Ring; BLOCK],
+    values: [Value; BLOCK],
     /// Which write each value comes from: what was found out about a value says nothing of another.
     stamps: [u32; BLOCK],
     /// What the last writes of each were that need not have happened.
@@ -61,7 +65,7 @@ impl Block {
     /// Some words that may hold anything, all by one write.
     fn anything(stamp: u32) -> Block {
         Block {
-            values: [Ring::TOP; BLOCK],
+            values: [Value::TOP; BLOCK],
             stamps: [stamp; BLOCK],
             writes: [const { None }; BLOCK],
         }
@@ -72,7 +76,7 @@ impl Block {
 #[derive(Debug, PartialEq, Eq)]
 struct Writes {
     /// What it held before them.
-    before: Ring,
+    before: Value,
     /// They, the last one first.
     perhaps: Vec<Perhaps>,
 }
@@ -100,8 +104,8 @@ const MOST_WRITES: usize = 4;
 
 impl State {
     /// What they hold when the scan starts, and so many bits anything.
-    pub fn new(values: &[Ring], bits: usize) -> State {
-        let block = |some: &[Ring]| {
+    pub fn new(values: &[Value], bits: usize) -> State {
+        let block = |some: &[Value]| {
             let mut block = Block::anything(0);
             block.values[..some.len()].copy_from_slice(some);
             Rc::new(block)
@@ -114,7 +118,7 @@ impl State {
         }
     }
 
-    pub fn value(&self, slot: usize) -> Ring {
+    pub fn value(&self, slot: usize) -> Value {
         self.words[slot / BLOCK].values[slot % BLOCK]
     }
 
@@ -123,11 +127,11 @@ impl State {
     }
 
     /// The value where these are true.
-    pub fn value_where(&self, slot: usize, holds: &[Literal]) -> Ring {
+    pub fn value_where(&self, slot: usize, holds: &[Literal]) -> Value {
         let all = self.value(slot);
         let Some(writes) = self.writes(slot) else { return all };
-        let mut found: Option<Ring> = None;
-        let mut add = |value: Ring| found = Some(found.map_or(value, |found| found.join(value)));
+        let mut found: Option<Value> = None;
+        let mut add = |value: Value| found = Some(found.map_or(value, |found| found.join(value)));
         let mut done = false;
         for write in &writes.perhaps {
             match write.happened(holds) {
@@ -156,7 +160,7 @@ impl State {
     }
 
     /// Takes what is known of a value closer; it stays the same value.
-    pub fn know(&mut self, slot: usize, value: Ring) {
+    pub fn know(&mut self, slot: usize, value: Value) {
         if self.value(slot) != value {
             Rc::make_mut(&mut self.words[slot / BLOCK]).values[slot % BLOCK] = value;
         }
@@ -164,13 +168,13 @@ impl State {
 
     /// Takes the words closer to what holds with a condition. What was known before is put into `before`. False if it cannot
     /// hold here.
-    pub fn assume(&mut self, condition: &Condition, before: &mut Vec<(usize, Ring)>) -> bool {
+    pub fn assume(&mut self, condition: &Condition, before: &mut Vec<(usize, Value)>) -> bool {
         for known in condition.words() {
             if self.stamp(known.slot) != known.stamp {
                 continue;
             }
             let value = self.value(known.slot);
-            match value.within(known.signed, known.low, known.high) {
+            match value.meet(known.lies) {
                 Some(closer) => {
                     before.push((known.slot, value));
                     self.know(known.slot, closer);
@@ -179,6 +183,34 @@ impl State {
             }
         }
         true
+    }
+
+    /// The same with what holds where a condition does not.
+    pub fn assume_not(&mut self, condition: &Condition) -> bool {
+        for known in condition.words_off() {
+            if self.stamp(known.slot) != known.stamp {
+                continue;
+            }
+            match self.value(known.slot).meet(known.lies) {
+                Some(closer) => self.know(known.slot, closer),
+                None => return false,
+            }
+        }
+        true
+    }
+
+    /// The value of a word where a condition does not hold; `None` if that cannot be.
+    pub fn value_unless(&self, slot: usize, condition: &Condition) -> Option<Value> {
+        let (mut value, stamp) = (self.value(slot), self.stamp(slot));
+        if let Some(ways) = condition.ways_off(slot, stamp) {
+            let on_way =
+                |(holds, lies): (Vec<Literal>, Value)| self.value_where(slot, &holds).meet(lies);
+            let all = ways.into_iter().filter_map(on_way).reduce(Value::join)?;
+            value = value.meet(all)?;
+        }
+        let off = condition.words_off().iter();
+        let off = off.filter(|known| known.slot == slot && known.stamp == stamp);
+        off.map(|known| known.lies).try_fold(value, Value::meet)
     }
 
     /// Takes all values closer to what they are where these are true.
@@ -194,7 +226,7 @@ impl State {
     }
 
     /// Writes a value; `stamp` is a new one.
-    pub fn write(&mut self, slot: usize, value: Ring, stamp: u32) {
+    pub fn write(&mut self, slot: usize, value: Value, stamp: u32) {
         let (block, at) = (Rc::make_mut(&mut self.words[slot / BLOCK]), slot % BLOCK);
         block.values[at] = value;
         block.stamps[at] = stamp;
@@ -213,21 +245,21 @@ impl State {
             }
             let block = Rc::make_mut(block);
             for at in within {
-                block.values[at] = Ring::TOP;
+                block.values[at] = Value::TOP;
                 block.stamps[at] = stamp;
                 block.writes[at] = None;
             }
         }
     }
 
-    /// Writes a value perhaps; `stamp` is a new one.
-    pub fn write_perhaps(&mut self, slot: usize, perhaps: Perhaps, stamp: u32) {
+    /// Writes a value perhaps; where that does not happen it stays one of `unwritten`. `stamp` is a new one.
+    pub fn write_perhaps(&mut self, slot: usize, perhaps: Perhaps, unwritten: Value, stamp: u32) {
         let (block, at) = (Rc::make_mut(&mut self.words[slot / BLOCK]), slot % BLOCK);
         block.stamps[at] = stamp;
         let earlier = block.writes[at].take();
         let value = block.values[at];
-        block.values[at] = value.join(perhaps.value);
-        if perhaps.when.is_none() && perhaps.value == Ring::TOP {
+        block.values[at] = unwritten.join(perhaps.value);
+        if perhaps.when.is_none() && perhaps.value == Value::TOP {
             // From here on it is anything, whatever came before.
             return;
         }
@@ -252,8 +284,10 @@ impl State {
                 if known.surely || known.never {
                     return Condition::constant(known.surely);
                 }
-                let words = known.words().to_vec();
-                Condition::of(literal, known.literals()).knowing(words.into_iter())
+                let opposite = if on { when_off } else { when_on };
+                let [words, off] = [known, opposite].map(|truth| truth.words().to_vec());
+                let found = Condition::of(literal, known.literals()).knowing(words.into_iter());
+                found.denying(off.into_iter(), &[])
             }
             None => Condition::literal(literal),
         }
@@ -282,16 +316,16 @@ impl State {
 
     /// What they hold where two paths meet; `stamp` is a new one.
     pub fn meet(&mut self, other: &State, stamp: u32) {
-        self.together(other, stamp, Ring::join);
+        self.together(other, stamp, |_, here, there| here.join(there));
     }
 
     /// The same where that is done again and again.
-    pub fn widen(&mut self, other: &State, stamp: u32) {
-        self.together(other, stamp, Ring::widen);
+    pub fn widen(&mut self, other: &State, stamp: u32, limits: &Limits, is_last: bool) {
+        self.together(other, stamp, |slot, here, there| limits.widen(slot, here, there, is_last));
     }
 
-    fn together(&mut self, other: &State, stamp: u32, how: fn(Ring, Ring) -> Ring) {
-        for (here, there) in self.words.iter_mut().zip(&other.words) {
+    fn together(&mut self, other: &State, stamp: u32, how: impl Fn(usize, Value, Value) -> Value) {
+        for (place, (here, there)) in self.words.iter_mut().zip(&other.words).enumerate() {
             if Rc::ptr_eq(here, there) {
                 continue;
             }
@@ -301,7 +335,8 @@ impl State {
             let here = Rc::make_mut(here);
             for at in 0..BLOCK {
                 if here.values[at] != there.values[at] {
-                    here.values[at] = how(here.values[at], there.values[at]);
+                    let slot = place * BLOCK + at;
+                    here.values[at] = how(slot, here.values[at], there.values[at]);
                 }
                 if here.stamps[at] != there.stamps[at] {
                     here.stamps[at] = stamp;

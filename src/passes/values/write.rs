@@ -2,11 +2,12 @@
 
 use super::condition::Condition;
 use super::evaluate::Evaluation;
+use super::reach::Reach;
 use super::slots::Slots;
-use crate::base::ring::Ring;
+use super::value::Value;
 use crate::program::flow;
 use crate::program::meaning::{ChoiceKind, Target};
-use crate::program::{BitTarget, Cell, ChoiceId, Region, WordTarget, Write};
+use crate::program::{BitTarget, ChoiceId, Region, WordTarget, Write};
 use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -16,7 +17,7 @@ pub enum To {
     /// A bit's slot, and what is known when it is on and when it is off.
     Bit(usize, Option<[Condition; 2]>),
     /// A word's slot and its value: it is written if the effect happens.
-    Word { slot: usize, value: Ring },
+    Word { slot: usize, value: Value },
     /// Some words, perhaps: they may hold anything from here on.
     Words(Range<usize>),
     /// Some bits, perhaps.
@@ -28,7 +29,7 @@ pub struct Writer<'a> {
     /// In the state before it, where its guard holds.
     pub evaluation: Evaluation<'a>,
     /// What was found of indexed writes.
-    pub reaches: &'a mut BTreeMap<ChoiceId, Option<(u32, u32)>>,
+    pub reaches: &'a mut BTreeMap<ChoiceId, Option<Reach>>,
     /// The instruction's.
     pub condition: &'a Condition,
     /// What it writes.
@@ -49,14 +50,13 @@ impl Writer<'_> {
             Write::Bit(BitTarget::WordBit(cell, bit), value) => {
                 let Some(slot) = self.words().slot(*cell) else { return };
                 let value = self.evaluation.logic(value, self.condition);
-                let (mask, before) = (1 << bit, self.evaluation.state.value(slot));
-                let value = match before.as_constant() {
-                    Some(before) if value.surely => Ring::constant(before | mask),
-                    Some(before) if value.never => Ring::constant(before & !mask),
-                    Some(before) => {
-                        Ring::constant(before | mask).join(Ring::constant(before & !mask))
-                    }
-                    None => Ring::TOP,
+                let before = self.evaluation.state.value(slot);
+                let on = before.or(Value::constant(1 << bit), false);
+                let off = before.and(Value::constant(!(1 << bit)));
+                let value = match (value.surely, value.never) {
+                    (true, _) => on,
+                    (_, true) => off,
+                    _ => on.join(off),
                 };
                 self.writes.push(To::Word { slot, value });
             }
@@ -100,10 +100,11 @@ impl Writer<'_> {
             self.lose_bits(region);
             return;
         }
-        let region = self.reach(region, choice);
-        let words = self.words().within(region);
-        self.writes.extend((!words.is_empty()).then_some(To::Words(words)));
-        self.lose_bits(region);
+        for region in self.reach(region, choice) {
+            let words = self.words().within(region);
+            self.writes.extend((!words.is_empty()).then_some(To::Words(words)));
+            self.lose_bits(region);
+        }
     }
 
     /// Takes bits as not known.
@@ -112,37 +113,30 @@ impl Writer<'_> {
         self.writes.extend((!bits.is_empty()).then_some(To::Bits(bits)));
     }
 
-    fn put(&mut self, targets: &[WordTarget], values: &[Ring]) {
+    fn put(&mut self, targets: &[WordTarget], values: &[Value]) {
         for (place, target) in targets.iter().enumerate() {
             let WordTarget::Cell(cell) = target else { continue };
             if let Some(slot) = self.words().slot(*cell) {
-                let value = values.get(place).copied().unwrap_or(Ring::TOP);
+                let value = values.get(place).copied().unwrap_or(Value::TOP);
                 self.writes.push(To::Word { slot, value });
             }
         }
     }
 
     /// The cells that an indexed write may reach.
-    fn reach(&mut self, region: Region, choice: ChoiceId) -> Region {
-        let Some(indexed) = self.evaluation.program.indexed.get(&choice) else { return region };
-        if !indexed.may_reach(region) {
-            return region;
-        }
+    fn reach(&mut self, region: Region, choice: ChoiceId) -> Vec<Region> {
+        let indexed = self.evaluation.program.indexed.get(&choice);
+        let Some(indexed) = indexed.filter(|one| one.may_reach(region)) else {
+            return vec![region];
+        };
         let found = self.evaluation.reach(indexed);
         let known = self.reaches.entry(choice).or_insert(found);
         *known = match (*known, found) {
-            (Some((low, high)), Some((least, largest))) => {
-                Some((low.min(least), high.max(largest)))
-            }
+            (Some(known), Some(found)) => Some(known.join(found)),
             _ => None,
         };
-        match found {
-            Some((low, high)) => {
-                let first = Cell { index: low, ..indexed.first };
-                Region::Range { first, count: high - low + 1 }
-            }
-            None => region,
-        }
+        let Some(found) = found else { return vec![region] };
+        found.stretches().into_iter().map(|ends| indexed.stretch(ends)).collect()
     }
 }
 

@@ -1,9 +1,10 @@
 //! Which cells an instruction reads and writes, as far as its meaning shows them.
 
 use crate::program::{
-    AreaId, BitSource, BitTarget, Cell, Instruction, Region, Source, Touched, WordSource,
-    WordTarget, Write,
+    AreaId, BitSource, BitTarget, Cell, ChoiceId, Indexed, Instruction, Region, Source, Touched,
+    WordSource, WordTarget, Write,
 };
+use std::collections::BTreeMap;
 
 /// Cells of an instruction whose meaning does not say how many of a range it writes are counted up to this,
 /// or up to twice its units.
@@ -33,14 +34,20 @@ pub struct OfArea {
 }
 
 impl Cells {
-    /// What an instruction of so many units touches.
+    /// What an instruction of so many units touches. `indexed` has what writes by an index may reach.
     #[must_use]
-    pub fn of(instruction: &Instruction, units: u64) -> Cells {
+    pub fn of(
+        instruction: &Instruction,
+        units: u64,
+        indexed: &BTreeMap<ChoiceId, Indexed>,
+    ) -> Cells {
         let mut cells = Cells { units, ..Cells::default() };
         instruction.each_read(&mut |source| match source {
             Source::Bit(source) => cells.bit(source),
             Source::Word(source) => cells.word(source),
         });
+        // How many cells were counted of what one write by an index may reach.
+        let mut counted: Vec<(ChoiceId, u64)> = Vec::new();
         for effect in &instruction.effects {
             match &effect.write {
                 Write::Bit(BitTarget::Cell(cell), _) => cells.range(*cell, 1, 1),
@@ -54,6 +61,15 @@ impl Cells {
                         }
                     }
                 }
+                Write::Havoc(region @ Region::Range { first, count }, choice)
+                    if indexed.get(choice).is_some_and(|one| one.shares_area(*region)) =>
+                {
+                    let before = counted.iter().filter(|(own, _)| own == choice);
+                    let before = before.fold(0, |all: u64, (_, count)| all.saturating_add(*count));
+                    let left = cells.most_of_range().saturating_sub(before);
+                    cells.range(*first, *count, u64::from(*count).min(left));
+                    counted.push((*choice, (*count).into()));
+                }
                 Write::Havoc(region, _) => cells.region(*region),
             }
         }
@@ -61,6 +77,11 @@ impl Cells {
             cells.named(&key.touched);
         }
         cells
+    }
+
+    /// So many cells of a range are counted.
+    fn most_of_range(&self) -> u64 {
+        LEAST_RANGE.max(self.units.saturating_mul(2))
     }
 
     /// What the operands name counts as well: of cells shown and cells named the more.
@@ -103,8 +124,7 @@ impl Cells {
     fn region(&mut self, region: Region) {
         match region {
             Region::Range { first, count } => {
-                let most = LEAST_RANGE.max(self.units.saturating_mul(2));
-                self.range(first, count, u64::from(count).min(most));
+                self.range(first, count, u64::from(count).min(self.most_of_range()));
             }
             Region::Area(area) => self.of_area(area).count += 1,
             Region::Everything => {}

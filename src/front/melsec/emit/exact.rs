@@ -214,7 +214,7 @@ impl Emitter<'_> {
                         readings: vec![vec![WordSource::Const(0)]],
                         length,
                         stated: None,
-                        found: None,
+                        found: Vec::new(),
                     };
                     let is_switched = self.is_switched(device.name);
                     found.push((area, Some(indexed).filter(|_| is_counted && !is_switched)));
@@ -292,7 +292,7 @@ impl Emitter<'_> {
             readings,
             length,
             stated: None,
-            found: None,
+            found: Vec::new(),
         })
     }
 

@@ -1,0 +1,112 @@
+//! What a word may be is told by few values, strides, and what guards say where they hold and where they do not.
+
+use super::{most, none};
+
+/// What a loop changes grows to what the program compares it with, and is then taken closer.
+#[test]
+fn what_grows_in_a_loop_grows_to_where_a_guard_ends_it() {
+    let moved = |guard: &str| {
+        let text = format!(
+            "LD SM400; MOV K0 D10; LD X0; CJ P0; LD SM400; LIMIT K1 K3000 D0 D1; FOR D1; LD SM400; INC D10; \
+             {guard}; NEXT; P0; LD SM400; FMOV D0 D100 D10; END"
+        );
+        most(&text)
+    };
+    assert_eq!(moved("LD> D10 K50; MOV K0 D10"), 50);
+    assert_eq!(moved("LD>= D10 K50; MOV K7 D10"), 49);
+    assert_eq!(moved("LD= D10 K50; MOV K0 D10"), 49);
+    assert_eq!(moved("LD SM400; AND> D10 K50; MOV K0 D10"), 50);
+    assert_eq!(moved("LD> D10 K50; OUT M5; LD M5; MOV K0 D10"), 50);
+    assert_eq!(moved("LD> D10 K50; OR< D10 K0; MOV K0 D10"), 50);
+    assert_eq!(moved("LD<= D10 K50; INV; MOV K0 D10"), 50);
+    // Where another contact is off too it goes on.
+    assert_eq!(moved("LD> D10 K50; AND X1; MOV K0 D10"), 65_535);
+    assert_eq!(moved("LD X1; AND> D10 K50; MOV K0 D10"), 65_535);
+    // Only what was counted under the same contact is cleared under it.
+    assert_eq!(moved("LD> D10 K50; OR X1; MOV K0 D10"), 50);
+    // In steps of ten it is never 55, so that is no end, and 60 is one.
+    let tens = |guard: &str| {
+        let text = format!(
+            "LD SM400; MOV K0 D10; LIMIT K1 K3000 D0 D1; FOR D1; LD SM400; + K10 D10; {guard}; NEXT; LD SM400; FMOV D0 D100 D10; END"
+        );
+        most(&text)
+    };
+    assert_eq!((tens("LD> D10 K55; MOV K0 D10"), tens("LD= D10 K60; MOV K0 D10")), (50, 50));
+}
+
+/// Where a jump is not taken, or a write does not happen, its guard does not hold.
+#[test]
+fn what_a_guard_denies_holds_where_it_does_not_act() {
+    let moved = |rungs: &str| none(&format!("{rungs}; LD SM400; FMOV D0 D100 D50; END"));
+    let all = 65_535;
+    assert_eq!(moved("LD SM400; WAND K255 D0 D50; LD> D50 K20; MOV K5 D50"), 20);
+    assert_eq!(moved("LD SM400; WAND K255 D0 D50; LD> D50 K20; AND X0; MOV K5 D50"), 255);
+    assert_eq!(moved("LD SM400; WAND K255 D0 D50; LD X0; AND> D50 K20; MOV K5 D50"), 255);
+    assert_eq!(moved("LD SM400; WAND K255 D0 D50; LD> D50 K20; OR X0; MOV K5 D50"), 20);
+    assert_eq!(moved("LD SM400; WAND K255 D0 D50; LD> D50 K20; MOVP K5 D50"), 255);
+    assert_eq!(moved("LD SM400; WAND K255 D0 D50; LD> D50 K20; MOV D1 D50"), all);
+    // What is read under a contact is known there only.
+    let under = "LD SM400; WAND K255 D0 D50; MOV K90 D51; LD X0; MOV K20 D51; LD X0; AND> D50 D51; MOV K5 D50";
+    assert_eq!(moved(under), 255);
+    let two = "LD SM400; WAND K255 D0 D50; WAND K255 D1 D51; LD X0; MOV K20 D51; LD X0; AND> D50 D51; MOV K5 D50; LD X0; AND X1; FMOV D0 D100 D50; END";
+    assert_eq!(none(two), 20);
+    // Another value of the word is not what was compared.
+    assert_eq!(moved("LD SM400; WAND K255 D0 D50; LD> D50 K20; MOV K255 D50; MOV K5 D50"), 20);
+    assert_eq!(
+        moved(
+            "LD SM400; WAND K255 D0 D50; LD> D50 K20; OUT M5; LD SM400; WAND K255 D1 D50; LD M5; MOV K5 D50"
+        ),
+        255
+    );
+    let jump = |guard: &str| {
+        none(&format!(
+            "LD SM400; WAND K255 D0 D50; {guard}; CJ P1; LD SM400; FMOV D0 D100 D50; P1; NOP; END"
+        ))
+    };
+    assert_eq!(jump("LD> D50 K20"), 20);
+    assert_eq!(jump("LD> D50 K20; AND X0"), 255);
+    assert_eq!(jump("LD> D50 K20; OR X0"), 20);
+    assert_eq!(jump("LD<= D50 K20"), 255);
+    assert_eq!(jump("LD D1.0; AND> D50 K20; OUT M5; LD M5"), 255);
+}
+
+/// Numbers of two words are compared as one.
+#[test]
+fn guards_of_two_words_bound_both() {
+    let moved = |guard: &str| none(&format!("LD X0; {guard}; FMOV K0 D100 D50; END"));
+    assert_eq!(moved("ANDD>= D50 K0; ANDD<= D50 K25"), 25);
+    assert_eq!(moved("ANDD= D50 K25"), 25);
+    assert_eq!(moved("ANDD<= D50 K25"), 65_535);
+    assert_eq!(moved("ANDD>= D50 K0; ANDD<= D50 K70000"), 65_535);
+    assert_eq!(moved("ANDD>= D50 K70000; ANDD<= D50 K70005"), 4469);
+}
+
+/// An index of a stride, or of a few values, reaches those cells and none between them.
+#[test]
+fn an_index_with_a_stride_spares_what_lies_between() {
+    let turns = |index: &str, word: &str| {
+        most(&format!(
+            "LD SM400; {index}; MOV K19 {word}; LDI X1; BIN D9 D10Z0; LD SM400; MOV K0 D300; FMOV D0 D500 {word}; END"
+        ))
+    };
+    let even = "WAND K31 D0 D1; * D1 K2 D2; MOV D2 Z0";
+    assert_eq!((turns(even, "D50"), turns(even, "D51")), (65_535, 19));
+    assert_eq!((turns(even, "D72"), turns(even, "D73")), (65_535, 19));
+    assert_eq!((turns(even, "D10"), turns(even, "D74")), (65_535, 19));
+    let either = "MOV K3 Z0; LD X2; MOV K40 Z0; LD SM400";
+    assert_eq!((turns(either, "D50"), turns(either, "D30")), (65_535, 19));
+    assert_eq!((turns(either, "D13"), turns(either, "D14")), (65_535, 19));
+    let mask = "WAND K48 D0 Z0";
+    assert_eq!((turns(mask, "D42"), turns(mask, "D41")), (65_535, 19));
+    // Where another value comes in there is no stride.
+    let odd = format!("{even}; LD X3; MOV K7 Z0; LD SM400");
+    assert_eq!(turns(&odd, "D51"), 65_535);
+    // A block as long as the stride leaves nothing out.
+    let block = |words: u32, word: &str| {
+        most(&format!(
+            "LD SM400; WAND K7 D0 D1; * D1 K10 Z0; MOV K19 {word}; BMOV W0 D100Z0 K{words}; MOV K0 D400; FMOV D0 D500 {word}; END"
+        ))
+    };
+    assert_eq!((block(3, "D112"), block(3, "D113")), (65_535, 19));
+    assert_eq!((block(10, "D113"), block(9, "D119")), (65_535, 19));
+}
