@@ -5,7 +5,8 @@
 //! [`scan::model::ScanModel`], and slices it into groups; [`solve`] finds each group's maximum; [`replay`] checks
 //! each witness. [`audit`](mod@audit) is all that as one call, and holds its result against a limit; [`measured`] holds
 //! it against measurements; [`report`] shows it. [`minasec`] emulates one machine, [`emulated`] a CPU that runs any
-//! program by a table's times; [`link`] talks with PLCs; [`base`] is what all stand on.
+//! program by a table's times; [`link`] talks with PLCs; [`iec`] reads the languages of IEC 61131-3 and studies their
+//! charts, on Petri nets ([`net`]); [`base`] is what all stand on.
 //! `docs/glossary.md` explains the terms.
 //!
 //! # Examples
@@ -34,9 +35,11 @@ pub mod base;
 pub mod calibrate;
 pub mod emulated;
 pub mod front;
+pub mod iec;
 pub mod link;
 pub mod measured;
 pub mod minasec;
+pub mod net;
 pub mod passes;
 pub mod program;
 pub mod replay;

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 const ORDER: &[&str] = &[
     "base",
     "link",
+    "net",
+    "iec",
     "program",
     "front",
     "minasec",

@@ -72,10 +72,14 @@ codes! {
     BrokenProject = "broken-project",
     /// A file of measurements cannot be read as one
     Capture = "capture",
+    /// A sequential function chart does not hang together
+    Chart = "chart",
     /// A row's columns are not those of the table's heads
     Columns = "columns",
     /// Only device comments were given, and no program
     CommentsAlone = "comments-alone",
+    /// A connection of a drawing leads nowhere, or round in a circle
+    Connection = "connection",
     /// A loop and a master control region cut across each other
     CrossedMasterControl = "crossed-master-control",
     /// A label stands at two places
@@ -202,6 +206,8 @@ codes! {
     NotAnInstruction = "not-an-instruction",
     /// An instruction, or a way to run programs, has no model here
     NotModelled = "not-modelled",
+    /// A chart cannot be rewritten with explicit parallel sequences
+    NotRewritten = "not-rewritten",
     /// A file reads like a program but has no program's name
     OddName = "odd-name",
     /// A branch is not closed in its rung
@@ -250,6 +256,8 @@ codes! {
     StoreToInput = "store-to-input",
     /// A row has an operand and there is no instruction above it
     StrayOperand = "stray-operand",
+    /// A text does not follow the syntax of its language
+    Syntax = "syntax",
     /// A symbol stands for two addresses
     SymbolTwice = "symbol-twice",
     /// A timing table amends a table that does not exist
@@ -316,4 +324,6 @@ codes! {
     WordTwice = "word-twice",
     /// A group's end stands in another group, or in none
     WrongEnd = "wrong-end",
+    /// A file is no well-formed XML, or not the XML that it claims to be
+    Xml = "xml",
 }

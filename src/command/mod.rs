@@ -22,6 +22,7 @@ mod progress;
 mod project_file;
 mod schema;
 mod serve;
+mod sfc;
 mod sheet;
 mod show;
 mod sink;
@@ -62,6 +63,8 @@ enum Command {
     Export(export::Arguments),
     /// Draw rungs as ladder
     Show(show::Arguments),
+    /// Analyse sequential function charts: what runs together; rewrite them with explicit parallels
+    Sfc(sfc::Arguments),
     /// Hold measured scan times against the bound; the last file holds them
     Compare(compare::Arguments),
     /// Hold two versions of a project against each other: what each change costs
@@ -229,6 +232,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Facts(arguments) => facts::run(arguments),
         Command::Show(arguments) => show::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::Sfc(arguments) => sfc::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments),

@@ -27,8 +27,8 @@ pub use place::Places;
 pub(crate) use place::{Pointer, spans, within};
 pub use registry::{Fronts, Kind};
 pub use specimen::{Form, Specimen, Specimens};
-pub use text::BEGINNING;
-use text::{decoded, stem};
+use text::stem;
+pub use text::{BEGINNING, decoded};
 
 /// Declares the fronts' modules and lists what each has as its `FRONT`.
 macro_rules! fronts {

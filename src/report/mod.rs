@@ -21,6 +21,7 @@ mod path;
 pub mod render;
 mod response;
 pub mod schema;
+pub mod sfc;
 pub mod tables;
 mod wrap;
 

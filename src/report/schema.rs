@@ -2,7 +2,7 @@
 //! docs/json.md and taken from there.
 
 use super::json::projects;
-use super::{advice, compare, cpus, diff, doctor, explain, json};
+use super::{advice, compare, cpus, diff, doctor, explain, json, sfc};
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde_json::Value;
@@ -82,6 +82,13 @@ pub const SCHEMAS: &[Published] = &[
         about: "explain",
         heading: "## explain",
         of: of::<explain::json::Report<'static>>,
+    },
+    Published {
+        name: "sfc",
+        id: "scanbound.sfc/1",
+        about: "sfc",
+        heading: "## sfc",
+        of: of::<sfc::json::Report<'static>>,
     },
 ];
 

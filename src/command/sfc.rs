@@ -1,0 +1,206 @@
+//! `scanbound sfc`: sequential function charts, what runs together in them, and their explicit form.
+
+use super::output::{Target, apart};
+use super::{Failure, Outcome};
+use anyhow::anyhow;
+use clap::{Args, ValueEnum};
+use scanbound::base::code::Code;
+use scanbound::base::diagnostic::Diagnostic;
+use scanbound::front::input::{Ignore, gather};
+use scanbound::iec::chart::Chart;
+use scanbound::iec::chart::coactive::{BUDGET, analyse};
+use scanbound::iec::chart::explicit::{Rewriting, explicit};
+use scanbound::iec::chart::structure::structure;
+use scanbound::iec::{self, Body, Pou, Project, same, xml};
+use scanbound::report::sfc::{Study, dot, json, svg, text};
+use std::path::PathBuf;
+
+const ABOUT: &str = "\
+Analyse sequential function charts: loops, selections, parallels, and what runs at the same time
+
+Reads PLCopen XML and charts in text. For each chart: its structure as a tree; which actions can run together with which \
+steps and other actions, by explicit parallels and by actions that S, SD, SL and DS store, with the steps that store and \
+reset them and a way that leads there; steps entered twice, steps never active, dead ends.
+
+With --explicit, charts are rewritten so that stored actions become explicit parallel sequences, which behave the same in \
+every scan; docs/sfc.md says how.";
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound sfc line.xml                             all its charts
+  scanbound sfc line.xml --chart Crane               one
+  scanbound sfc line.xml --format svg -o line.svg    as a picture
+  scanbound sfc line.xml --explicit -o explicit.xml  with explicit parallels, as PLCopen XML
+
+Exit codes: 0 done, 1 a fault was found in a chart, 2 bad usage or input, 70 internal error";
+
+/// The arguments of `sfc`.
+#[derive(Debug, Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Files of one project: PLCopen XML, or programs in text
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Only the chart of this unit, action or method, as the report names it
+    #[arg(long, value_name = "NAME")]
+    chart: Option<String>,
+    /// How it is shown
+    #[arg(long, value_enum, value_name = "FORMAT", conflicts_with = "explicit")]
+    format: Option<Format>,
+    /// Rewrite stored actions as explicit parallels, and write PLCopen XML
+    #[arg(long)]
+    explicit: bool,
+    /// Where it is written; a suffix names the format (.svg .dot .json .txt)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// A format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Text,
+    Dot,
+    Svg,
+    Json,
+}
+
+/// Reads the charts, and shows or rewrites them.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let read: Vec<&std::path::Path> = arguments.files.iter().map(PathBuf::as_path).collect();
+    apart(&read, &[("--output", arguments.output.as_deref())])?;
+    let target = Target::new(arguments.output.as_deref())?;
+    let gathered = gather(&arguments.files, &Ignore::default())?;
+    let mut project = Project::default();
+    let mut texts = Vec::new();
+    let mut faults = Vec::new();
+    for input in &gathered.inputs {
+        let text = scanbound::front::decoded(input, &[]).map_err(|fault| vec![fault])?.into_owned();
+        match iec::read(&input.name, &text) {
+            Ok(more) => project.join(more),
+            Err(more) => faults.extend(more.into_iter().map(|fault| fault.in_file(&input.name))),
+        }
+        texts.push(text);
+    }
+    if !faults.is_empty() {
+        return Err(faults.into());
+    }
+    if arguments.explicit {
+        return rewrite(arguments, &mut project, &texts, target);
+    }
+    show(arguments, &project, target)
+}
+
+fn show(arguments: &Arguments, project: &Project, target: Target) -> Result<Outcome, Failure> {
+    let wanted = |name: &str| arguments.chart.as_deref().is_none_or(|own| same(own, name));
+    let charts = project.charts();
+    let studies: Vec<Study<'_>> = charts
+        .iter()
+        .filter(|(name, ..)| wanted(name))
+        .map(|(name, pou, chart)| Study {
+            name: name.clone(),
+            file: &project.files[pou.file],
+            chart,
+            structure: structure(chart),
+            analysis: analyse(chart, BUDGET),
+        })
+        .collect();
+    if studies.is_empty() {
+        let names: Vec<&str> = charts.iter().map(|(name, ..)| name.as_str()).collect();
+        let has = if names.is_empty() { "no chart".to_owned() } else { names.join(", ") };
+        return Err(anyhow!("there is no such chart: the files have {has}").into());
+    }
+    let suffix = arguments.output.as_ref().and_then(|file| file.extension()?.to_str());
+    let format = arguments.format.unwrap_or(match suffix {
+        Some("dot" | "gv") => Format::Dot,
+        Some("svg") => Format::Svg,
+        Some("json") => Format::Json,
+        _ => Format::Text,
+    });
+    match format {
+        Format::Text => target.write(&text::render(&studies))?,
+        Format::Dot => target.write(&dot::render(&studies))?,
+        Format::Svg => target.write(&svg::render(&studies))?,
+        Format::Json => target.fill(|out| json::write(&studies, out))?,
+    }
+    let is_sound = studies.iter().all(Study::is_sound);
+    Ok(if is_sound { Outcome::Done } else { Outcome::Refuted })
+}
+
+/// The charts of a unit, to be changed.
+fn bodies(pou: &mut Pou) -> Vec<(String, &mut Chart)> {
+    let name = pou.name.clone();
+    let mut found = Vec::new();
+    if let Body::Chart(chart) = &mut pou.body {
+        found.push((name.clone(), chart.as_mut()));
+    }
+    for action in &mut pou.actions {
+        if let Body::Chart(chart) = &mut action.body {
+            found.push((format!("{name}.{}", action.name), chart.as_mut()));
+        }
+    }
+    for method in &mut pou.methods {
+        let inner = bodies(method);
+        found.extend(inner.into_iter().map(|(own, chart)| (format!("{name}.{own}"), chart)));
+    }
+    found
+}
+
+fn rewrite(
+    arguments: &Arguments,
+    project: &mut Project,
+    texts: &[String],
+    target: Target,
+) -> Result<Outcome, Failure> {
+    let mut told: Vec<(usize, u32, String, Rewriting)> = Vec::new();
+    let mut changed: Vec<(usize, Chart)> = Vec::new();
+    for pou in &mut project.pous {
+        let file = pou.file;
+        for (name, chart) in bodies(pou) {
+            if arguments.chart.as_deref().is_some_and(|own| !same(own, &name)) {
+                continue;
+            }
+            let (next, rewritings) = explicit(chart, BUDGET);
+            if rewritings.iter().any(|one| one.branch.is_ok()) {
+                *chart = next;
+                changed.push((file, chart.clone()));
+            }
+            let line = chart.line;
+            told.extend(rewritings.into_iter().map(|one| (file, line, name.clone(), one)));
+        }
+    }
+    let refused = told.iter().filter_map(|(file, line, name, one)| {
+        let why = one.branch.as_ref().err()?;
+        let message = format!(
+            "{name}: action {} stays stored by {}: {why}",
+            one.action,
+            one.qualifier.name()
+        );
+        let help =
+            "the rest is rewritten; this action runs beside the steps that `scanbound sfc` lists";
+        let file = &project.files[*file];
+        Some(Diagnostic::line(Code::NotRewritten, file, *line, "", message, help).warning())
+    });
+    let warnings: Vec<Diagnostic> = refused.collect();
+    if !warnings.is_empty() {
+        super::output::say(&scanbound::report::render::diagnostics(&warnings));
+    }
+    for (_, _, name, one) in &told {
+        if let Ok(steps) = &one.branch {
+            let (action, qualifier) = (&one.action, one.qualifier.name());
+            super::output::say(&format!(
+                "{name}: {action}, stored by {qualifier}, is now the branch {}\n",
+                steps.join(", ")
+            ));
+        }
+    }
+    let is_one_xml = project.files.len() == 1 && xml::begins(&texts[0]);
+    let written = if is_one_xml {
+        let charts: Vec<&Chart> = changed.iter().map(|(_, chart)| chart).collect();
+        xml::write::replaced(&texts[0], &charts)
+    } else {
+        xml::write::project(project)
+    };
+    let written = written.map_err(|why| anyhow!("the charts cannot be written: {why}"))?;
+    target.write(&written)?;
+    Ok(Outcome::Done)
+}

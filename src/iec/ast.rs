@@ -1,0 +1,290 @@
+//! Expressions and statements, as all textual and graphic languages of IEC 61131-3 come down to them.
+
+/// A part of a variable's path, behind its first name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Part {
+    /// A named part of a structure or an instance.
+    Name(String),
+    /// Elements of an array, one index a dimension.
+    Index(Vec<Expr>),
+    /// A bit of a word.
+    Bit(u8),
+    /// What a pointer points to.
+    Dereference,
+}
+
+/// A variable, or a part of one: `Axes[2].Delay.Q`, `%IX0.1`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Path {
+    /// Its first name.
+    pub first: String,
+    /// What follows.
+    pub rest: Vec<Part>,
+}
+
+impl Path {
+    /// A variable of this name.
+    pub fn name(name: impl Into<String>) -> Path {
+        Path { first: name.into(), rest: Vec::new() }
+    }
+
+    /// The path with a named part behind it.
+    #[must_use]
+    pub fn with(mut self, part: &str) -> Path {
+        self.rest.push(Part::Name(part.to_owned()));
+        self
+    }
+
+    /// The name, where it is one name alone.
+    #[must_use]
+    pub fn as_name(&self) -> Option<&str> {
+        self.rest.is_empty().then_some(&self.first)
+    }
+
+    /// The path and the name at its end, where names alone lead there.
+    #[must_use]
+    pub fn split_last(&self) -> Option<(Path, &str)> {
+        let (last, before) = self.rest.split_last()?;
+        let Part::Name(last) = last else { return None };
+        Some((Path { first: self.first.clone(), rest: before.to_vec() }, last))
+    }
+}
+
+/// An operator of two operands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Operator {
+    /// `OR`
+    Or,
+    /// `XOR`
+    Xor,
+    /// `AND`, `&`
+    And,
+    /// `=`
+    Equal,
+    /// `<>`
+    NotEqual,
+    /// `<`
+    Less,
+    /// `<=`
+    LessOrEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterOrEqual,
+    /// `+`
+    Add,
+    /// `-`
+    Subtract,
+    /// `*`
+    Multiply,
+    /// `/`
+    Divide,
+    /// `MOD`
+    Modulo,
+    /// `**`
+    Power,
+}
+
+impl Operator {
+    /// As structured text writes it.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Operator::Or => "OR",
+            Operator::Xor => "XOR",
+            Operator::And => "AND",
+            Operator::Equal => "=",
+            Operator::NotEqual => "<>",
+            Operator::Less => "<",
+            Operator::LessOrEqual => "<=",
+            Operator::Greater => ">",
+            Operator::GreaterOrEqual => ">=",
+            Operator::Add => "+",
+            Operator::Subtract => "-",
+            Operator::Multiply => "*",
+            Operator::Divide => "/",
+            Operator::Modulo => "MOD",
+            Operator::Power => "**",
+        }
+    }
+
+    /// How strongly it binds; a larger number binds more.
+    #[must_use]
+    pub fn binding(self) -> u8 {
+        match self {
+            Operator::Or => 1,
+            Operator::Xor => 2,
+            Operator::And => 3,
+            Operator::Equal | Operator::NotEqual => 4,
+            Operator::Less
+            | Operator::LessOrEqual
+            | Operator::Greater
+            | Operator::GreaterOrEqual => 5,
+            Operator::Add | Operator::Subtract => 6,
+            Operator::Multiply | Operator::Divide | Operator::Modulo => 7,
+            Operator::Power => 8,
+        }
+    }
+}
+
+/// A constant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Literal {
+    /// A truth value.
+    Bool(bool),
+    /// A whole number, with the type that is written in front of it.
+    Int(i128, Option<String>),
+    /// A real number as it is written, with its type.
+    Real(String, Option<String>),
+    /// A duration in nanoseconds.
+    Time(i64),
+    /// Text.
+    Text(String),
+    /// A date or a time of day, as it is written.
+    Date(String),
+}
+
+/// An expression.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Expr {
+    /// A constant.
+    Literal(Literal),
+    /// A variable's value.
+    Variable(Path),
+    /// `NOT`
+    Not(Box<Expr>),
+    /// `-`
+    Negate(Box<Expr>),
+    /// Two operands and what is done with them.
+    Binary(Operator, Box<Expr>, Box<Expr>),
+    /// The result of a function or a method.
+    Call(Path, Vec<Argument>),
+}
+
+impl Expr {
+    /// A truth value.
+    #[must_use]
+    pub fn bool(value: bool) -> Expr {
+        Expr::Literal(Literal::Bool(value))
+    }
+
+    /// A variable of this name.
+    pub fn name(name: impl Into<String>) -> Expr {
+        Expr::Variable(Path::name(name))
+    }
+
+    /// The negation.
+    #[must_use]
+    #[allow(clippy::should_implement_trait)]
+    pub fn not(self) -> Expr {
+        match self {
+            Expr::Literal(Literal::Bool(value)) => Expr::bool(!value),
+            other => Expr::Not(Box::new(other)),
+        }
+    }
+
+    /// Both.
+    #[must_use]
+    pub fn and(self, other: Expr) -> Expr {
+        match (self, other) {
+            (Expr::Literal(Literal::Bool(true)), one)
+            | (one, Expr::Literal(Literal::Bool(true))) => one,
+            (one, two) => Expr::Binary(Operator::And, Box::new(one), Box::new(two)),
+        }
+    }
+
+    /// One of both.
+    #[must_use]
+    pub fn or(self, other: Expr) -> Expr {
+        Expr::Binary(Operator::Or, Box::new(self), Box::new(other))
+    }
+
+    /// Whether it is this truth value.
+    #[must_use]
+    pub fn is(&self, value: bool) -> bool {
+        *self == Expr::bool(value)
+    }
+}
+
+/// What is handed to a function, a method or an instance, or taken from it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Argument {
+    /// The parameter's name, where it is given.
+    pub name: Option<String>,
+    /// Whether it takes a result (`=>`).
+    pub is_output: bool,
+    /// What is handed over, or where the result goes; `NOT` in front of a result's name negates it.
+    pub value: Expr,
+}
+
+/// A statement and its line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Statement {
+    /// The line in the file, from 1.
+    pub line: u32,
+    /// What it does.
+    pub kind: Kind,
+}
+
+/// The choices of a `CASE`: values, or ranges of values.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Selector {
+    /// The least.
+    pub low: Expr,
+    /// The largest; the least itself where it is a single value.
+    pub high: Option<Expr>,
+}
+
+/// What a statement does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Kind {
+    /// `target := value;`
+    Assign(Path, Expr),
+    /// `instance(arguments);`, also of an action, a method or a function.
+    Call(Path, Vec<Argument>),
+    /// A call under a condition: a block with EN, `CALC`.
+    CallIf(Expr, Path, Vec<Argument>),
+    /// `IF`, with its arms and the `ELSE`.
+    If(Vec<(Expr, Vec<Statement>)>, Vec<Statement>),
+    /// `CASE`, with its arms and the `ELSE`.
+    Case(Expr, Vec<(Vec<Selector>, Vec<Statement>)>, Vec<Statement>),
+    /// `FOR` variable, from, to, by.
+    For(Path, Expr, Expr, Option<Expr>, Vec<Statement>),
+    /// `WHILE`.
+    While(Expr, Vec<Statement>),
+    /// `REPEAT`, until.
+    Repeat(Vec<Statement>, Expr),
+    /// `EXIT`.
+    Exit,
+    /// `CONTINUE`.
+    Continue,
+    /// `RETURN`, under a condition.
+    Return(Expr),
+    /// A jump to a label, under a condition.
+    Jump(Expr, String),
+    /// A label.
+    Label(String),
+    /// A coil that sets (true) or resets its variable where the value is true.
+    Latch(Path, bool, Expr),
+    /// What is not understood, in words; it may have done anything.
+    Unread(String),
+}
+
+/// Shows every expression and every statement of some statements.
+pub fn visit(statements: &[Statement], see: &mut dyn FnMut(&Statement)) {
+    for statement in statements {
+        see(statement);
+        match &statement.kind {
+            Kind::If(arms, otherwise) => {
+                arms.iter().for_each(|(_, body)| visit(body, see));
+                visit(otherwise, see);
+            }
+            Kind::Case(_, arms, otherwise) => {
+                arms.iter().for_each(|(_, body)| visit(body, see));
+                visit(otherwise, see);
+            }
+            Kind::For(.., body) | Kind::While(_, body) | Kind::Repeat(body, _) => visit(body, see),
+            _ => {}
+        }
+    }
+}

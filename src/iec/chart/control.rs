@@ -1,0 +1,181 @@
+//! The control of one action, as the standard's block ACTION_CONTROL has it.
+//!
+//! All blocks of a chart that name the action feed one control. R dominates: while a step with R is active the action is
+//! off and nothing is stored. Steps whose blocks have the same qualifier and the same time come in together, so that no edge
+//! is seen where one follows the other. The standard's block has one time for all; here each time has a timer of its own,
+//! which is the same wherever an action has one time.
+
+use super::Qualifier;
+
+/// What comes in at one input of the control in one scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Input {
+    /// Its qualifier.
+    pub qualifier: Qualifier,
+    /// Its time in nanoseconds; 0 without one.
+    pub time: i64,
+    /// Whether one of its steps is active.
+    pub active: bool,
+}
+
+/// What comes of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Output {
+    /// The state of the action: what a Boolean variable takes.
+    pub q: bool,
+    /// Whether the action's body is carried out.
+    pub runs: bool,
+}
+
+/// What is remembered of an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Memory {
+    /// Whether its step was active in the scan before.
+    was: bool,
+    /// Whether it is stored, for SD, DS and SL.
+    stored: bool,
+    /// Since when its timer runs.
+    since: Option<i64>,
+}
+
+impl Memory {
+    /// An on-delay timer: whether its time is over.
+    fn timer(&mut self, input: bool, time: i64, now: i64) -> bool {
+        if !input {
+            self.since = None;
+            return false;
+        }
+        now - *self.since.get_or_insert(now) >= time
+    }
+}
+
+/// The control of one action.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Control {
+    stored: bool,
+    blocks: Vec<Memory>,
+    before: bool,
+}
+
+impl Control {
+    /// The next scan, at this time in nanoseconds. The inputs are the same ones in every scan, in the same order.
+    pub fn scan(&mut self, inputs: &[Input], now: i64, final_scan: bool) -> Output {
+        self.blocks.resize(inputs.len(), Memory::default());
+        let any = |kind: Qualifier| inputs.iter().any(|one| one.qualifier == kind && one.active);
+        let reset = any(Qualifier::R);
+        self.stored = (self.stored || any(Qualifier::S)) && !reset;
+        let (mut q, mut pulse) = (any(Qualifier::N) || self.stored, false);
+        for (&Input { qualifier, time, active }, own) in inputs.iter().zip(&mut self.blocks) {
+            let (rises, falls) = (active && !own.was, !active && own.was);
+            own.was = active;
+            match qualifier {
+                Qualifier::N | Qualifier::R | Qualifier::S => {}
+                Qualifier::L => {
+                    let over = own.timer(active, time, now);
+                    q |= active && !over;
+                }
+                Qualifier::D => q |= own.timer(active, time, now),
+                Qualifier::P => q |= rises,
+                Qualifier::P1 => pulse |= rises,
+                Qualifier::P0 => pulse |= falls,
+                Qualifier::Sd => {
+                    own.stored = (own.stored || active) && !reset;
+                    q |= own.timer(own.stored, time, now);
+                }
+                Qualifier::Ds => {
+                    let due = own.timer(active, time, now);
+                    own.stored = (own.stored || due) && !reset;
+                    q |= own.stored;
+                }
+                Qualifier::Sl => {
+                    own.stored = (own.stored || active) && !reset;
+                    let over = own.timer(own.stored, time, now);
+                    q |= own.stored && !over;
+                }
+            }
+        }
+        q &= !reset;
+        let last = final_scan && self.before && !q;
+        self.before = q;
+        Output { q: q || pulse, runs: q || pulse || last }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Qualifier as K;
+
+    const MS: i64 = 1_000_000;
+
+    /// The action's state in scans 10 ms apart; a row a block, `#` where its step is active.
+    fn told(blocks: &[(K, i64, &str)]) -> String {
+        let mut control = Control::default();
+        let scans = blocks[0].2.len();
+        (0..scans)
+            .map(|scan| {
+                let input = |&(qualifier, time, row): &(K, i64, &str)| Input {
+                    qualifier,
+                    time: time * MS,
+                    active: row.as_bytes()[scan] == b'#',
+                };
+                let inputs: Vec<Input> = blocks.iter().map(input).collect();
+                let out = control.scan(&inputs, scan as i64 * 10 * MS, false);
+                if out.q { '#' } else { '.' }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_qualifier_does_what_the_standard_says() {
+        for (blocks, is) in [
+            (&[(K::N, 0, ".###..")][..], ".###.."),
+            (&[(K::S, 0, ".#...."), (K::R, 0, "....#.")], ".###.."),
+            (&[(K::L, 20, ".####.")], ".##..."),
+            (&[(K::L, 20, "##..####")], "##..##.."),
+            (&[(K::D, 20, ".####.")], "...##."),
+            (&[(K::D, 20, ".##...")], "......"),
+            (&[(K::P, 0, ".##.#.")], ".#..#."),
+            (&[(K::P1, 0, ".##.#.")], ".#..#."),
+            (&[(K::P0, 0, ".##.#.")], "...#.#"),
+            (&[(K::Sd, 20, ".#......"), (K::R, 0, "......#.")], "...###.."),
+            (&[(K::Ds, 20, ".###...."), (K::R, 0, "......#.")], "...###.."),
+            (&[(K::Ds, 20, ".##....."), (K::R, 0, "......#.")], "........"),
+            (&[(K::Sl, 20, ".#......"), (K::R, 0, "......#.")], ".##....."),
+            (&[(K::Sl, 50, ".#......"), (K::R, 0, "...#....")], ".##....."),
+        ] {
+            assert_eq!(told(blocks), is, "{blocks:?}");
+        }
+    }
+
+    #[test]
+    fn corners_are_as_docs_sfc_says() {
+        for (blocks, is) in [
+            // SL again after its time, without R between: nothing.
+            (&[(K::Sl, 20, ".#...#..")][..], ".##....."),
+            // R while SD is pending: it never comes.
+            (&[(K::Sd, 30, ".#......"), (K::R, 0, "...#....")], "........"),
+            // S and R in one scan: R wins; S again when R has ended, since its step is still active.
+            (&[(K::S, 0, ".###...."), (K::R, 0, ".##.....")], "...#####"),
+            // Several steps with S on one action, reset once.
+            (&[(K::S, 0, ".#......"), (K::S, 0, "...#...."), (K::R, 0, ".....#..")], ".####..."),
+            // R also holds off what is not stored.
+            (&[(K::N, 0, ".######."), (K::R, 0, "...##...")], ".##..##."),
+        ] {
+            assert_eq!(told(blocks), is, "{blocks:?}");
+        }
+    }
+
+    #[test]
+    fn the_final_scan_runs_the_body_once_more() {
+        let mut control = Control::default();
+        let mut runs = |active, final_scan| {
+            let input = [Input { qualifier: K::N, time: 0, active }];
+            control.scan(&input, 0, final_scan)
+        };
+        assert!(runs(true, true).runs);
+        assert_eq!(runs(false, true), Output { q: false, runs: true });
+        assert_eq!(runs(false, true), Output::default());
+        assert!(runs(true, false).runs && !runs(false, false).runs);
+    }
+}

@@ -1,0 +1,66 @@
+//! What is wrong with a text, before it is known which file it stands in.
+
+use crate::base::code::Code;
+use crate::base::diagnostic::Diagnostic;
+
+/// A fault at a line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fault {
+    /// Its code.
+    pub code: Code,
+    /// The line, from 1.
+    pub line: u32,
+    /// What stands there, as far as it matters.
+    pub text: String,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+}
+
+impl Fault {
+    /// A fault of syntax.
+    pub fn new(line: u32, message: impl Into<String>) -> Fault {
+        Fault {
+            code: Code::Syntax,
+            line,
+            text: String::new(),
+            message: message.into(),
+            help: "write it as IEC 61131-3 has it, or export it anew".to_owned(),
+        }
+    }
+
+    /// The same with what to do.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Fault {
+        self.help = help.into();
+        self
+    }
+
+    /// The same with another code.
+    #[must_use]
+    pub fn code(mut self, code: Code) -> Fault {
+        self.code = code;
+        self
+    }
+
+    /// The same with what stands there.
+    #[must_use]
+    pub fn text(mut self, text: impl Into<String>) -> Fault {
+        self.text = text.into();
+        self
+    }
+
+    /// The same with the part of the program that it is in named in front.
+    #[must_use]
+    pub fn within(mut self, place: &str) -> Fault {
+        self.message = format!("{place}: {}", self.message);
+        self
+    }
+
+    /// As a finding about a file.
+    #[must_use]
+    pub fn in_file(self, file: &str) -> Diagnostic {
+        Diagnostic::line(self.code, file, self.line, self.text, self.message, self.help)
+    }
+}

@@ -1,0 +1,278 @@
+//! Words, numbers and signs of the textual languages.
+
+use super::fault::Fault;
+
+/// What a token is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Token {
+    /// A name or a keyword, as it is written.
+    Word(String),
+    /// A number or a typed literal (`T#5s`, `16#FF`, `INT#3`, `1.5e3`), as it is written.
+    Number(String),
+    /// Quoted text.
+    Text(String),
+    /// `%IX0.1`
+    Direct(String),
+    /// An operator or a bracket.
+    Sign(&'static str),
+    /// The end of a line, where lines count.
+    Line,
+    /// The end.
+    End,
+}
+
+/// A token and its line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Placed {
+    pub(crate) token: Token,
+    pub(crate) line: u32,
+}
+
+const SIGNS: &[&str] = &[
+    ":=", "=>", "<=", ">=", "<>", "**", "..", "(", ")", "[", "]", ",", ";", ":", "+", "-", "*",
+    "/", "=", "<", ">", "&", ".", "^", "#",
+];
+
+/// Splits a text, whose first line has this number, into tokens. Where `lines` is set the ends of lines are tokens.
+pub(crate) fn tokens(text: &str, first: u32, lines: bool) -> Result<Vec<Placed>, Fault> {
+    let bytes = text.as_bytes();
+    let (mut at, mut line) = (0, first);
+    let mut found = Vec::new();
+    while at < bytes.len() {
+        let rest = &text[at..];
+        let Some(next) = rest.chars().next() else { break };
+        let begins_at = line;
+        if next == '\n' {
+            if lines {
+                found.push(Placed { token: Token::Line, line });
+            }
+            line += 1;
+            at += 1;
+            continue;
+        }
+        if next.is_whitespace() || next == '\u{feff}' {
+            at += next.len_utf8();
+            continue;
+        }
+        if let Some(length) = comment(rest, line)? {
+            line += newlines(&rest[..length]);
+            at += length;
+            continue;
+        }
+        let (token, length) = if next == '\'' || next == '"' {
+            quoted(rest, next, line)?
+        } else if next == '%' {
+            let length = run(rest, |c| c.is_ascii_alphanumeric() || "%.*_".contains(c));
+            (Token::Direct(rest[..length].trim_end_matches('.').to_owned()), length)
+        } else if next.is_ascii_digit() {
+            number(rest)
+        } else if next.is_alphabetic() || next == '_' {
+            word(rest)
+        } else if let Some(sign) = SIGNS.iter().find(|sign| rest.starts_with(**sign)) {
+            (Token::Sign(sign), sign.len())
+        } else {
+            return Err(Fault::new(line, format!("'{next}' is no sign of this language")));
+        };
+        found.push(Placed { token, line: begins_at });
+        line += newlines(&rest[..length]);
+        at += length;
+    }
+    found.push(Placed { token: Token::Line, line });
+    if !lines {
+        found.pop();
+    }
+    found.push(Placed { token: Token::End, line });
+    Ok(found)
+}
+
+fn newlines(text: &str) -> u32 {
+    u32::try_from(text.matches('\n').count()).unwrap_or(u32::MAX)
+}
+
+fn run(text: &str, holds: impl Fn(char) -> bool) -> usize {
+    text.find(|c| !holds(c)).unwrap_or(text.len())
+}
+
+/// The length of a comment or a pragma that begins here.
+fn comment(rest: &str, line: u32) -> Result<Option<usize>, Fault> {
+    if rest.starts_with("//") {
+        return Ok(Some(rest.find('\n').unwrap_or(rest.len())));
+    }
+    for (open, close) in [("(*", "*)"), ("/*", "*/"), ("{", "}")] {
+        if rest.starts_with(open) {
+            return match nested(rest, open, close) {
+                Some(length) => Ok(Some(length)),
+                None => {
+                    Err(Fault::new(line, format!("the comment that begins with {open} has no end")))
+                }
+            };
+        }
+    }
+    Ok(None)
+}
+
+/// The length of a comment, with those inside of it.
+fn nested(text: &str, open: &str, close: &str) -> Option<usize> {
+    let (mut depth, mut at) = (0_usize, 0);
+    loop {
+        let rest = text.get(at..)?;
+        let closing = rest.find(close)?;
+        match rest.find(open) {
+            Some(opening) if opening < closing => {
+                depth += 1;
+                at += opening + open.len();
+            }
+            _ => {
+                at += closing + close.len();
+                depth = depth.checked_sub(1)?;
+                if depth == 0 {
+                    return Some(at);
+                }
+            }
+        }
+    }
+}
+
+fn quoted(rest: &str, quote: char, line: u32) -> Result<(Token, usize), Fault> {
+    let mut escaped = false;
+    for (at, c) in rest.char_indices().skip(1) {
+        if c == quote && !escaped {
+            return Ok((Token::Text(rest[1..at].to_owned()), at + 1));
+        }
+        escaped = c == '$' && !escaped;
+    }
+    Err(Fault::new(line, "the text has no end"))
+}
+
+/// A number, with an exponent, a base or a unit of time behind it.
+fn number(rest: &str) -> (Token, usize) {
+    let mut length = run(rest, |c| c.is_ascii_digit() || c == '_');
+    let tail = &rest[length..];
+    if let Some(digits) = tail.strip_prefix('#') {
+        length += 1 + run(digits, |c| c.is_ascii_alphanumeric() || c == '_');
+        return (Token::Number(rest[..length].to_owned()), length);
+    }
+    if tail.starts_with('.') && tail[1..].starts_with(|c: char| c.is_ascii_digit()) {
+        length += 1 + run(&tail[1..], |c| c.is_ascii_digit() || c == '_');
+    }
+    if rest[length..].starts_with(['e', 'E']) {
+        let exponent = rest[length + 1..].trim_start_matches(['+', '-']);
+        let signs = rest[length + 1..].len() - exponent.len();
+        let digits = run(exponent, |c| c.is_ascii_digit());
+        if digits > 0 && signs <= 1 {
+            length += 1 + signs + digits;
+        }
+    }
+    (Token::Number(rest[..length].to_owned()), length)
+}
+
+/// A name, or a literal with its type in front: `T#1m30s`, `INT#-5`, `BOOL#1`, `DT#2020-01-01-00:00:00`.
+fn word(rest: &str) -> (Token, usize) {
+    let mut length = run(rest, |c| c.is_alphanumeric() || c == '_');
+    let (word, tail) = rest.split_at(length);
+    let literal = tail.strip_prefix('#').filter(|literal| {
+        let typed = TYPED.contains(&word.to_ascii_uppercase().as_str());
+        typed && literal.starts_with(|c: char| c.is_ascii_alphanumeric() || "+-".contains(c))
+    });
+    let Some(literal) = literal else { return (Token::Word(word.to_owned()), length) };
+    let signed = usize::from(literal.starts_with(['+', '-']));
+    let is_date = matches!(
+        word.to_ascii_uppercase().as_str(),
+        "D" | "DATE" | "DT" | "DATE_AND_TIME" | "TOD" | "TIME_OF_DAY" | "LDT" | "LTOD" | "LDATE"
+    );
+    let part =
+        |c: char| c.is_ascii_alphanumeric() || "._#".contains(c) || is_date && "-:".contains(c);
+    let digits = run(&literal[signed..], part);
+    length += 1 + signed + digits;
+    (Token::Number(rest[..length].to_owned()), length)
+}
+
+/// The types that may stand in front of a literal.
+const TYPED: &[&str] = &[
+    "T",
+    "TIME",
+    "LT",
+    "LTIME",
+    "D",
+    "DATE",
+    "LDATE",
+    "TOD",
+    "TIME_OF_DAY",
+    "LTOD",
+    "DT",
+    "DATE_AND_TIME",
+    "LDT",
+    "BOOL",
+    "BYTE",
+    "WORD",
+    "DWORD",
+    "LWORD",
+    "SINT",
+    "INT",
+    "DINT",
+    "LINT",
+    "USINT",
+    "UINT",
+    "UDINT",
+    "ULINT",
+    "REAL",
+    "LREAL",
+    "STRING",
+    "WSTRING",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(text: &str) -> Vec<String> {
+        let name = |placed: Placed| match placed.token {
+            Token::Word(text) | Token::Number(text) | Token::Direct(text) => text,
+            Token::Text(text) => format!("'{text}'"),
+            Token::Sign(sign) => sign.to_owned(),
+            Token::Line => "line".to_owned(),
+            Token::End => "end".to_owned(),
+        };
+        tokens(text, 1, false).expect("tokens").into_iter().map(name).collect()
+    }
+
+    #[test]
+    fn literals_names_and_signs_are_told_apart() {
+        assert_eq!(
+            shown("a.b[1..2]:=T#1m30s_5ms+16#FF*1.5e-3;//x\n(* (* y *) *) 'it$'s' %IX0.1 s1.X"),
+            [
+                "a",
+                ".",
+                "b",
+                "[",
+                "1",
+                "..",
+                "2",
+                "]",
+                ":=",
+                "T#1m30s_5ms",
+                "+",
+                "16#FF",
+                "*",
+                "1.5e-3",
+                ";",
+                "'it$'s'",
+                "%IX0.1",
+                "s1",
+                ".",
+                "X",
+                "end"
+            ]
+        );
+        assert_eq!(
+            shown("INT#-5 color#red D#2020-01-02"),
+            ["INT#-5", "color", "#", "red", "D#2020-01-02", "end"]
+        );
+    }
+
+    #[test]
+    fn what_has_no_end_is_told_with_its_line() {
+        assert_eq!(tokens("a\n(* b", 5, false).expect_err("a fault").line, 6);
+        assert!(tokens("'a", 1, false).is_err() && tokens("a ? b", 1, false).is_err());
+    }
+}

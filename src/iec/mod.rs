@@ -1,0 +1,314 @@
+//! IEC 61131-3: programs in its languages as data, sequential function charts and what can be told of them.
+//!
+//! What is read here means nothing yet to the analysis: a front makes a program of it. But charts are studied by
+//! themselves: run by the standard's rules of evolution ([`chart::run`]), taken apart into loops, selections and parallels
+//! ([`chart::structure`]), asked which actions can run together ([`chart::coactive`]), and rewritten so that parallel control
+//! by stored actions becomes visible ([`chart::explicit`]).
+
+pub mod ast;
+pub mod chart;
+pub mod fault;
+mod lexer;
+pub mod parse;
+pub mod show;
+pub mod xml;
+
+use ast::{Expr, Statement};
+use chart::Chart;
+use fault::Fault;
+
+/// A variable's type as it is written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TypeRef {
+    /// An elementary type, or one that the project or the standard declares.
+    Named(String),
+    /// An array: the least and the largest index of each dimension.
+    Array(Vec<(Expr, Expr)>, Box<TypeRef>),
+    /// Text.
+    Text,
+    /// A structure.
+    Struct(Vec<Variable>),
+    /// One of these names, with their numbers.
+    Enumeration(Vec<(String, Option<Expr>)>),
+    /// A reference or pointer to something.
+    Pointer(Box<TypeRef>),
+}
+
+/// In which section a variable is declared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Section {
+    /// `VAR`
+    Local,
+    /// `VAR_TEMP`
+    Temp,
+    /// `VAR_INPUT`
+    Input,
+    /// `VAR_OUTPUT`
+    Output,
+    /// `VAR_IN_OUT`
+    InOut,
+    /// `VAR_EXTERNAL`
+    External,
+    /// `VAR_GLOBAL`
+    Global,
+}
+
+/// A variable.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Its section.
+    pub section: Section,
+    /// Its type.
+    pub of: TypeRef,
+    /// What it holds at first.
+    pub initial: Option<Expr>,
+    /// Its direct address (`%IX0.1`, `%Q*`).
+    pub at: Option<String>,
+    /// Whether nothing writes it.
+    pub constant: bool,
+    /// Whether it survives a loss of power.
+    pub retain: bool,
+    /// Its line.
+    pub line: u32,
+}
+
+/// What a program organization unit is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PouKind {
+    /// A program.
+    Program,
+    /// A function block.
+    FunctionBlock,
+    /// A function, or a method of a function block.
+    Function,
+}
+
+/// A language of the standard.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Language {
+    /// Structured text.
+    St,
+    /// Instruction list.
+    Il,
+    /// Ladder diagram.
+    Ld,
+    /// Function block diagram.
+    Fbd,
+    /// Sequential function chart.
+    Sfc,
+}
+
+impl Language {
+    /// Its short name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Language::St => "ST",
+            Language::Il => "IL",
+            Language::Ld => "LD",
+            Language::Fbd => "FBD",
+            Language::Sfc => "SFC",
+        }
+    }
+}
+
+/// What is executed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Body {
+    /// Statements, and the language that they were written in.
+    Code(Language, Vec<Statement>),
+    /// A chart.
+    Chart(Box<Chart>),
+    /// What could not be read, and why.
+    Unread(Language, Fault),
+}
+
+impl Body {
+    /// A body without a statement.
+    #[must_use]
+    pub fn empty() -> Body {
+        Body::Code(Language::St, Vec::new())
+    }
+
+    /// The language that it was written in.
+    #[must_use]
+    pub fn language(&self) -> Language {
+        match self {
+            Body::Code(language, _) | Body::Unread(language, _) => *language,
+            Body::Chart(_) => Language::Sfc,
+        }
+    }
+}
+
+/// A body with a name: an action, or the condition of a named transition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Named {
+    /// Its name.
+    pub name: String,
+    /// What it does.
+    pub body: Body,
+    /// Its line.
+    pub line: u32,
+}
+
+/// A program organization unit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pou {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: PouKind,
+    /// The function block that it extends.
+    pub extends: Option<String>,
+    /// The type of its result, of a function.
+    pub result: Option<TypeRef>,
+    /// Its variables.
+    pub variables: Vec<Variable>,
+    /// Its body.
+    pub body: Body,
+    /// Its actions.
+    pub actions: Vec<Named>,
+    /// Its named transitions.
+    pub transitions: Vec<Named>,
+    /// Its methods.
+    pub methods: Vec<Pou>,
+    /// The file, an index into the files that were read.
+    pub file: usize,
+    /// Its line.
+    pub line: u32,
+}
+
+impl Pou {
+    /// Its charts: that of the body, those of actions and of methods, each with the name of what it belongs to.
+    #[must_use]
+    pub fn charts(&self) -> Vec<(String, &Chart)> {
+        let mut found = Vec::new();
+        if let Body::Chart(chart) = &self.body {
+            found.push((self.name.clone(), chart.as_ref()));
+        }
+        for action in &self.actions {
+            if let Body::Chart(chart) = &action.body {
+                found.push((format!("{}.{}", self.name, action.name), chart.as_ref()));
+            }
+        }
+        for method in &self.methods {
+            let own = method.charts();
+            found.extend(
+                own.into_iter().map(|(name, chart)| (format!("{}.{name}", self.name), chart)),
+            );
+        }
+        found
+    }
+
+    /// The action of this name.
+    #[must_use]
+    pub fn action(&self, name: &str) -> Option<&Named> {
+        self.actions.iter().find(|one| same(&one.name, name))
+    }
+}
+
+/// A declared type.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TypeDeclaration {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub of: TypeRef,
+    /// What a variable of it holds at first.
+    pub initial: Option<Expr>,
+}
+
+/// A task, and what it runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Task {
+    /// Its name; empty for programs that no task is named for.
+    pub name: String,
+    /// Its interval in nanoseconds, where it has one.
+    pub interval: Option<i64>,
+    /// Its priority as it is written.
+    pub priority: Option<String>,
+    /// The instances of programs in their order: name and type.
+    pub instances: Vec<(String, String)>,
+}
+
+/// What the files of a project say.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Project {
+    /// The files' names.
+    pub files: Vec<String>,
+    /// Declared types.
+    pub types: Vec<TypeDeclaration>,
+    /// Lists of global variables, by their names (empty where they have none).
+    pub globals: Vec<(String, Vec<Variable>)>,
+    /// The program organization units.
+    pub pous: Vec<Pou>,
+    /// The tasks.
+    pub tasks: Vec<Task>,
+}
+
+impl Project {
+    /// The unit of this name.
+    #[must_use]
+    pub fn pou(&self, name: &str) -> Option<&Pou> {
+        self.pous.iter().find(|pou| same(&pou.name, name))
+    }
+
+    /// Takes in what another file says.
+    pub fn join(&mut self, mut other: Project) {
+        let shift = self.files.len();
+        other.pous.iter_mut().for_each(|pou| {
+            pou.file += shift;
+            pou.methods.iter_mut().for_each(|method| method.file += shift);
+        });
+        self.files.append(&mut other.files);
+        self.types.append(&mut other.types);
+        self.globals.append(&mut other.globals);
+        self.pous.append(&mut other.pous);
+        for task in other.tasks {
+            match self.tasks.iter_mut().find(|own| same(&own.name, &task.name)) {
+                Some(own) => own.instances.extend(task.instances),
+                None => self.tasks.push(task),
+            }
+        }
+    }
+
+    /// Every chart, with the name of what it belongs to and the unit that it stands in.
+    #[must_use]
+    pub fn charts(&self) -> Vec<(String, &Pou, &Chart)> {
+        let all = self
+            .pous
+            .iter()
+            .flat_map(|pou| pou.charts().into_iter().map(move |(name, chart)| (name, pou, chart)));
+        all.collect()
+    }
+}
+
+/// Whether two names are the same: upper and lower case do not tell them apart.
+#[must_use]
+pub fn same(one: &str, other: &str) -> bool {
+    one.eq_ignore_ascii_case(other)
+}
+
+/// Reads a file of PLCopen XML, or of units in text.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn read(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
+    if xml::begins(text) { xml::file(name, text) } else { parse::file(name, text) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_one_project_are_joined() {
+        let mut one = read("a.st", "PROGRAM a x := 1; END_PROGRAM").expect("a program");
+        let two = "FUNCTION_BLOCK b x := 1; END_FUNCTION_BLOCK CONFIGURATION c PROGRAM i : a; END_CONFIGURATION";
+        one.join(read("b.st", two).expect("a function block"));
+        assert_eq!((one.pou("B").map(|pou| pou.file), one.files.len()), (Some(1), 2));
+        assert_eq!(one.tasks[0].instances, [("i".to_owned(), "a".to_owned())]);
+    }
+}

@@ -1,0 +1,239 @@
+//! Declarations of variables and types.
+
+use super::cursor::Cursor;
+use super::expression::expression;
+use crate::iec::ast::{Argument, Expr, Literal, Path};
+use crate::iec::fault::Fault;
+use crate::iec::lexer::Token;
+use crate::iec::{Section, TypeDeclaration, TypeRef, Variable, same};
+
+/// The section that begins here; its word is taken.
+pub(super) fn section(cursor: &mut Cursor) -> Option<Section> {
+    let Token::Word(word) = cursor.peek() else { return None };
+    let section = match word.to_ascii_uppercase().as_str() {
+        "VAR" | "VAR_INST" | "VAR_STAT" | "VAR_CONFIG" | "VAR_ACCESS" => Section::Local,
+        "VAR_TEMP" => Section::Temp,
+        "VAR_INPUT" => Section::Input,
+        "VAR_OUTPUT" => Section::Output,
+        "VAR_IN_OUT" => Section::InOut,
+        "VAR_EXTERNAL" => Section::External,
+        "VAR_GLOBAL" => Section::Global,
+        _ => return None,
+    };
+    cursor.next();
+    Some(section)
+}
+
+/// The variables of a section, up to its END_VAR.
+pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Variable>, Fault> {
+    let (mut constant, mut retain) = (false, false);
+    loop {
+        if cursor.take_word("CONSTANT") {
+            constant = true;
+        } else if cursor.take_word("RETAIN") || cursor.take_word("PERSISTENT") {
+            retain = true;
+        } else if !(cursor.take_word("NON_RETAIN")
+            || cursor.take_word("R_EDGE")
+            || cursor.take_word("F_EDGE"))
+        {
+            break;
+        }
+    }
+    let mut found = Vec::new();
+    while !cursor.take_word("END_VAR") {
+        let line = cursor.line();
+        let mut names = vec![cursor.name("a variable's name or END_VAR")?];
+        let mut at = None;
+        if cursor.take_word("AT") {
+            at = Some(direct(cursor)?);
+        }
+        while cursor.take_sign(",") {
+            names.push(cursor.name("a variable's name")?);
+        }
+        cursor.sign(":")?;
+        let of = cursor.deeper(type_ref)?;
+        let initial = if cursor.take_sign(":=") { Some(cursor.deeper(initial)?) } else { None };
+        cursor.sign(";")?;
+        found.extend(names.into_iter().map(|name| Variable {
+            name,
+            section,
+            of: of.clone(),
+            initial: initial.clone(),
+            at: at.clone(),
+            constant,
+            retain,
+            line,
+        }));
+    }
+    Ok(found)
+}
+
+fn direct(cursor: &mut Cursor) -> Result<String, Fault> {
+    match cursor.next() {
+        Token::Direct(text) => Ok(text.to_ascii_uppercase()),
+        _ => {
+            let line = cursor.line();
+            Err(Fault::new(line, "behind AT a direct address such as %IX0.1 was expected"))
+        }
+    }
+}
+
+/// What a variable holds at first. What stands in brackets for arrays and structures is taken as it is.
+fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
+    let place = cursor.place();
+    if cursor.is_sign("[") || cursor.is_sign("(") {
+        let close = if cursor.is_sign("[") { "]" } else { ")" };
+        let open = if close == "]" { "[" } else { "(" };
+        let mut depth = 0_u32;
+        loop {
+            if *cursor.peek() == Token::End {
+                return Err(cursor.unexpected(close));
+            }
+            if cursor.is_sign(open) {
+                depth += 1;
+            }
+            if cursor.is_sign(close) {
+                depth -= 1;
+            }
+            cursor.next();
+            if depth == 0 {
+                break;
+            }
+        }
+        if cursor.is_sign(";") && open == "[" {
+            return Ok(Expr::Call(Path::name("~initial"), Vec::new()));
+        }
+        cursor.back_to(place);
+        if let Ok(value) = expression(cursor) {
+            return Ok(value);
+        }
+        cursor.back_to(place);
+        while !cursor.is_sign(";") && *cursor.peek() != Token::End {
+            cursor.next();
+        }
+        return Ok(Expr::Call(Path::name("~initial"), Vec::new()));
+    }
+    expression(cursor)
+}
+
+/// A type.
+pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
+    if cursor.take_word("ARRAY") {
+        cursor.sign("[")?;
+        let mut dimensions = Vec::new();
+        loop {
+            let low = expression(cursor)?;
+            cursor.sign("..")?;
+            dimensions.push((low, expression(cursor)?));
+            if !cursor.take_sign(",") {
+                break;
+            }
+        }
+        cursor.sign("]")?;
+        cursor.word("OF")?;
+        let of = cursor.deeper(type_ref)?;
+        return Ok(TypeRef::Array(dimensions, Box::new(of)));
+    }
+    if cursor.take_word("STRUCT") {
+        let mut parts = Vec::new();
+        while !cursor.take_word("END_STRUCT") {
+            let line = cursor.line();
+            let mut names = vec![cursor.name("a part's name or END_STRUCT")?];
+            while cursor.take_sign(",") {
+                names.push(cursor.name("a part's name")?);
+            }
+            cursor.sign(":")?;
+            let of = cursor.deeper(type_ref)?;
+            let start = if cursor.take_sign(":=") { Some(cursor.deeper(initial)?) } else { None };
+            cursor.sign(";")?;
+            parts.extend(names.into_iter().map(|name| Variable {
+                name,
+                section: Section::Local,
+                of: of.clone(),
+                initial: start.clone(),
+                at: None,
+                constant: false,
+                retain: false,
+                line,
+            }));
+        }
+        return Ok(TypeRef::Struct(parts));
+    }
+    if cursor.take_sign("(") {
+        let mut values = Vec::new();
+        loop {
+            let name = cursor.name("a value's name")?;
+            let number = if cursor.take_sign(":=") { Some(expression(cursor)?) } else { None };
+            values.push((name, number));
+            if !cursor.take_sign(",") {
+                break;
+            }
+        }
+        cursor.sign(")")?;
+        return Ok(TypeRef::Enumeration(values));
+    }
+    if cursor.take_word("POINTER") || cursor.take_word("REFERENCE") {
+        cursor.word("TO")?;
+        return Ok(TypeRef::Pointer(Box::new(cursor.deeper(type_ref)?)));
+    }
+    if cursor.take_word("REF_TO") {
+        return Ok(TypeRef::Pointer(Box::new(cursor.deeper(type_ref)?)));
+    }
+    let mut name = cursor.name("a type")?;
+    while cursor.take_sign(".") {
+        name = cursor.name("a type")?;
+    }
+    if same(&name, "STRING") || same(&name, "WSTRING") {
+        for (open, close) in [("(", ")"), ("[", "]")] {
+            if cursor.take_sign(open) {
+                expression(cursor)?;
+                cursor.sign(close)?;
+            }
+        }
+        return Ok(TypeRef::Text);
+    }
+    // A range of numbers, which a variable may leave at run time.
+    if cursor.is_sign("(") {
+        cursor.next();
+        expression(cursor)?;
+        if cursor.take_sign("..") {
+            expression(cursor)?;
+        }
+        cursor.sign(")")?;
+    }
+    cursor.take_word("R_EDGE");
+    cursor.take_word("F_EDGE");
+    Ok(TypeRef::Named(name))
+}
+
+/// The declarations between TYPE and END_TYPE; the first word is taken already.
+pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<TypeDeclaration>, Fault> {
+    let mut found = Vec::new();
+    while !cursor.take_word("END_TYPE") {
+        let name = cursor.name("a type's name or END_TYPE")?;
+        if cursor.take_word("EXTENDS") {
+            cursor.name("a type's name")?;
+        }
+        cursor.sign(":")?;
+        let of = type_ref(cursor)?;
+        let start = if cursor.take_sign(":=") { Some(initial(cursor)?) } else { None };
+        cursor.take_sign(";");
+        found.push(TypeDeclaration { name, of, initial: start });
+    }
+    Ok(found)
+}
+
+/// A task's properties in brackets: interval in nanoseconds, priority.
+pub(super) fn task(cursor: &mut Cursor) -> Result<(Option<i64>, Option<String>), Fault> {
+    let (mut interval, mut priority) = (None, None);
+    for Argument { name, value, .. } in super::expression::arguments(cursor)? {
+        match (name.as_deref().map(str::to_ascii_uppercase).as_deref(), value) {
+            (Some("INTERVAL"), Expr::Literal(Literal::Time(time))) => interval = Some(time),
+            (Some("PRIORITY"), Expr::Literal(Literal::Int(number, _))) => {
+                priority = Some(number.to_string());
+            }
+            _ => {}
+        }
+    }
+    Ok((interval, priority))
+}

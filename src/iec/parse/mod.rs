@@ -1,0 +1,98 @@
+//! The textual languages of IEC 61131-3: structured text, instruction list, textual charts, declarations.
+
+mod chart;
+mod cursor;
+mod declaration;
+mod expression;
+mod il;
+mod statement;
+mod unit;
+
+use super::ast::{Expr, Statement};
+use super::fault::Fault;
+use super::{Project, TypeRef, Variable};
+use cursor::Cursor;
+pub use expression::duration;
+
+/// Reads an expression that begins at a line.
+///
+/// # Errors
+/// Its first fault.
+pub fn expression(text: &str, line: u32) -> Result<Expr, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let expr = expression::expression(&mut cursor)?;
+    cursor.take_sign(";");
+    cursor.end()?;
+    Ok(expr)
+}
+
+/// Reads statements in structured text.
+///
+/// # Errors
+/// Their first fault.
+pub fn statements(text: &str, line: u32) -> Result<Vec<Statement>, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let found = statement::statements(&mut cursor, &[])?;
+    cursor.end()?;
+    Ok(found)
+}
+
+/// Reads an instruction list.
+///
+/// # Errors
+/// Its first fault.
+pub fn instruction_list(text: &str, line: u32) -> Result<Vec<Statement>, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let found = il::instructions(&mut cursor)?;
+    cursor.end()?;
+    Ok(found)
+}
+
+/// The value that an instruction list leaves, as the condition of a transition has it.
+///
+/// # Errors
+/// Its first fault.
+pub fn instruction_list_value(text: &str, line: u32) -> Result<Expr, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let found = il::value(&mut cursor, &[])?;
+    cursor.end()?;
+    Ok(found)
+}
+
+/// Reads variables' declarations (`VAR ... END_VAR`).
+///
+/// # Errors
+/// Their first fault.
+pub fn declarations(text: &str, line: u32) -> Result<Vec<Variable>, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let mut found = Vec::new();
+    while let Some(section) = declaration::section(&mut cursor) {
+        found.extend(declaration::variables(&mut cursor, section)?);
+    }
+    Ok(found)
+}
+
+/// Reads a type as it is written behind a variable's colon.
+///
+/// # Errors
+/// Its first fault.
+pub fn type_ref(text: &str, line: u32) -> Result<TypeRef, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let found = declaration::type_ref(&mut cursor)?;
+    cursor.end()?;
+    Ok(found)
+}
+
+/// Reads a file of units, types and configurations. Charts are checked to be whole: each step that is named is there.
+///
+/// # Errors
+/// Its faults, all that could be found.
+pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
+    unit::file(name, text)
+}
+
+/// Whether a text may be a file of units in the textual languages.
+#[must_use]
+pub fn is_units(text: &str) -> bool {
+    unit::begins(text)
+}

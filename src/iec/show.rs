@@ -1,0 +1,195 @@
+//! Expressions and statements as structured text again.
+
+use super::ast::{Argument, Expr, Kind, Literal, Operator, Part, Path, Statement};
+use std::fmt::Write;
+
+/// A duration as a literal.
+#[must_use]
+pub fn time(nanoseconds: i64) -> String {
+    let sign = if nanoseconds < 0 { "-" } else { "" };
+    let mut rest = nanoseconds.unsigned_abs();
+    if rest == 0 {
+        return "T#0s".to_owned();
+    }
+    let mut text = format!("T#{sign}");
+    for (unit, each) in [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)] {
+        if rest >= each {
+            let _ = write!(text, "{}{unit}", rest / each);
+            rest %= each;
+        }
+    }
+    text
+}
+
+/// A variable.
+#[must_use]
+pub fn path(path: &Path) -> String {
+    let mut text = path.first.clone();
+    for part in &path.rest {
+        match part {
+            Part::Name(name) => {
+                let _ = write!(text, ".{name}");
+            }
+            Part::Index(indices) => {
+                let indices: Vec<String> = indices.iter().map(expr).collect();
+                let _ = write!(text, "[{}]", indices.join(", "));
+            }
+            Part::Bit(bit) => {
+                let _ = write!(text, ".{bit}");
+            }
+            Part::Dereference => text.push('^'),
+        }
+    }
+    text
+}
+
+fn literal(literal: &Literal) -> String {
+    match literal {
+        Literal::Bool(value) => if *value { "TRUE" } else { "FALSE" }.to_owned(),
+        Literal::Int(value, Some(of)) => format!("{of}#{value}"),
+        Literal::Int(value, None) => value.to_string(),
+        Literal::Real(text, Some(of)) => format!("{of}#{text}"),
+        Literal::Real(text, None) | Literal::Date(text) => text.clone(),
+        Literal::Time(value) => time(*value),
+        Literal::Text(text) => format!("'{text}'"),
+    }
+}
+
+/// An expression.
+#[must_use]
+pub fn expr(one: &Expr) -> String {
+    match one {
+        Expr::Literal(value) => literal(value),
+        Expr::Variable(name) => path(name),
+        Expr::Not(inner) => format!("NOT {}", bracketed(inner, 9)),
+        Expr::Negate(inner) => format!("-{}", bracketed(inner, 9)),
+        Expr::Binary(operator, left, right) => {
+            let own = operator.binding();
+            format!("{} {} {}", bracketed(left, own), operator.symbol(), bracketed(right, own + 1))
+        }
+        Expr::Call(function, given) => format!("{}({})", path(function), arguments(given)),
+    }
+}
+
+/// An expression in brackets, if it binds less than this.
+fn bracketed(one: &Expr, least: u8) -> String {
+    let binds = match one {
+        Expr::Binary(operator, ..) => operator.binding(),
+        // `NOT a = b` would read as `NOT (a = b)` to some.
+        Expr::Not(_) | Expr::Negate(_) if least > Operator::And.binding() + 1 => 0,
+        _ => u8::MAX,
+    };
+    if binds < least { format!("({})", expr(one)) } else { expr(one) }
+}
+
+fn arguments(given: &[Argument]) -> String {
+    let one = |argument: &Argument| {
+        let value = expr(&argument.value);
+        match (&argument.name, argument.is_output, &argument.value) {
+            (Some(name), true, Expr::Not(inner)) => format!("NOT {name} => {}", expr(inner)),
+            (Some(name), true, _) => format!("{name} => {value}"),
+            (Some(name), false, _) => format!("{name} := {value}"),
+            (None, ..) => value,
+        }
+    };
+    given.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// Statements, a line each, indented by so many levels.
+#[must_use]
+pub fn statements(all: &[Statement], level: usize) -> String {
+    let mut text = String::new();
+    all.iter().for_each(|one| statement(&mut text, &one.kind, level));
+    text
+}
+
+fn statement(text: &mut String, kind: &Kind, level: usize) {
+    let pad = "  ".repeat(level);
+    let under = |text: &mut String, condition: &Expr, what: &str| {
+        if condition.is(true) {
+            let _ = writeln!(text, "{pad}{what}");
+        } else {
+            let _ = writeln!(text, "{pad}IF {} THEN {what} END_IF;", expr(condition));
+        }
+    };
+    match kind {
+        Kind::Assign(target, value) => {
+            let _ = writeln!(text, "{pad}{} := {};", path(target), expr(value));
+        }
+        Kind::Call(target, given) => {
+            let _ = writeln!(text, "{pad}{}({});", path(target), arguments(given));
+        }
+        Kind::CallIf(condition, target, given) => {
+            under(text, condition, &format!("{}({});", path(target), arguments(given)));
+        }
+        Kind::If(arms, otherwise) => {
+            for (at, (condition, body)) in arms.iter().enumerate() {
+                let word = if at == 0 { "IF" } else { "ELSIF" };
+                let _ = writeln!(text, "{pad}{word} {} THEN", expr(condition));
+                *text += &statements(body, level + 1);
+            }
+            if !otherwise.is_empty() {
+                let _ = writeln!(text, "{pad}ELSE");
+                *text += &statements(otherwise, level + 1);
+            }
+            let _ = writeln!(text, "{pad}END_IF;");
+        }
+        Kind::Case(of, arms, otherwise) => {
+            let _ = writeln!(text, "{pad}CASE {} OF", expr(of));
+            for (selectors, body) in arms {
+                let one = |selector: &super::ast::Selector| match &selector.high {
+                    Some(high) => format!("{}..{}", expr(&selector.low), expr(high)),
+                    None => expr(&selector.low),
+                };
+                let values: Vec<String> = selectors.iter().map(one).collect();
+                let _ = writeln!(text, "{pad}  {}:", values.join(", "));
+                *text += &statements(body, level + 2);
+            }
+            if !otherwise.is_empty() {
+                let _ = writeln!(text, "{pad}ELSE");
+                *text += &statements(otherwise, level + 1);
+            }
+            let _ = writeln!(text, "{pad}END_CASE;");
+        }
+        Kind::For(variable, from, to, by, body) => {
+            let by = by.as_ref().map(|by| format!(" BY {}", expr(by))).unwrap_or_default();
+            let _ = writeln!(
+                text,
+                "{pad}FOR {} := {} TO {}{by} DO",
+                path(variable),
+                expr(from),
+                expr(to)
+            );
+            *text += &statements(body, level + 1);
+            let _ = writeln!(text, "{pad}END_FOR;");
+        }
+        Kind::While(condition, body) => {
+            let _ = writeln!(text, "{pad}WHILE {} DO", expr(condition));
+            *text += &statements(body, level + 1);
+            let _ = writeln!(text, "{pad}END_WHILE;");
+        }
+        Kind::Repeat(body, until) => {
+            let _ = writeln!(text, "{pad}REPEAT");
+            *text += &statements(body, level + 1);
+            let _ = writeln!(text, "{pad}UNTIL {} END_REPEAT;", expr(until));
+        }
+        Kind::Exit => {
+            let _ = writeln!(text, "{pad}EXIT;");
+        }
+        Kind::Continue => {
+            let _ = writeln!(text, "{pad}CONTINUE;");
+        }
+        Kind::Return(condition) => under(text, condition, "RETURN;"),
+        Kind::Jump(condition, label) => under(text, condition, &format!("JMP {label};")),
+        Kind::Label(label) => {
+            let _ = writeln!(text, "{pad}{label}:");
+        }
+        Kind::Latch(target, value, condition) => {
+            let value = if *value { "TRUE" } else { "FALSE" };
+            under(text, condition, &format!("{} := {value};", path(target)));
+        }
+        Kind::Unread(what) => {
+            let _ = writeln!(text, "{pad}(* {what} *)");
+        }
+    }
+}

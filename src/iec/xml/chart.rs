@@ -1,0 +1,342 @@
+//! Charts as PLCopen XML draws them: steps, transitions and the bars between them, joined by connections.
+
+use super::graph::Graph;
+use super::node::{ACTIVE, ENTRY, EXIT, child, children, elements, inputs, is, sources};
+use super::reading::{Reading, language};
+use crate::base::code::Code;
+use crate::iec::ast::{Expr, Kind, Path, Statement};
+use crate::iec::chart::draft::{Draft, DraftTransition};
+use crate::iec::chart::{Block, Chart, Qualifier, Step, Target};
+use crate::iec::fault::Fault;
+use crate::iec::{Body, parse};
+use roxmltree::Node;
+use std::collections::{BTreeMap, BTreeSet};
+
+struct Drawing<'a, 'i> {
+    nodes: BTreeMap<&'a str, Node<'a, 'i>>,
+}
+
+/// Which way connections are followed to, from an element against their direction.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sought {
+    /// The steps in front of a transition.
+    Steps,
+    /// The transitions in front of a step.
+    Transitions,
+}
+
+fn called(node: Node<'_, '_>) -> String {
+    let name = node.attribute("name").map(|name| format!(" {name}")).unwrap_or_default();
+    format!(
+        "{}{name} with localId {}",
+        node.tag_name().name(),
+        node.attribute("localId").unwrap_or("?")
+    )
+}
+
+/// Reads a chart.
+pub(super) fn chart(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Result<Chart, Fault> {
+    let text = reading.text;
+    let mut drawing = Drawing { nodes: BTreeMap::new() };
+    for node in elements(body) {
+        let name = node.tag_name().name();
+        if matches!(name, "comment" | "vendorElement" | "addData" | "documentation") {
+            continue;
+        }
+        let id = node
+            .attribute("localId")
+            .ok_or_else(|| text.fault(node, format!("an element {name} has no localId")))?;
+        if drawing.nodes.insert(id, node).is_some() {
+            return Err(text.fault(node, format!("two elements have the localId {id}")));
+        }
+    }
+    let mut draft = Draft::new(text.line(body));
+    let in_order: Vec<Node<'_, '_>> = elements(body).collect();
+    let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
+    for &node in &in_order {
+        match node.tag_name().name() {
+            "step" | "macroStep" => draft.steps.push(step(reading, node)?),
+            "transition" => {
+                let id = node.attribute("localId").unwrap_or_default();
+                numbers.insert(id, draft.transitions.len());
+                let from = steps_before(reading, &drawing, node)?;
+                let condition = condition(reading, body, node)?;
+                draft.transitions.push(DraftTransition {
+                    name: None,
+                    from,
+                    to: Vec::new(),
+                    condition,
+                    priority: node.attribute("priority").and_then(|text| text.parse().ok()),
+                    line: text.line(node),
+                    id: Some(id.to_owned()),
+                });
+            }
+            _ => {}
+        }
+    }
+    for &node in &in_order {
+        let target = match node.tag_name().name() {
+            "step" | "macroStep" => node.attribute("name"),
+            "jumpStep" => node.attribute("targetName"),
+            "actionBlock" => {
+                action_block(reading, &drawing, node, &mut draft)?;
+                continue;
+            }
+            _ => continue,
+        };
+        let target = target.unwrap_or_default();
+        for id in before(reading, &drawing, node, &inputs(node), Sought::Transitions)? {
+            if let Some(&number) = numbers.get(id) {
+                draft.transitions[number].to.push(target.to_owned());
+            }
+        }
+    }
+    // A transition in front of nothing clears into nothing: tools draw it while a chart is being made.
+    let mut chart = draft.finish()?;
+    chart.span = Some((body.range().start, body.range().end));
+    Ok(chart)
+}
+
+fn step(reading: &Reading<'_, '_>, node: Node<'_, '_>) -> Result<Step, Fault> {
+    let name = node
+        .attribute("name")
+        .ok_or_else(|| reading.text.fault(node, format!("{}: it has no name", called(node))))?;
+    let mut step = Step::new(name, is(node, "initialStep"), reading.text.line(node));
+    step.id = node.attribute("localId").map(str::to_owned);
+    step.is_macro = node.tag_name().name() == "macroStep";
+    if step.is_macro && child(node, "body").is_some() {
+        let message =
+            format!("{}: a macro step with a chart of its own is not followed", called(node));
+        return Err(reading.text.fault(node, message).code(Code::Chart));
+    }
+    let attributes = node.descendants().filter(|one| one.tag_name().name() == "attribute");
+    for one in attributes {
+        let slot = match one.attribute("guid") {
+            Some(ACTIVE) => &mut step.active,
+            Some(ENTRY) => &mut step.entry,
+            Some(EXIT) => &mut step.exit,
+            _ => continue,
+        };
+        let (written, line) = reading.text.content(one);
+        if let Ok(Expr::Variable(path)) = parse::expression(&written, line) {
+            *slot = Some(path);
+        }
+    }
+    Ok(step)
+}
+
+/// Follows connections back to steps, or to transitions.
+fn before<'a>(
+    reading: &Reading<'_, '_>,
+    drawing: &Drawing<'a, '_>,
+    node: Node<'_, '_>,
+    from: &[(&str, Option<&str>)],
+    sought: Sought,
+) -> Result<Vec<&'a str>, Fault> {
+    let text = reading.text;
+    let wrong = |node, message: String| text.fault(node, message).code(Code::Connection);
+    let mut found = Vec::new();
+    let mut seen = BTreeSet::new();
+    let mut open: Vec<(String, Node<'_, '_>)> =
+        from.iter().rev().map(|(id, _)| ((*id).to_owned(), node)).collect();
+    while let Some((id, behind)) = open.pop() {
+        let Some((&id, &one)) = drawing.nodes.get_key_value(id.as_str()) else {
+            let message = format!(
+                "{}: a connection leads to localId {id}, which is not there",
+                called(behind)
+            );
+            return Err(wrong(behind, message));
+        };
+        if !seen.insert(id) {
+            if matches!(one.tag_name().name(), "step" | "macroStep" | "transition") {
+                continue;
+            }
+            let message =
+                format!("{}: the ways through it come back to where they began", called(one));
+            return Err(wrong(one, message));
+        }
+        match (one.tag_name().name(), sought) {
+            ("step" | "macroStep", Sought::Steps) | ("transition", Sought::Transitions) => {
+                found.push(id)
+            }
+            ("selectionDivergence" | "simultaneousConvergence", Sought::Steps)
+            | ("selectionConvergence" | "simultaneousDivergence", Sought::Transitions) => {
+                open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
+            }
+            // A branch that ends in a jump converges into nothing.
+            ("jumpStep", Sought::Transitions)
+                if behind.tag_name().name() == "selectionConvergence" => {}
+            // A selection that converges right in front of the next one.
+            ("selectionConvergence", Sought::Steps) if is_of_steps(drawing, one) => {
+                open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
+            }
+            (other, _) => {
+                let what = if sought == Sought::Steps { "a transition" } else { "a step" };
+                let message =
+                    format!("{}: {what} cannot follow {} ({other})", called(behind), called(one));
+                return Err(wrong(behind, message).code(Code::Chart));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Whether what converges comes from one step alone, so that nothing is joined.
+fn is_of_steps(drawing: &Drawing<'_, '_>, node: Node<'_, '_>) -> bool {
+    let all = inputs(node);
+    all.len() == 1
+        && all
+            .iter()
+            .all(|(id, _)| drawing.nodes.get(id).is_some_and(|one| one.tag_name().name() == "step"))
+}
+
+fn steps_before(
+    reading: &Reading<'_, '_>,
+    drawing: &Drawing<'_, '_>,
+    node: Node<'_, '_>,
+) -> Result<Vec<String>, Fault> {
+    let found = before(reading, drawing, node, &inputs(node), Sought::Steps)?;
+    let name = |id: &&str| drawing.nodes[*id].attribute("name").unwrap_or_default().to_owned();
+    Ok(found.iter().map(name).collect())
+}
+
+fn condition<'a, 'i>(
+    reading: &mut Reading<'_, '_>,
+    body: Node<'a, 'i>,
+    node: Node<'a, 'i>,
+) -> Result<Expr, Fault> {
+    let text = reading.text;
+    let Some(own) = child(node, "condition") else {
+        return Err(text.fault(node, format!("{}: it has no condition", called(node))));
+    };
+    let value = if let Some(inline) = child(own, "inline") {
+        match (reading.condition)(reading, inline) {
+            Ok(value) => value,
+            Err(fault) if fault.code == Code::Syntax => any(&fault),
+            Err(fault) => return Err(fault),
+        }
+    } else if let Some(reference) = child(own, "reference") {
+        named(reading, reference.attribute("name").unwrap_or_default(), text.line(node))?
+    } else {
+        let point = child(own, "connectionPointIn").unwrap_or(own);
+        let from = sources(point);
+        if from.is_empty() {
+            return Err(text.fault(node, format!("{}: its condition is empty", called(node))));
+        }
+        drawn(reading, body, node, &from)?
+    };
+    Ok(if is(own, "negated") { value.not() } else { value })
+}
+
+/// A condition that is drawn beside the chart.
+fn drawn<'a, 'i>(
+    reading: &mut Reading<'_, '_>,
+    body: Node<'a, 'i>,
+    node: Node<'a, 'i>,
+    from: &[(&str, Option<&str>)],
+) -> Result<Expr, Fault> {
+    // Elements of the chart itself have no value, but they have numbers.
+    let text = reading.text;
+    let mut graph = Graph::new(text, body)?;
+    match graph.joined(reading, node, from) {
+        Ok(value) => Ok(value),
+        Err(fault) if fault.code == Code::Syntax => Ok(any(&fault)),
+        Err(fault) => Err(fault),
+    }
+}
+
+/// A condition that is not understood: it may be true or not.
+fn any(fault: &Fault) -> Expr {
+    let why = crate::iec::ast::Literal::Text(fault.message.clone());
+    let given =
+        crate::iec::ast::Argument { name: None, is_output: false, value: Expr::Literal(why) };
+    Expr::Call(Path::name("~any"), vec![given])
+}
+
+/// The condition of a named transition, or of a Boolean variable.
+fn named(reading: &Reading<'_, '_>, name: &str, line: u32) -> Result<Expr, Fault> {
+    let own = reading.pou.transitions.iter().find(|one| crate::iec::same(&one.name, name));
+    match own.map(|one| &one.body) {
+        Some(Body::Code(_, statements)) => match &statements[..] {
+            [Statement { kind: Kind::Assign(_, value), .. }] => Ok(value.clone()),
+            _ => Ok(any(&Fault::new(line, format!("the transition {name} is empty")))),
+        },
+        Some(Body::Unread(_, fault)) => Ok(any(fault)),
+        _ => parse::expression(name, line),
+    }
+}
+
+fn action_block(
+    reading: &mut Reading<'_, '_>,
+    drawing: &Drawing<'_, '_>,
+    node: Node<'_, '_>,
+    draft: &mut Draft,
+) -> Result<(), Fault> {
+    let from = inputs(node);
+    let owner = from.first().map(|(id, _)| drawing.nodes.get(id));
+    let name = match owner {
+        Some(Some(owner)) => owner.attribute("name").unwrap_or_default(),
+        Some(None) => {
+            let message = format!(
+                "{}: a connection leads to localId {}, which is not there",
+                called(node),
+                from[0].0
+            );
+            return Err(reading.text.fault(node, message).code(Code::Connection));
+        }
+        // A block that hangs on nothing does nothing.
+        None => return Ok(()),
+    };
+    let Some(step) = draft.steps.iter().position(|step| step.name == name) else {
+        let message = format!("{}: it belongs to no step", called(node));
+        return Err(reading.text.fault(node, message).code(Code::Chart));
+    };
+    for action in children(node, "action") {
+        let block = block(reading, action, name, draft.steps[step].blocks.len())?;
+        draft.steps[step].blocks.extend(block);
+    }
+    Ok(())
+}
+
+fn block(
+    reading: &mut Reading<'_, '_>,
+    node: Node<'_, '_>,
+    step: &str,
+    number: usize,
+) -> Result<Option<Block>, Fault> {
+    let text = reading.text;
+    let line = text.line(node);
+    let word = node.attribute("qualifier").filter(|word| !word.is_empty()).unwrap_or("N");
+    let qualifier = Qualifier::named(word).ok_or_else(|| {
+        let message = format!("step {step}: '{word}' is no action qualifier");
+        let help = "the qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL";
+        text.fault(node, message).code(Code::Chart).help(help)
+    })?;
+    let duration = node.attribute("duration").map(str::trim).filter(|text| !text.is_empty());
+    let time = match duration.filter(|_| qualifier.is_timed()) {
+        None => None,
+        Some(written) => {
+            let parsed = parse::duration(written)
+                .map(|time| Expr::Literal(crate::iec::ast::Literal::Time(time)));
+            match parsed {
+                Some(time) => Some(time),
+                None => Some(parse::expression(written, line)?),
+            }
+        }
+    };
+    let target = if let Some(reference) = child(node, "reference") {
+        let name = reference.attribute("name").unwrap_or_default();
+        match parse::expression(name, line)? {
+            Expr::Variable(path) => Target::Path(path),
+            _ => return Err(text.fault(node, format!("step {step}: '{name}' is no action"))),
+        }
+    } else if let Some(inline) = child(node, "inline") {
+        if language(inline).is_none() {
+            return Ok(None);
+        }
+        Target::Inline(format!("{step}_{}", number + 1), Box::new((reading.body)(reading, inline)))
+    } else {
+        return Ok(None);
+    };
+    Ok(Some(Block { qualifier, time, target, line }))
+}

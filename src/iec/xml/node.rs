@@ -1,0 +1,88 @@
+//! Elements of XML, with their lines.
+
+use crate::base::code::Code;
+use crate::iec::fault::Fault;
+use roxmltree::Node;
+
+/// Additional data of an element of a chart, and the marks of a step's own actions there.
+pub(super) const ELEMENT: &str = "http://www.3s-software.com/plcopenxml/sfc/element";
+pub(super) const ACTIVE: &str = "700a583f-b4d4-43e4-8c14-629c7cd3bec8";
+pub(super) const ENTRY: &str = "a2621e18-7de3-4ea6-ae6d-89e9e0b7befd";
+pub(super) const EXIT: &str = "81835011-2e6f-4afe-9cdb-6ed6e3ea5a6c";
+
+/// A file's text, of which lines are told.
+pub(super) struct Text {
+    starts: Vec<usize>,
+}
+
+impl Text {
+    pub(super) fn new(text: &str) -> Text {
+        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Text { starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect() }
+    }
+
+    /// The line of an element or a text.
+    pub(super) fn line(&self, node: Node<'_, '_>) -> u32 {
+        let at = node.range().start;
+        u32::try_from(self.starts.partition_point(|&start| start <= at)).unwrap_or(u32::MAX)
+    }
+
+    /// A fault at an element.
+    pub(super) fn fault(&self, node: Node<'_, '_>, message: impl Into<String>) -> Fault {
+        let shown = match node.attribute("localId") {
+            Some(id) => format!("<{} localId=\"{id}\">", node.tag_name().name()),
+            None => format!("<{}>", node.tag_name().name()),
+        };
+        Fault::new(self.line(node), message)
+            .code(Code::Xml)
+            .text(shown)
+            .help("export it again as PLCopen XML, or mend it in its editor")
+    }
+
+    /// What is written in an element, and the line where that begins.
+    pub(super) fn content(&self, node: Node<'_, '_>) -> (String, u32) {
+        let texts = node.descendants().filter(|inner| inner.is_text());
+        let written: String = texts.filter_map(|text| text.text()).collect();
+        let first = node.descendants().find(Node::is_text).unwrap_or(node);
+        (written, self.line(first))
+    }
+}
+
+/// The children of this name.
+pub(super) fn children<'a, 'i>(
+    node: Node<'a, 'i>,
+    name: &'static str,
+) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+}
+
+/// The first child of this name.
+pub(super) fn child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {
+    children(node, name).next()
+}
+
+/// The elements that are children.
+pub(super) fn elements<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(Node::is_element)
+}
+
+/// Whether an attribute says true.
+pub(super) fn is(node: Node<'_, '_>, attribute: &str) -> bool {
+    matches!(node.attribute(attribute), Some("true" | "1"))
+}
+
+/// The numbers of the elements that lead to a point, and which of their outputs.
+pub(super) fn sources<'a>(point: Node<'a, '_>) -> Vec<(&'a str, Option<&'a str>)> {
+    let connections = children(point, "connection");
+    connections
+        .filter_map(|one| {
+            let output = one.attribute("formalParameter").filter(|output| !output.is_empty());
+            Some((one.attribute("refLocalId")?, output))
+        })
+        .collect()
+}
+
+/// The same of all points where an element takes something in.
+pub(super) fn inputs<'a>(node: Node<'a, '_>) -> Vec<(&'a str, Option<&'a str>)> {
+    children(node, "connectionPointIn").flat_map(sources).collect()
+}

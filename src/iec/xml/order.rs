@@ -1,0 +1,23 @@
+//! In which order the elements of a drawing are carried out.
+
+use super::node::child;
+use roxmltree::Node;
+
+/// Where an element comes: by its number of execution, if it has one, else from top to bottom and from left to right, else
+/// as it stands in the file.
+pub(super) fn rank(node: Node<'_, '_>, at: usize) -> (u64, i64, i64, usize) {
+    let number = |name: &str| node.attribute(name).and_then(|text| text.parse::<u64>().ok());
+    let order = number("executionOrderId").filter(|&order| order > 0).unwrap_or(u64::MAX);
+    let position = child(node, "position");
+    let coordinate =
+        |name: &str| position.and_then(|one| tenths(one.attribute(name)?)).unwrap_or(0);
+    (order, coordinate("y"), coordinate("x"), at)
+}
+
+/// A coordinate in tenths of its unit.
+fn tenths(text: &str) -> Option<i64> {
+    let (whole, part) = text.trim().split_once('.').unwrap_or((text.trim(), ""));
+    let tenth = part.chars().next().and_then(|digit| digit.to_digit(10)).map_or(0, i64::from);
+    let sign = if whole.starts_with('-') { -1 } else { 1 };
+    whole.parse::<i64>().ok()?.checked_mul(10)?.checked_add(sign * tenth)
+}

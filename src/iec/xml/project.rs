@@ -1,0 +1,182 @@
+//! The project's tree: types, units, global variables, tasks.
+
+use super::body::{body, condition, condition_body};
+use super::interface::{addresses, extends, list_of, type_ref, variables};
+use super::node::{Text, child, children, elements};
+use super::reading::Reading;
+use crate::iec::fault::Fault;
+use crate::iec::{Body, Named, Pou, PouKind, Project, Section, Task, TypeDeclaration, parse, same};
+use roxmltree::Node;
+
+/// Reads a project's tree.
+pub(super) struct Reader<'t> {
+    text: &'t Text,
+    project: Project,
+    faults: Vec<Fault>,
+}
+
+impl<'t> Reader<'t> {
+    pub(super) fn new(name: &str, text: &'t Text) -> Reader<'t> {
+        let project = Project { files: vec![name.to_owned()], ..Project::default() };
+        Reader { text, project, faults: Vec::new() }
+    }
+
+    pub(super) fn finish(self) -> Result<Project, Vec<Fault>> {
+        if self.faults.is_empty() { Ok(self.project) } else { Err(self.faults) }
+    }
+
+    /// Reads all that stands below an element, wherever it stands: tools keep units in different places.
+    pub(super) fn project(&mut self, root: Node<'_, '_>) {
+        for node in root.descendants().filter(Node::is_element) {
+            match node.tag_name().name() {
+                "pou" if node.attribute("pouType").is_some() => {
+                    let pou = self.pou(node);
+                    self.project.pous.push(pou);
+                }
+                "dataType" => self.data_type(node),
+                "globalVars"
+                    if !node.ancestors().any(|one| one.tag_name().name() == "interface") =>
+                {
+                    self.globals(node);
+                }
+                "task" => self.task(node),
+                "pouInstance"
+                    if node.parent().is_none_or(|one| one.tag_name().name() != "task") =>
+                {
+                    let instance = instance(node);
+                    self.project.tasks.push(Task {
+                        name: String::new(),
+                        interval: None,
+                        priority: None,
+                        instances: instance.into_iter().collect(),
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn data_type(&mut self, node: Node<'_, '_>) {
+        let (Some(name), Some(base)) = (node.attribute("name"), child(node, "baseType")) else {
+            return;
+        };
+        let of = type_ref(self.text, base);
+        self.project.types.push(TypeDeclaration { name: name.to_owned(), of, initial: None });
+    }
+
+    fn globals(&mut self, node: Node<'_, '_>) {
+        let mut found = list_of(self.text, node, Section::Global);
+        addresses(&mut found, &self.plain_text(node));
+        let name = node.attribute("name").unwrap_or_default();
+        self.project.globals.push((name.to_owned(), found));
+    }
+
+    /// The declaration as text that stands beside an element's own.
+    fn plain_text(&self, node: Node<'_, '_>) -> String {
+        let data = child(node, "addData");
+        let inside = data.into_iter().flat_map(|data| data.descendants());
+        let mut plain = inside.filter(|one| one.tag_name().name() == "InterfaceAsPlainText");
+        plain.next().map(|one| self.text.content(one).0).unwrap_or_default()
+    }
+
+    fn task(&mut self, node: Node<'_, '_>) {
+        let name = node.attribute("name").unwrap_or_default().to_owned();
+        let interval = node.attribute("interval").and_then(interval);
+        let priority = node.attribute("priority").map(str::to_owned);
+        let instances = children(node, "pouInstance").filter_map(instance).collect();
+        self.project.tasks.push(Task { name, interval, priority, instances });
+    }
+
+    fn pou(&mut self, node: Node<'_, '_>) -> Pou {
+        let kind = match node.attribute("pouType") {
+            Some("program") => PouKind::Program,
+            Some("function") => PouKind::Function,
+            _ => PouKind::FunctionBlock,
+        };
+        let mut pou = self.unit(node, kind);
+        let data = child(node, "addData").into_iter().flat_map(|data| children(data, "data"));
+        for part in data.flat_map(elements) {
+            if part.tag_name().name().eq_ignore_ascii_case("method") {
+                pou.methods.push(self.unit(part, PouKind::Function));
+            }
+        }
+        pou
+    }
+
+    /// A unit or a method.
+    fn unit(&mut self, node: Node<'_, '_>, kind: PouKind) -> Pou {
+        let text = self.text;
+        let name = node.attribute("name").unwrap_or_default().to_owned();
+        let interface = child(node, "interface");
+        let mut pou = Pou {
+            kind,
+            extends: None,
+            result: interface.and_then(|one| child(one, "returnType")).map(|of| type_ref(text, of)),
+            variables: interface.map(|one| variables(text, one)).unwrap_or_default(),
+            body: Body::empty(),
+            actions: Vec::new(),
+            transitions: Vec::new(),
+            methods: Vec::new(),
+            file: 0,
+            line: text.line(node),
+            name,
+        };
+        let mut written = self.plain_text(node);
+        if let Some(interface) = interface {
+            written += &self.plain_text(interface);
+        }
+        addresses(&mut pou.variables, &written);
+        pou.extends = extends(&written);
+        self.parts(node, &mut pou);
+        pou
+    }
+
+    fn parts(&mut self, node: Node<'_, '_>, pou: &mut Pou) {
+        let text = self.text;
+        let named = |list: &'static str, item: &'static str| {
+            child(node, list).into_iter().flat_map(move |list| children(list, item))
+        };
+        for one in named("transitions", "transition") {
+            let name = one.attribute("name").unwrap_or_default().to_owned();
+            let mut reading = Reading::new(text, pou, &name, body, condition);
+            let found = child(one, "body").map(|inner| condition_body(&mut reading, inner));
+            self.faults.append(&mut reading.faults);
+            let body = found.unwrap_or_else(Body::empty);
+            pou.transitions.push(Named { name, body, line: text.line(one) });
+        }
+        for one in named("actions", "action") {
+            let name = one.attribute("name").unwrap_or_default().to_owned();
+            let mut reading = Reading::new(text, pou, &name, body, condition);
+            let found = child(one, "body").map(|inner| body(&mut reading, inner));
+            self.faults.append(&mut reading.faults);
+            let body = found.unwrap_or_else(Body::empty);
+            pou.actions.push(Named { name, body, line: text.line(one) });
+        }
+        if let Some(one) = child(node, "body") {
+            let mut reading = Reading::new(text, pou, "", body, condition);
+            let found = body(&mut reading, one);
+            self.faults.append(&mut reading.faults);
+            pou.body = found;
+        }
+    }
+}
+
+fn instance(node: Node<'_, '_>) -> Option<(String, String)> {
+    let name = node.attribute("name")?;
+    // TwinCAT leaves the type empty: the name is the program's.
+    let of = node.attribute("typeName").or(node.attribute("type")).filter(|of| !of.is_empty());
+    Some((name.to_owned(), of.unwrap_or(name).to_owned()))
+}
+
+/// The nanoseconds of an interval such as `T#20ms` or `PT0.02S`.
+fn interval(text: &str) -> Option<i64> {
+    let plain = text.rsplit('#').next().unwrap_or(text);
+    if let Some(time) = parse::duration(plain).filter(|_| !plain.starts_with('P')) {
+        return Some(time);
+    }
+    let rest = plain.strip_prefix("PT")?;
+    if same(rest, "0S") {
+        return None;
+    }
+    parse::duration(&rest.to_ascii_lowercase())
+}

@@ -1,0 +1,78 @@
+//! What is read of one unit, and what its drawings need for themselves.
+
+use super::node::{Text, elements};
+use crate::iec::ast::Expr;
+use crate::iec::fault::Fault;
+use crate::iec::{Body, Language, Pou, Section, TypeRef, Variable};
+use roxmltree::Node;
+
+/// Reads a body, whatever its language.
+pub(super) type ReadBody = fn(&mut Reading<'_, '_>, Node<'_, '_>) -> Body;
+/// Reads the value of a condition.
+pub(super) type ReadCondition = fn(&mut Reading<'_, '_>, Node<'_, '_>) -> Result<Expr, Fault>;
+
+/// Reads the bodies of one unit. What a drawing has to remember becomes variables of the unit.
+pub(super) struct Reading<'t, 'p> {
+    pub(super) text: &'t Text,
+    pub(super) pou: &'p mut Pou,
+    /// The unit, and the action or transition in it, for messages and for names.
+    pub(super) place: String,
+    part: String,
+    pub(super) faults: Vec<Fault>,
+    /// How bodies within a chart are read.
+    pub(super) body: ReadBody,
+    /// How conditions are read.
+    pub(super) condition: ReadCondition,
+}
+
+impl<'t, 'p> Reading<'t, 'p> {
+    pub(super) fn new(
+        text: &'t Text,
+        pou: &'p mut Pou,
+        part: &str,
+        body: ReadBody,
+        condition: ReadCondition,
+    ) -> Reading<'t, 'p> {
+        let place = if part.is_empty() { pou.name.clone() } else { format!("{}.{part}", pou.name) };
+        Reading { text, pou, place, part: part.to_owned(), faults: Vec::new(), body, condition }
+    }
+
+    /// A fault that the whole file is refused for.
+    pub(super) fn refuse(&mut self, fault: Fault) {
+        let fault = fault.within(&self.place);
+        self.faults.push(fault);
+    }
+
+    /// A variable of the unit that the drawing needs for itself: its name.
+    pub(super) fn hidden(&mut self, name: &str, of: &str, line: u32) -> String {
+        let name = format!("~{}{}{name}", self.part, if self.part.is_empty() { "" } else { "_" });
+        if self.pou.variables.iter().all(|own| own.name != name) && !of.is_empty() {
+            self.pou.variables.push(Variable {
+                name: name.clone(),
+                section: Section::Local,
+                of: TypeRef::Named(of.to_owned()),
+                initial: None,
+                at: None,
+                constant: false,
+                retain: false,
+                line,
+            });
+        }
+        name
+    }
+}
+
+/// The language of a body, and the element that holds it.
+pub(super) fn language<'a, 'i>(node: Node<'a, 'i>) -> Option<(Language, Node<'a, 'i>)> {
+    elements(node).find_map(|inner| {
+        let language = match inner.tag_name().name() {
+            "ST" => Language::St,
+            "IL" => Language::Il,
+            "LD" => Language::Ld,
+            "FBD" => Language::Fbd,
+            "SFC" => Language::Sfc,
+            _ => return None,
+        };
+        Some((language, inner))
+    })
+}

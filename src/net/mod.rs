@@ -1,0 +1,126 @@
+//! Petri nets: places, transitions, what can be marked together, and what never is.
+//!
+//! A net is plain: every arc takes or puts one token. It knows no language; sequential function charts are nets whose
+//! places are steps ([`crate::iec`]).
+
+mod bits;
+pub mod invariant;
+pub mod reach;
+
+pub use bits::Bits;
+
+/// A transition: it can fire when all places of `takes` and `needs` are marked and none of `bars` is, and marks those of
+/// `puts`.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Transition {
+    /// Places that must be marked, and stay so.
+    pub needs: Vec<usize>,
+    /// Places that must not be marked.
+    pub bars: Vec<usize>,
+    /// Places that lose a token.
+    pub takes: Vec<usize>,
+    /// Places that get one.
+    pub puts: Vec<usize>,
+}
+
+/// A Petri net with its initial marking. Places and transitions are numbered from 0.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Net {
+    /// How many places there are.
+    pub places: usize,
+    /// The transitions.
+    pub transitions: Vec<Transition>,
+    /// The places that have a token at first.
+    pub initial: Vec<usize>,
+}
+
+impl Net {
+    /// The initial marking.
+    #[must_use]
+    pub fn start(&self) -> Bits {
+        Bits::of(self.places, &self.initial)
+    }
+
+    /// Whether a transition can fire.
+    #[must_use]
+    pub fn is_enabled(&self, transition: usize, marking: &Bits) -> bool {
+        let Transition { takes, needs, bars, .. } = &self.transitions[transition];
+        takes.iter().chain(needs).all(|&place| marking.has(place))
+            && !bars.iter().any(|&place| marking.has(place))
+    }
+
+    /// Whether no transition asks for places that it does not take. Then what several bring about that fire at once, they
+    /// also do one after the other.
+    #[must_use]
+    pub fn is_plain(&self) -> bool {
+        self.transitions.iter().all(|one| one.needs.is_empty() && one.bars.is_empty())
+    }
+
+    /// The marking after transitions have fired at once, and the first place that would have two tokens then (it keeps
+    /// one).
+    #[must_use]
+    pub fn fire(&self, transitions: &[usize], marking: &Bits) -> (Bits, Option<usize>) {
+        let mut next = marking.clone();
+        for &at in transitions {
+            self.transitions[at].takes.iter().for_each(|&place| next.remove(place));
+        }
+        let mut twice = None;
+        for place in transitions.iter().flat_map(|&at| &self.transitions[at].puts) {
+            if next.has(*place) {
+                twice = twice.or(Some(*place));
+            }
+            next.insert(*place);
+        }
+        (next, twice)
+    }
+
+    /// The sets of transitions that may fire next: each alone in a plain net, else every set of those that are enabled and
+    /// take no place from each other. `None` if these are too many.
+    #[must_use]
+    pub fn moves(&self, marking: &Bits) -> Option<Vec<Vec<usize>>> {
+        let all = 0..self.transitions.len();
+        let enabled: Vec<usize> = all.filter(|&at| self.is_enabled(at, marking)).collect();
+        if self.is_plain() {
+            return Some(enabled.into_iter().map(|at| vec![at]).collect());
+        }
+        let mut sets: Vec<Vec<usize>> = vec![Vec::new()];
+        for at in enabled {
+            let takes = &self.transitions[at].takes;
+            let is_free = |set: &&Vec<usize>| {
+                let mut taken = set.iter().flat_map(|&other| &self.transitions[other].takes);
+                !taken.any(|place| takes.contains(place))
+            };
+            let more: Vec<Vec<usize>> =
+                sets.iter().filter(is_free).map(|set| [&set[..], &[at]].concat()).collect();
+            sets.extend(more);
+            if sets.len() > SETS {
+                return None;
+            }
+        }
+        sets.remove(0);
+        sets.sort_by_key(Vec::len);
+        Some(sets)
+    }
+}
+
+/// How many sets of transitions are looked at in one marking.
+const SETS: usize = 1_024;
+
+#[cfg(test)]
+pub(crate) mod testing {
+    use super::{Net, Transition};
+
+    /// A net of transitions written as what they take and put.
+    pub(crate) fn net(places: usize, initial: &[usize], moves: &[(&[usize], &[usize])]) -> Net {
+        let transition = |&(takes, puts): &(&[usize], &[usize])| Transition {
+            takes: takes.to_vec(),
+            puts: puts.to_vec(),
+            ..Transition::default()
+        };
+        Net {
+            places,
+            initial: initial.to_vec(),
+            transitions: moves.iter().map(transition).collect(),
+        }
+    }
+}

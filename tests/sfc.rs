@@ -1,0 +1,185 @@
+//! Charts as users meet them: samples, their explicit forms, and files that are broken in every way.
+
+use scanbound::iec::chart::coactive::{BUDGET, Finding, Other, analyse};
+use scanbound::iec::chart::explicit::explicit;
+use scanbound::iec::{self, Body, Project, xml};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn samples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/sfc")
+}
+
+fn project(file: &str) -> Project {
+    let text = fs::read_to_string(samples().join(file)).expect(file);
+    iec::read(file, &text).expect(file)
+}
+
+/// What the project is as PLCopen XML when all its charts are explicit.
+fn explicit_form(mut project: Project) -> String {
+    for pou in &mut project.pous {
+        if let Body::Chart(chart) = &mut pou.body {
+            let (next, told) = explicit(chart, BUDGET);
+            assert!(told.iter().all(|one| one.branch.is_ok()), "{told:?}");
+            **chart = next;
+        }
+    }
+    xml::write::project(&project).expect("XML")
+}
+
+#[test]
+fn every_figure_lies_beside_its_explicit_form() {
+    for name in ["stored", "figure-2", "figure-4", "delayed-stored"] {
+        let form = explicit_form(project(&format!("figures/{name}.st")));
+        let file = samples().join(format!("figures/{name}-explicit.xml"));
+        if std::env::var("INSTA_UPDATE").is_ok_and(|value| value == "always") {
+            fs::write(&file, &form).expect("written");
+        }
+        assert_eq!(fs::read_to_string(&file).expect("the sample"), form, "{name}");
+        let read = iec::read("explicit.xml", &form).expect("read again");
+        let charts = read.charts();
+        let (_, _, chart) = &charts[0];
+        let found = analyse(chart, BUDGET);
+        assert!(found.findings.is_empty(), "{name}: {:?}", found.findings);
+        // The action now runs beside the step between by an explicit parallel.
+        let between = chart.step("S3").expect("a step");
+        let pair = found
+            .pairs
+            .iter()
+            .find(|pair| pair.action == "A" && pair.other == Other::Step(between));
+        assert_eq!(
+            pair.map(|pair| &pair.how),
+            Some(&scanbound::iec::chart::coactive::How::Parallel),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn the_line_is_the_same_in_text_and_in_xml() {
+    let text = project("line.st");
+    let file = samples().join("line.xml");
+    let written = xml::write::project(&text).expect("XML");
+    if std::env::var("INSTA_UPDATE").is_ok_and(|value| value == "always") {
+        fs::write(&file, &written).expect("written");
+    }
+    assert_eq!(fs::read_to_string(&file).expect("the sample"), written);
+    let again = iec::read("line.xml", &written).expect("read");
+    let shown = |project: &Project| {
+        let charts = project.charts();
+        let found = analyse(charts[0].2, BUDGET);
+        let mut pairs: Vec<String> = found
+            .pairs
+            .iter()
+            .map(|pair| format!("{} {:?} {:?}", pair.action, pair.other, pair.how))
+            .collect();
+        pairs.sort();
+        (found.basis, pairs)
+    };
+    assert_eq!(shown(&text), shown(&again));
+    assert!(
+        analyse(text.charts()[0].2, BUDGET)
+            .findings
+            .iter()
+            .all(|one| !matches!(one, Finding::Deadlock(..)))
+    );
+}
+
+const HEAD: &str = "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><pous>\
+    <pou name=\"main\" pouType=\"program\"><interface/><body>";
+const TAIL: &str = "</body></pou></pous></types></project>";
+
+/// The messages about a body.
+fn faults(body: &str) -> Vec<String> {
+    let text = format!("{HEAD}{body}{TAIL}");
+    let faults = xml::file("a.xml", &text).expect_err(body);
+    faults.into_iter().map(|fault| fault.message).collect()
+}
+
+#[test]
+fn bad_xml_is_refused_with_the_place() {
+    let step = "<step localId=\"1\" name=\"s\" initialStep=\"true\"/>";
+    let condition = "<condition><inline><ST><p>TRUE</p></ST></inline></condition>";
+    for (body, told) in [
+        ("<SFC><step name=\"s\"/></SFC>".to_owned(), "main: an element step has no localId"),
+        (
+            format!("<SFC>{step}<step localId=\"1\" name=\"t\"/></SFC>"),
+            "main: two elements have the localId 1",
+        ),
+        (
+            format!("<SFC>{step}<transition localId=\"2\"><connectionPointIn><connection refLocalId=\"9\"/></connectionPointIn>{condition}</transition></SFC>"),
+            "main: transition with localId 2: a connection leads to localId 9, which is not there",
+        ),
+        (
+            format!(
+                "<SFC>{step}<selectionDivergence localId=\"3\"><connectionPointIn><connection refLocalId=\"4\"/></connectionPointIn></selectionDivergence>\
+                 <selectionDivergence localId=\"4\"><connectionPointIn><connection refLocalId=\"3\"/></connectionPointIn></selectionDivergence>\
+                 <transition localId=\"2\"><connectionPointIn><connection refLocalId=\"3\"/></connectionPointIn>{condition}</transition></SFC>"
+            ),
+            "main: selectionDivergence with localId 3: the ways through it come back to where they began",
+        ),
+        (
+            format!("<SFC>{step}<transition localId=\"2\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn></transition></SFC>"),
+            "main: transition with localId 2: it has no condition",
+        ),
+        (
+            format!("<SFC>{step}<actionBlock localId=\"5\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn><action qualifier=\"Q\"><reference name=\"a\"/></action></actionBlock></SFC>"),
+            "main: step s: 'Q' is no action qualifier",
+        ),
+        (
+            "<LD><contact localId=\"1\"><connectionPointIn><connection refLocalId=\"2\"/></connectionPointIn><variable>a</variable></contact>\
+             <contact localId=\"2\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn><variable>b</variable></contact>\
+             <coil localId=\"3\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn><variable>c</variable></coil></LD>"
+                .to_owned(),
+            "main: contact with localId 1: the ways through it come back to where they began",
+        ),
+        (
+            "<LD><coil localId=\"3\"><connectionPointIn><connection refLocalId=\"7\"/></connectionPointIn><variable>c</variable></coil></LD>"
+                .to_owned(),
+            "main: coil with localId 3: a connection leads to localId 7, which is not there",
+        ),
+        ("<LD><coil localId=\"3\"/></LD>".to_owned(), "main: coil with localId 3: it names no variable"),
+    ] {
+        assert_eq!(faults(&body), [told], "{body}");
+    }
+}
+
+#[test]
+fn entities_are_not_read() {
+    let bomb = format!(
+        "<?xml version=\"1.0\"?><!DOCTYPE x [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;&a;\">]>{HEAD}<ST><p>&b;</p></ST>{TAIL}"
+    );
+    let faults = xml::file("a.xml", &bomb).expect_err("refused");
+    assert!(faults[0].message.contains("DTD"), "{}", faults[0].message);
+}
+
+#[test]
+fn deep_and_wide_drawings_end() {
+    // Ways that fork and join again and again: 2 to the power of 60 paths.
+    let mut body = "<LD><leftPowerRail localId=\"0\"/>".to_owned();
+    let point = |from: &[usize]| {
+        let all: String =
+            from.iter().map(|id| format!("<connection refLocalId=\"{id}\"/>")).collect();
+        format!("<connectionPointIn>{all}</connectionPointIn>")
+    };
+    let mut last = vec![0];
+    for level in 0..60 {
+        let ids = [2 * level + 1, 2 * level + 2];
+        for id in ids {
+            body += &format!(
+                "<contact localId=\"{id}\">{}<variable>a{id}</variable></contact>",
+                point(&last)
+            );
+        }
+        last = ids.to_vec();
+    }
+    body += &format!("<coil localId=\"999\">{}<variable>c</variable></coil></LD>", point(&last));
+    let project = xml::file("a.xml", &format!("{HEAD}{body}{TAIL}")).expect("read");
+    let Body::Code(_, statements) = &project.pous[0].body else { panic!("statements") };
+    assert!(statements.len() > 60, "each fork is kept once");
+    // Brackets without an end in structured text.
+    let text = format!("PROGRAM p x := {}1; END_PROGRAM", "(".repeat(100_000));
+    assert!(iec::read("a.st", &text).is_err());
+    let text = format!("PROGRAM p {} END_PROGRAM", "IF a THEN ".repeat(100_000));
+    assert!(iec::read("a.st", &text).is_err());
+}
