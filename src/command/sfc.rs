@@ -182,7 +182,7 @@ fn rewrite(
     });
     let warnings: Vec<Diagnostic> = refused.collect();
     if !warnings.is_empty() {
-        super::output::say(&scanbound::report::render::diagnostics(&warnings));
+        super::output::tell(&warnings);
     }
     for (_, _, name, one) in &told {
         if let Ok(steps) = &one.branch {
