@@ -217,7 +217,11 @@ fn what_is_offered_is_a_facts_file_commented_out_or_not() {
     for sample in samples {
         let text = offered(sample);
         let nothing = Facts::parse("facts.toml", &text).expect("a facts file");
-        assert_eq!(Facts { places: Default::default(), ..nothing }, Facts::default(), "{text}");
+        assert_eq!(
+            Facts { places: Default::default(), read_from: None, ..nothing },
+            Facts::default(),
+            "{text}"
+        );
         let all = uncommented(&text);
         Facts::parse("facts.toml", &all).unwrap_or_else(|faults| panic!("{faults:?}\n{all}"));
     }
@@ -240,7 +244,7 @@ fn what_is_stated_of_what_is_offered_is_not_offered_again() {
     let left = Facts::parse("facts.toml", &uncommented(&left)).expect("a facts file");
     let external = vec!["D592".to_owned()];
     let only = Facts { external, ..Facts::default() };
-    assert_eq!(Facts { places: Default::default(), ..left }, only);
+    assert_eq!(Facts { places: Default::default(), read_from: None, ..left }, only);
 }
 
 #[test]
