@@ -231,13 +231,12 @@ fn forms_of(
     language: Language,
     fronts: Fronts,
 ) -> Result<Vec<Form>, &'static str> {
-    const OUTSIDE: &str = "it reaches beyond the CPU, or changes how the program runs";
     if !class.is_empty() && !HARMLESS.contains(&class) {
-        return Err(OUTSIDE);
+        return Err(why_not(class));
     }
     let family = table.family.as_deref().unwrap_or_default();
     let specimens = fronts.0.iter().find_map(|front| front.specimens(name, family));
-    let Some(specimens) = specimens else { return Err("it is the user's own") };
+    let Some(specimens) = specimens else { return Err("no line of it is known here") };
     let mut found = Vec::new();
     for form in specimens.forms {
         let mut lines: Vec<String> = Vec::new();
@@ -257,7 +256,20 @@ fn forms_of(
             found.push(form);
         }
     }
-    if found.is_empty() { Err(OUTSIDE) } else { Ok(found) }
+    if found.is_empty() { Err(why_not(class)) } else { Ok(found) }
+}
+
+/// Why an instruction of a class is not measured.
+fn why_not(class: &str) -> &'static str {
+    match class {
+        "jump" | "call" | "loop" | "master" | "interrupt" | "nothing" => {
+            "it changes how the program runs"
+        }
+        "timer" | "counter" | "pulse" | "contact" => "what it takes hangs on the scans before",
+        "stack" => "it stands only where rungs branch",
+        "module" | "dedicated" | "clock" | "special" => "it reaches beyond the CPU",
+        _ => "no line is known here that does no harm",
+    }
 }
 
 /// The same form with one unit and with many.
@@ -325,7 +337,7 @@ fn with_own_devices(line: &str, language: Language) -> Option<String> {
 }
 
 fn is_contact(name: &str) -> bool {
-    ["LD", "AND", "OR", "LDI", "ANI", "ORI", "LDNOT", "ANDNOT", "ORNOT"].contains(&name)
+    ["LD", "AND", "OR", "LDI", "ANI", "ORI", "LDNOT", "ANDNOT", "ORNOT", "INV"].contains(&name)
 }
 
 /// The rungs of so many copies of a line.
@@ -366,7 +378,9 @@ fn shaped(
             | (Step::Logic { join: Join::Start | Join::Load, .. }, Shape::Start)
     );
     let key = first.timing.as_deref().filter(|_| fits)?;
-    if !HARMLESS.contains(&key.class) {
+    let name = line.split(' ').next().unwrap_or_default();
+    // Edges fire in one scan alone.
+    if !HARMLESS.contains(&key.class) || (key.class == "contact" && !is_contact(name)) {
         return None;
     }
     let price = price_of(table, key, &Tags::new()).ok()?;

@@ -17,6 +17,8 @@ pub enum Language {
 pub const STEP: u32 = 1000;
 /// The first word of results: two a step.
 pub const RESULTS: u32 = 1100;
+/// The label behind the head's rungs that store: the C series gives number 0 a meaning of its own.
+const HEAD: u32 = 1;
 /// How many scans the step has had.
 const SCAN: u32 = 1001;
 /// The least and the largest reading of the step.
@@ -155,6 +157,14 @@ impl Language {
         }
     }
 
+    /// The label of the block of that number.
+    #[must_use]
+    pub fn label(self, number: u32) -> u32 {
+        // Behind that of the head. On the FX, P63 is the program's end.
+        let label = HEAD + 1 + number;
+        if self == Language::Fx && label >= 63 { label + 1 } else { label }
+    }
+
     /// A rung before what is skipped unless the step is one of these, and its end.
     #[must_use]
     pub fn only(self, first: u32, last: u32, label: u32) -> [Vec<String>; 2] {
@@ -211,11 +221,11 @@ impl Language {
         match self {
             Language::Q | Language::Fx => {
                 lines.push(format!("LDI {}", self.stores()));
-                lines.push("CJ P0".to_owned());
+                lines.push(format!("CJ P{HEAD}"));
             }
             Language::Cs => {
                 lines.push(format!("LD {}", self.stores()));
-                lines.push(format!("JMP {}", self.number(0)));
+                lines.push(format!("JMP {}", self.number(HEAD)));
             }
         }
         for step in 0..steps {
@@ -227,8 +237,8 @@ impl Language {
         lines.push(self.counts(STEP));
         lines.extend(NOTHING.iter().map(|(word, number)| self.moves(*number, *word)));
         lines.push(match self {
-            Language::Q | Language::Fx => "P0".to_owned(),
-            Language::Cs => format!("JME {}", self.number(0)),
+            Language::Q | Language::Fx => format!("P{HEAD}"),
+            Language::Cs => format!("JME {}", self.number(HEAD)),
         });
         lines
     }

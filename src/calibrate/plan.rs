@@ -117,6 +117,9 @@ const MOST_LOOPS: u64 = 32_767;
 /// The most steps of a part: their results are words of one area.
 const MOST_STEPS: u32 = 400;
 
+/// So many steps more are reckoned with while a part is laid out: those of a form, of the sum and of the last reference.
+const AHEAD: u32 = 16;
+
 /// A part that is being laid out.
 struct Building {
     language: Language,
@@ -147,9 +150,9 @@ pub fn lay_out(
             left.push(Left { row: form.row.clone(), why, share: form.share });
             continue;
         }
-        let added = building.sized(form, &costs);
-        let full =
-            building.part.memory + added > settings.memory || building.part.steps + 16 > MOST_STEPS;
+        let added = building.sized(form, &costs) + building.besides(settings);
+        let full = building.part.memory + added > settings.memory
+            || building.part.steps + AHEAD > MOST_STEPS;
         if full && !building.forms.is_empty() {
             let ended = std::mem::replace(&mut building, Building::new(language));
             done.push(ended.end(&costs, settings));
@@ -245,8 +248,7 @@ impl Building {
         let first = self.part.steps;
         let states = 1 + u32::try_from(operands.len()).unwrap_or(0);
         self.part.steps += states;
-        // Labels begin behind that of the head.
-        let label = 1 + u32::try_from(self.blocks.len()).unwrap_or(0);
+        let label = self.language.label(u32::try_from(self.blocks.len()).unwrap_or(0));
         let loops = u32::try_from(loops).unwrap_or(1);
         let block = Block { first, states, label, loops, operands, rungs };
         self.part.memory += block.size(self.language);
@@ -265,6 +267,15 @@ impl Building {
         let lines = u32::try_from(rungs * (copies + 2)).unwrap_or(u32::MAX);
         let each = self.language.size(&form.line) + 1;
         lines * each + 32 * 16
+    }
+
+    /// What the head and the sum take of the program memory when all is laid out.
+    fn besides(&self, settings: Settings) -> u32 {
+        let size =
+            |lines: &[String]| lines.iter().map(|line| self.language.size(line)).sum::<u32>();
+        let head = self.language.head(self.part.steps + AHEAD, settings.scans);
+        let each: Vec<String> = self.forms.iter().map(|form| form.line.clone()).collect();
+        size(&head) + 2 * size(&each) + 200
     }
 
     fn measure(&mut self, form: &Form, costs: &Costs, settings: Settings) {
