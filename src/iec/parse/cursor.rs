@@ -5,7 +5,7 @@ use crate::iec::lexer::{Placed, Token, tokens};
 use crate::iec::same;
 
 /// How deeply expressions and statements may stand in each other.
-const DEPTH: u32 = 200;
+const DEPTH: u32 = 60;
 
 /// A place in a list of tokens. Ends of lines are skipped, unless they are asked for.
 pub(super) struct Cursor {

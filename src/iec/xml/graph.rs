@@ -14,7 +14,7 @@ use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// How deep ways may be followed.
-const DEPTH: usize = 2_000;
+const DEPTH: usize = 150;
 
 /// A graph, and what of it has been carried out.
 pub(super) struct Graph<'a, 'i> {
