@@ -37,8 +37,8 @@ pub struct Plan {
     pub left: Vec<Left>,
 }
 
-/// The schema of plans.
-pub const SCHEMA: &str = "scanbound.calibration/1";
+/// The kind of file that plans are. `calibrate fit` alone reads them, so no schema of them is published.
+pub const SCHEMA: &str = "calibration/1";
 
 /// A program that measures, and what its results mean.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
