@@ -306,6 +306,10 @@ codes! {
     UnknownDialect = "unknown-dialect",
     /// An instruction is not known
     UnknownInstruction = "unknown-instruction",
+    /// A name stands for nothing
+    UnknownName = "unknown-name",
+    /// A type is not known
+    UnknownType = "unknown-type",
     /// Bytes stand in a memory where the program never gets
     Unreachable = "unreachable",
     /// A file cannot be read

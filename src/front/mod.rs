@@ -45,6 +45,7 @@ fronts! {
     minasec,
     omron,
     flowchart,
+    iec,
 }
 
 /// A file as it was handed over.

@@ -140,6 +140,7 @@ pub fn chart(dice: &mut Dice, depth: u64, actions: u64, qualifiers: &[Qualifier]
 }
 
 /// A program around a chart: its inputs and its actions are Boolean variables.
+#[allow(dead_code)] // each test file uses its part
 pub fn program(chart: Chart, actions: u64) -> Pou {
     let variable = |name: String, at: Option<String>| Variable {
         name,

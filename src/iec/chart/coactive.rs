@@ -177,6 +177,24 @@ pub fn resetting(chart: &Chart, action: &str) -> Vec<usize> {
     own.map(|(step, _)| step).collect()
 }
 
+/// The steps that are never active while an action is stored.
+#[must_use]
+pub fn apart_while_stored(chart: &Chart, action: &str, budget: usize) -> Vec<usize> {
+    if storing(chart, action).is_empty() {
+        return Vec::new();
+    }
+    let net = chart.net();
+    let mut beside = Bits::new(chart.steps.len());
+    let complete =
+        Stored::new(chart, &net, &[action]).follow(budget, &mut |(marking, stored), _| {
+            if stored[0] {
+                beside.join(marking);
+            }
+        });
+    let all = 0..chart.steps.len();
+    if complete { all.filter(|&step| !beside.has(step)).collect() } else { Vec::new() }
+}
+
 /// The steps during which an action can run by itself.
 fn own_steps(chart: &Chart, action: &str) -> Vec<usize> {
     let runs = |kind| !matches!(kind, Qualifier::R | Qualifier::P0);

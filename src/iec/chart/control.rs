@@ -28,7 +28,7 @@ pub struct Output {
 }
 
 /// What is remembered of an input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 struct Memory {
     /// Whether its step was active in the scan before.
     was: bool,
@@ -50,7 +50,7 @@ impl Memory {
 }
 
 /// The control of one action.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Control {
     stored: bool,
     blocks: Vec<Memory>,
@@ -58,6 +58,13 @@ pub struct Control {
 }
 
 impl Control {
+    /// Takes this moment for the beginning of time; what is longer ago than the horizon is taken to be just so long ago.
+    pub fn begin_time_at(&mut self, now: i64, horizon: i64) {
+        for own in &mut self.blocks {
+            own.since = own.since.map(|since| (since - now).max(-horizon));
+        }
+    }
+
     /// The next scan, at this time in nanoseconds. The inputs are the same ones in every scan, in the same order.
     pub fn scan(&mut self, inputs: &[Input], now: i64, final_scan: bool) -> Output {
         self.blocks.resize(inputs.len(), Memory::default());

@@ -69,6 +69,18 @@ impl<'a> Run<'a> {
         &self.active
     }
 
+    /// What the next scans hang on, but for inputs, values and the times of steps.
+    #[must_use]
+    pub fn state(&self) -> (Vec<bool>, Vec<Control>) {
+        (self.active.clone(), self.controls.clone())
+    }
+
+    /// Takes this moment for the beginning of time; what is longer ago than the horizon is taken to be just so long ago.
+    pub fn begin_time_at(&mut self, now: i64, horizon: i64) {
+        self.since.iter_mut().for_each(|since| *since = (*since - now).max(-horizon));
+        self.controls.iter_mut().for_each(|control| control.begin_time_at(now, horizon));
+    }
+
     /// The names of the actions, as [`Run::scan`] tells of them.
     #[must_use]
     pub fn actions(&self) -> &[String] {

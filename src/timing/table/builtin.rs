@@ -8,7 +8,7 @@ use crate::base::near;
 use crate::base::time::Picos;
 
 /// Name and text of each file under `timing-tables`, by name.
-const FILES: [(&str, &str); 18] = [
+const FILES: [(&str, &str); 19] = [
     ("c200h", include_str!("../../../timing-tables/c200h.csv")),
     ("cj2m", include_str!("../../../timing-tables/cj2m.csv")),
     ("cp1l", include_str!("../../../timing-tables/cp1l.csv")),
@@ -16,6 +16,7 @@ const FILES: [(&str, &str); 18] = [
     ("fx2n", include_str!("../../../timing-tables/fx2n.csv")),
     ("fx3u", include_str!("../../../timing-tables/fx3u.csv")),
     ("fx5u", include_str!("../../../timing-tables/fx5u.csv")),
+    ("iec", include_str!("../../../timing-tables/iec.csv")),
     ("iqr", include_str!("../../../timing-tables/iqr.csv")),
     ("l02", include_str!("../../../timing-tables/l02.csv")),
     ("l26", include_str!("../../../timing-tables/l26.csv")),

@@ -1,0 +1,170 @@
+//! The standard's function blocks.
+
+use super::emit::{Emit, Place};
+use super::value::constant;
+use crate::program::{
+    BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, Step, WordSource,
+    WordTarget, Write,
+};
+
+fn all(parts: impl IntoIterator<Item = Logic>) -> Logic {
+    Logic::All(parts.into_iter().collect())
+}
+
+fn any(parts: impl IntoIterator<Item = Logic>) -> Logic {
+    Logic::Any(parts.into_iter().collect())
+}
+
+fn set(cell: Cell, value: Logic) -> Write {
+    Write::Bit(BitTarget::Cell(cell), value)
+}
+
+impl Emit<'_> {
+    /// Carries out an instance of a standard block, whose inputs have their values.
+    pub(super) fn standard_block(&mut self, kind: &'static str, place: &Place) {
+        let cell = |name: &str| Self::part(place, name).and_then(|part| part.tag.cell());
+        let bit = |name: &str| cell(name).map_or(Logic::Const(false), Logic::cell);
+        let (q, was) = (cell("Q"), cell("was"));
+        let mut writes = Vec::new();
+        match kind {
+            "TON" | "TOF" | "TP" => {
+                let (Some(q), Some(was), Some(preset)) = (q, was, cell("PT")) else { return };
+                writes.extend(self.timer(kind, bit("IN"), q, was, preset));
+                if let Some(elapsed) = cell("ET") {
+                    // How long it runs is up to the outside.
+                    let choice = self.builder.world();
+                    writes.push(Write::Havoc(Region::Range { first: elapsed, count: 2 }, choice));
+                }
+            }
+            "R_TRIG" | "F_TRIG" => {
+                let (Some(q), Some(was)) = (q, was) else { return };
+                let clock = bit("CLK");
+                let edge = match kind {
+                    "R_TRIG" => all([clock.clone(), Logic::cell(was).not()]),
+                    _ => all([clock.clone().not(), Logic::cell(was)]),
+                };
+                writes.extend([set(q, edge), set(was, clock)]);
+            }
+            "SR" => {
+                let Some(q) = cell("Q1") else { return };
+                let (on, off) = (any([bit("S1"), bit("SET1")]), any([bit("R"), bit("RESET")]));
+                writes.push(set(q, any([on, all([off.not(), Logic::cell(q)])])));
+            }
+            "RS" => {
+                let Some(q) = cell("Q1") else { return };
+                let (on, off) = (any([bit("S"), bit("SET")]), any([bit("R1"), bit("RESET1")]));
+                writes.push(set(q, all([off.not(), any([on, Logic::cell(q)])])));
+            }
+            _ => return self.counter(kind, place),
+        }
+        let effects = writes.into_iter().map(crate::front::builder::always).collect();
+        let fires = match q {
+            Some(q) => Logic::cell(q),
+            None => cell("Q1").map_or(Logic::Const(true), Logic::cell),
+        };
+        self.builder.add(Some(Self::key(&[kind], "timer")), effects, Step::Act { fires });
+    }
+
+    /// A timer may run out at any moment while its input is as it has to be; not in the scan in which it begins, unless its
+    /// time may be 0.
+    fn timer(&mut self, kind: &str, input: Logic, q: Cell, was: Cell, preset: Cell) -> Vec<Write> {
+        let runs_out = self.world_bit();
+        let zero = Logic::Compare(Box::new(Compare {
+            relation: Relation::LessOrEqual,
+            reading: Reading::Signed,
+            left: Number::Words(vec![WordSource::Cell(preset), WordSource::Cell(preset.plus(1))]),
+            right: constant(0, 2),
+        }));
+        let (q_now, was_on) = (Logic::cell(q), Logic::cell(was));
+        let value = match kind {
+            "TON" => {
+                let later = all([was_on, any([q_now, runs_out])]);
+                all([input.clone(), any([later, zero])])
+            }
+            "TOF" => {
+                // It stays on for a while when the input has gone.
+                let first = all([was_on.clone(), any([zero.clone().not(), runs_out.clone()])]);
+                let later = all([was_on.not(), runs_out]);
+                any([input.clone(), all([q_now, any([first, later])])])
+            }
+            _ => {
+                let begins = all([input.clone(), was_on.not(), zero.not()]);
+                any([all([q_now.clone(), runs_out]), all([q_now.not(), begins])])
+            }
+        };
+        vec![set(q, value), set(was, input)]
+    }
+
+    fn counter(&mut self, kind: &'static str, place: &Place) {
+        let cell = |name: &str| Self::part(place, name).and_then(|part| part.tag.cell());
+        let bit = |name: &str| cell(name).map_or(Logic::Const(false), Logic::cell);
+        let (Some(count), Some(preset), Some(was)) = (cell("CV"), cell("PV"), cell("was")) else {
+            return;
+        };
+        let word = |cell| Number::Words(vec![WordSource::Cell(cell)]);
+        let compare = |relation, left, right| {
+            Logic::Compare(Box::new(Compare { relation, reading: Reading::Signed, left, right }))
+        };
+        let write = |value| Write::Words(vec![WordTarget::Cell(count)], value);
+        let one = || Box::new(constant(1, 1));
+        let up = || Number::Add(Box::new(word(count)), one());
+        let down = || Number::Sub(Box::new(word(count)), one());
+        let reset = any([bit("R"), bit("RESET")]);
+        let load = any([bit("LD"), bit("LOAD")]);
+        let below = compare(Relation::Less, word(count), constant(i64::from(i16::MAX), 1));
+        let above = compare(Relation::Greater, word(count), constant(i64::from(i16::MIN), 1));
+        let rises = |input: &str, was: Cell| all([bit(input), Logic::cell(was).not()]);
+        match kind {
+            "CTU" => {
+                let counts = all([rises("CU", was), reset.clone().not(), below]);
+                self.write_if(counts, vec![write(up())], None);
+                self.write_if(reset, vec![write(constant(0, 1))], None);
+                self.write(vec![set(was, bit("CU"))]);
+                let full = compare(Relation::GreaterOrEqual, word(count), word(preset));
+                self.finish(kind, cell("Q"), full, None);
+            }
+            "CTD" => {
+                let counts = all([rises("CD", was), load.clone().not(), above]);
+                self.write_if(counts, vec![write(down())], None);
+                self.write_if(load, vec![write(word(preset))], None);
+                self.write(vec![set(was, bit("CD"))]);
+                let empty = compare(Relation::LessOrEqual, word(count), constant(0, 1));
+                self.finish(kind, cell("Q"), empty, None);
+            }
+            _ => {
+                let Some(was_down) = cell("was_down") else { return };
+                let (rise, fall) = (rises("CU", was), rises("CD", was_down));
+                let free = all([reset.clone().not(), load.clone().not()]);
+                let only_up =
+                    self.keep_bit(all([free.clone(), rise.clone(), fall.clone().not(), below]));
+                let only_down = self.keep_bit(all([free, fall, rise.not(), above]));
+                self.write_if(only_up, vec![write(up())], None);
+                self.write_if(only_down, vec![write(down())], None);
+                self.write_if(all([load, reset.clone().not()]), vec![write(word(preset))], None);
+                self.write_if(reset, vec![write(constant(0, 1))], None);
+                self.write(vec![set(was, bit("CU")), set(was_down, bit("CD"))]);
+                let full = compare(Relation::GreaterOrEqual, word(count), word(preset));
+                let empty = compare(Relation::LessOrEqual, word(count), constant(0, 1));
+                self.finish(kind, cell("QU"), full, cell("QD").map(|cell| (cell, empty)));
+            }
+        }
+    }
+
+    fn finish(
+        &mut self,
+        kind: &'static str,
+        q: Option<Cell>,
+        value: Logic,
+        other: Option<(Cell, Logic)>,
+    ) {
+        let Some(q) = q else { return };
+        let mut writes = vec![set(q, value)];
+        writes.extend(other.map(|(cell, value)| set(cell, value)));
+        let effects = writes.into_iter().map(crate::front::builder::always).collect();
+        self.builder.add(
+            Some(Self::key(&[kind], "counter")),
+            effects,
+            Step::Act { fires: Logic::cell(q) },
+        );
+    }
+}

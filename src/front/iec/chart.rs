@@ -1,0 +1,316 @@
+//! Charts as instructions: steps and stored actions are bits that nobody else knows.
+
+use super::emit::{Emit, What};
+use super::memory::{ActionMemory, Memory, all, any, layout, memory, set};
+use super::resolve::{Context, Found};
+use super::types::{Kind, Ty};
+use super::value::{Value, constant};
+use crate::front::builder::always;
+use crate::iec::ast::{Expr, Kind as Statements, Path, Statement};
+use crate::iec::chart::{Chart, Feed, Qualifier, Target};
+use crate::iec::fault::Fault;
+use crate::iec::{Body, Pou, same};
+use crate::program::{Compare, Logic, Number, Reading, Relation, Step, Tag};
+
+impl Emit<'_> {
+    /// The memory of a chart of an instance.
+    pub(super) fn chart_memory(&mut self, instance: usize, what: &What) -> Option<Tag> {
+        if let Some(known) = self.charts.get(&(instance, what.clone())) {
+            return Some(known.clone());
+        }
+        let (_, Body::Chart(chart)) = self.body(instance, what)? else { return None };
+        let owner = &self.instances[instance].place.name;
+        let name = match what {
+            What::Body => owner.clone(),
+            What::Action(action) | What::Method(action) => format!("{owner}.{action}"),
+        };
+        let tag = self.hidden(&name, layout(chart))?;
+        self.charts.insert((instance, what.clone()), tag.clone());
+        let own = memory(chart, &tag)?;
+        let is_read = |flag: &str| Self::part(&self.instances[instance].place, flag).is_some();
+        let always_acts = !self.actions_first && !is_read("SFCInit");
+        let invariants = super::invariant::of(chart, &own, always_acts);
+        self.program().invariants.extend(invariants);
+        Some(tag)
+    }
+
+    /// Puts a chart together.
+    pub(super) fn chart(&mut self, at: &Context, what: &What, pou: &Pou, chart: &Chart) {
+        let tag = self.chart_memory(at.instance, what);
+        let Some(memory) = tag.and_then(|tag| memory(chart, &tag)) else {
+            let fault = Fault::new(chart.line, "there is no room for the chart");
+            return self.faults.push((self.file, fault));
+        };
+        let flag = |name: &str| {
+            let part = Self::part(&self.instances[at.instance].place, name)?;
+            part.tag.cell().filter(|_| matches!(part.ty, Ty::Bit))
+        };
+        let (halt, restart) = (flag("SFCInit"), flag("SFCReset"));
+        self.at(chart.line, "SFC");
+        let begins = any([Logic::cell(memory.started).not()]
+            .into_iter()
+            .chain(halt.into_iter().chain(restart).map(Logic::cell)));
+        let begins = self.keep_bit(begins);
+        let mut resets = vec![set(memory.started, Logic::Const(true))];
+        for (cell, step) in memory.steps.iter().zip(&chart.steps) {
+            resets.push(set(*cell, Logic::Const(step.initial)));
+        }
+        for action in &memory.actions {
+            let own = action.inputs.iter().flat_map(|input| [input.was, input.stored, input.over]);
+            let cells = own.chain([action.on, action.stored]);
+            resets.extend(cells.map(|cell| set(cell, Logic::Const(false))));
+        }
+        resets.extend(memory.were.iter().map(|&cell| set(cell, Logic::Const(false))));
+        self.write_if(begins.clone(), resets, None);
+        let stop = halt.map(|halt| self.jump(Logic::cell(halt), None));
+        if self.actions_first {
+            self.act(at, pou, chart, &memory);
+        }
+        let skip = self.jump(begins, None);
+        self.evolve(at, chart, &memory);
+        self.land(skip);
+        self.landing();
+        if !self.actions_first {
+            self.act(at, pou, chart, &memory);
+        }
+        if let Some(stop) = stop {
+            self.land(stop);
+            self.landing();
+        }
+    }
+
+    fn evolve(&mut self, at: &Context, chart: &Chart, memory: &Memory) {
+        let none = memory.clears.iter().map(|&cell| set(cell, Logic::Const(false))).collect();
+        self.write(none);
+        for (number, one) in chart.transitions.iter().enumerate() {
+            self.at(one.line, &format!("TRANSITION {}", chart.transition_name(number)));
+            let rivals = (0..number).filter(|&other| {
+                chart.transitions[other].from.iter().any(|step| one.from.contains(step))
+            });
+            let steps = one.from.iter().map(|&step| Logic::cell(memory.steps[step]));
+            let rivals = rivals.map(|other| Logic::cell(memory.clears[other]).not());
+            let enabled = all(steps.chain(rivals));
+            let enabled = self.keep_bit(enabled);
+            let key = Self::key(&["TRANSITION"], "nothing");
+            self.builder.add(Some(key), Vec::new(), Step::Act { fires: enabled.clone() });
+            let skip = self.jump(enabled.not(), None);
+            match self.bit(at, &one.condition, one.line) {
+                Ok(condition) => {
+                    let effects = vec![always(set(memory.clears[number], condition.clone()))];
+                    let key = Self::key(&["CLEAR"], "nothing");
+                    self.builder.add(Some(key), effects, Step::Act { fires: condition });
+                }
+                Err(fault) => {
+                    let place = format!(
+                        "{}, {}",
+                        self.instances[at.instance].place.name,
+                        chart.transition_name(number)
+                    );
+                    let fault = fault.within(&place);
+                    if !self.faults.contains(&(self.file, fault.clone())) {
+                        self.faults.push((self.file, fault));
+                    }
+                }
+            }
+            self.land(skip);
+            self.landing();
+        }
+        let clear = |which: &dyn Fn(usize) -> bool| {
+            let own = (0..memory.clears.len()).filter(|&at| which(at));
+            any(own.map(|at| Logic::cell(memory.clears[at])))
+        };
+        let moves = memory.steps.iter().enumerate().map(|(step, &cell)| {
+            let entered = clear(&|at| chart.transitions[at].to.contains(&step));
+            let left = clear(&|at| chart.transitions[at].from.contains(&step));
+            set(cell, any([entered, all([Logic::cell(cell), left.not()])]))
+        });
+        let moves = moves.collect();
+        self.write(moves);
+    }
+
+    fn act(&mut self, at: &Context, pou: &Pou, chart: &Chart, memory: &Memory) {
+        for (step, one) in chart.steps.iter().enumerate() {
+            self.at(one.line, &format!("STEP {}", one.name));
+            let active = Logic::cell(memory.steps[step]);
+            let key = Self::key(&["STEP"], "nothing");
+            self.builder.add(Some(key), Vec::new(), Step::Act { fires: active.clone() });
+            let was = Logic::cell(memory.were[step]);
+            let hooks = [
+                (&one.exit, all([was.clone(), active.clone().not()])),
+                (&one.entry, all([active.clone(), was.not()])),
+                (&one.active, active),
+            ];
+            for (path, fires) in hooks {
+                if let Some(path) = path {
+                    self.carried_out(at, path, fires, one.line);
+                }
+            }
+        }
+        let keep = memory.were.iter().zip(&memory.steps);
+        let keep = keep.map(|(&was, &now)| set(was, Logic::cell(now))).collect();
+        self.write(keep);
+        let names = chart.actions();
+        let mut outputs = Vec::new();
+        for (name, action) in names.iter().zip(&memory.actions) {
+            let line = chart.blocks_of(name).next().map_or(chart.line, |(_, block)| block.line);
+            self.at(line, &format!("ACTION {name}"));
+            outputs.push(self.control(at, memory, action, line));
+        }
+        for (name, (on, runs)) in names.iter().zip(outputs) {
+            let Some((_, block)) = chart.blocks_of(name).next() else { continue };
+            self.at(block.line, name);
+            match &block.target {
+                Target::Inline(_, body) => self.inline(at, body, runs, block.line),
+                Target::Path(path) => self.controlled(at, pou, path, on, runs, block.line),
+            }
+        }
+    }
+
+    /// The control of an action: whether it is on, and whether its body runs.
+    fn control(
+        &mut self,
+        at: &Context,
+        memory: &Memory,
+        action: &ActionMemory,
+        line: u32,
+    ) -> (Logic, Logic) {
+        let reset = self.keep_bit(action.active(memory, Qualifier::R));
+        let now = Logic::cell;
+        let stores = action.active(memory, Qualifier::S);
+        let stored = all([any([now(action.stored), stores]), reset.clone().not()]);
+        let mut changes = vec![set(action.stored, stored)];
+        let mut on = vec![action.active(memory, Qualifier::N), now(action.stored)];
+        let mut pulses = Vec::new();
+        let mut keep = Vec::new();
+        for (feed, input) in action.feeds.iter().zip(&action.inputs) {
+            let active = memory.active(&feed.steps);
+            let at_once = self.at_once(at, feed, line);
+            // A timer that runs may be over at any moment, and stays so; in the scan in which it begins only if its time is 0.
+            let mut over = |runs: Logic, ran: Logic| {
+                let free = self.world_bit();
+                all([runs, any([at_once.clone(), all([ran, any([now(input.over), free])])])])
+            };
+            keep.push(set(input.was, active.clone()));
+            let rises = all([active.clone(), now(input.was).not()]);
+            match feed.qualifier {
+                Qualifier::N | Qualifier::R | Qualifier::S => {}
+                Qualifier::L | Qualifier::D => {
+                    changes.push(set(input.over, over(active.clone(), now(input.was))));
+                    let is_limit = feed.qualifier == Qualifier::L;
+                    on.push(if is_limit {
+                        all([active, now(input.over).not()])
+                    } else {
+                        now(input.over)
+                    });
+                }
+                Qualifier::P => on.push(rises),
+                Qualifier::P1 => pulses.push(rises),
+                Qualifier::P0 => pulses.push(all([now(input.was), active.not()])),
+                Qualifier::Sd | Qualifier::Sl => {
+                    let stored = all([any([now(input.stored), active]), reset.clone().not()]);
+                    changes.push(set(input.over, over(stored.clone(), now(input.stored))));
+                    changes.push(set(input.stored, stored));
+                    on.push(match feed.qualifier {
+                        Qualifier::Sd => now(input.over),
+                        _ => all([now(input.stored), now(input.over).not()]),
+                    });
+                }
+                Qualifier::Ds => {
+                    changes.push(set(input.over, over(active, now(input.was))));
+                    let stored =
+                        all([any([now(input.stored), now(input.over)]), reset.clone().not()]);
+                    changes.push(set(input.stored, stored));
+                    on.push(now(input.stored));
+                }
+            }
+        }
+        self.write(changes);
+        let on = self.keep_bit(all([any(on), reset.not()]));
+        let pulse = self.keep_bit(any(pulses));
+        let last = all([now(action.on), on.clone().not()]);
+        let runs = self.keep_bit(any([on.clone(), pulse.clone(), last]));
+        keep.push(set(action.on, on.clone()));
+        let effects = keep.into_iter().map(always).collect();
+        let key = Self::key(&["ACTION"], "nothing");
+        self.builder.add(Some(key), effects, Step::Act { fires: runs.clone() });
+        (any([on, pulse]), runs)
+    }
+
+    /// Whether a timed input's time is 0 or less.
+    fn at_once(&mut self, at: &Context, feed: &Feed, line: u32) -> Logic {
+        let Some(time) = &feed.time else { return Logic::Const(feed.qualifier.is_timed()) };
+        if let Expr::Literal(crate::iec::ast::Literal::Time(time)) = time {
+            return Logic::Const(*time <= 0);
+        }
+        match self.number(at, time, Kind::Time, line) {
+            Ok(number) => {
+                let words = self.words(number, 2);
+                let compare = Compare {
+                    relation: Relation::LessOrEqual,
+                    reading: Reading::Signed,
+                    left: Number::Words(words),
+                    right: constant(0, 2),
+                };
+                self.keep_bit(Logic::Compare(Box::new(compare)))
+            }
+            Err(fault) => {
+                self.faults.push((self.file, fault));
+                Logic::Const(false)
+            }
+        }
+    }
+
+    /// Carries out what stands in an action block itself.
+    fn inline(&mut self, at: &Context, body: &Body, runs: Logic, line: u32) {
+        let skip = self.jump(runs.not(), Some(Self::key(&["JMP"], "jump")));
+        match body {
+            Body::Code(_, statements) => self.inner(at, statements),
+            Body::Unread(_, fault) => self.faults.push((self.file, fault.clone())),
+            Body::Chart(_) => {
+                self.faults.push((
+                    self.file,
+                    Fault::new(line, "a chart within an action block is not followed"),
+                ));
+            }
+        }
+        self.land(skip);
+        self.landing();
+    }
+
+    /// An action of the unit, or of an instance, or a Boolean variable.
+    fn controlled(
+        &mut self,
+        at: &Context,
+        pou: &Pou,
+        path: &Path,
+        on: Logic,
+        runs: Logic,
+        line: u32,
+    ) {
+        let is_action =
+            path.as_name().is_some_and(|name| pou.actions.iter().any(|one| same(&one.name, name)));
+        if !is_action
+            && let Ok(found @ (Found::Place(_) | Found::WordBit(..) | Found::Element(_))) =
+                self.find(at, path, line)
+        {
+            match self.writes(found, Value::Bit(on), line) {
+                Ok(writes) => {
+                    let effects = writes.into_iter().map(always).collect();
+                    self.builder.add(Some(Self::key(&["ST"], "move")), effects, Step::Nothing);
+                }
+                Err(fault) => self.faults.push((self.file, fault)),
+            }
+            return;
+        }
+        self.carried_out(at, path, runs, line);
+    }
+
+    /// Calls an action where a condition holds.
+    fn carried_out(&mut self, at: &Context, path: &Path, fires: Logic, line: u32) {
+        let skip = self.jump(fires.not(), Some(Self::key(&["JMP"], "jump")));
+        let call = Statement { line, kind: Statements::Call(path.clone(), Vec::new()) };
+        self.inner(at, std::slice::from_ref(&call));
+        self.land(skip);
+        self.landing();
+    }
+}

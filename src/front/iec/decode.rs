@@ -1,0 +1,213 @@
+//! From a project to a program: tasks, instances of programs, routines.
+
+use super::emit::{Emit, Place, What};
+use super::types::{Kind, Ty, lineage};
+use crate::base::code::Code;
+use crate::base::diagnostic::Diagnostic;
+use crate::iec::ast::{Expr, Literal};
+use crate::iec::fault::Fault;
+use crate::iec::{PouKind, Project, Task, Variable, same};
+use crate::program::{AreaId, Logic, PowerUp, Program, Region, SourceFile, Step};
+
+/// What is asked of the way in which charts are carried out.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Options {
+    /// Whether actions come before transitions, as CODESYS and TwinCAT have it.
+    pub actions_first: bool,
+}
+
+/// More instructions than any program has.
+const LARGEST: usize = 4_000_000;
+
+/// What a project means. The first task's programs run in the scan; further tasks interrupt it.
+///
+/// # Errors
+/// All faults.
+pub fn decode(
+    project: &Project,
+    dialect: &str,
+    options: Options,
+) -> Result<Program, Vec<Diagnostic>> {
+    let mut emit = Emit::new(project, dialect);
+    emit.actions_first = options.actions_first;
+    let tasks = tasks(project, &mut emit);
+    let mut entries = Vec::new();
+    for (number, task) in tasks.iter().enumerate() {
+        let entry = emit.builder.next();
+        entries.push(entry);
+        for (name, of) in &task.instances {
+            program(&mut emit, task, name, of);
+        }
+        let last = if number == 0 { Step::End } else { Step::Return };
+        emit.builder.add(None, Vec::new(), last);
+    }
+    let main = 0..entries.get(1).copied().unwrap_or_else(|| emit.builder.next());
+    while let Some((call, instance, what)) = emit.open.pop() {
+        let known = emit.routines.get(&(instance, what.clone())).copied();
+        let entry = known.unwrap_or_else(|| emit.routine(instance, &what));
+        if let Step::Call { target, .. } = &mut emit.builder.program.instructions[call].step {
+            *target = entry;
+        }
+        if emit.builder.next() > LARGEST {
+            emit.faults.push((
+                0,
+                Fault::new(1, "the project has more instructions than any CPU holds")
+                    .code(Code::TooMany),
+            ));
+            break;
+        }
+    }
+    if !emit.faults.is_empty() {
+        let name = |file: usize| project.files.get(file).map_or("", String::as_str);
+        let mut told: Vec<Diagnostic> = Vec::new();
+        for (file, fault) in std::mem::take(&mut emit.faults) {
+            let one = fault.in_file(name(file));
+            if !told.contains(&one) {
+                told.push(one);
+            }
+        }
+        told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
+        return Err(told);
+    }
+    emit.program().power_up = power_up(&mut emit);
+    let Emit { builder, .. } = emit;
+    let mut program = builder.program;
+    program.mains = vec![main];
+    for (task, &entry) in tasks.iter().zip(&entries).skip(1) {
+        let name = format!("task {}", task.name);
+        program.interrupts.push(crate::program::Interrupt { name, entry, times: 1, stated: false });
+    }
+    let all = program.instructions.len();
+    let counts = |file: usize| {
+        program
+            .instructions
+            .iter()
+            .filter(|one| one.place.file as usize == file && one.timing.is_some())
+            .count()
+    };
+    let files = project.files.iter().enumerate().map(|(at, name)| SourceFile {
+        name: name.clone(),
+        instructions: if at == 0 { 0..all } else { all..all },
+        count: counts(at),
+    });
+    program.files = files.collect();
+    Ok(program)
+}
+
+/// The tasks that run something, the one that the others interrupt first: the one of the least priority, which has the
+/// largest number, then the one with the longest interval.
+fn tasks(project: &Project, emit: &mut Emit<'_>) -> Vec<Task> {
+    let mut own: Vec<Task> =
+        project.tasks.iter().filter(|task| !task.instances.is_empty()).cloned().collect();
+    // Programs of no task run together.
+    let (loose, mut named): (Vec<Task>, Vec<Task>) =
+        own.drain(..).partition(|task| task.name.is_empty());
+    if let Some(mut first) = loose.first().cloned() {
+        first.instances = loose.into_iter().flat_map(|task| task.instances).collect();
+        named.push(first);
+    }
+    if named.is_empty() {
+        let programs = project.pous.iter().filter(|pou| pou.kind == PouKind::Program);
+        let instances: Vec<_> = programs.map(|pou| (pou.name.clone(), pou.name.clone())).collect();
+        if instances.is_empty() {
+            let help = "give the file that has the PROGRAM which the task runs";
+            emit.faults.push((
+                0,
+                Fault::new(1, "the project has no program").code(Code::NoProgram).help(help),
+            ));
+        }
+        named.push(Task { name: String::new(), interval: None, priority: None, instances });
+    }
+    let number = |task: &Task| task.priority.as_ref().and_then(|text| text.parse::<i64>().ok());
+    named.sort_by_key(|task| {
+        let is_loose = task.name.is_empty();
+        // A task without a number comes last of all, that is, first here.
+        std::cmp::Reverse((is_loose, number(task).unwrap_or(i64::MAX), task.interval.unwrap_or(0)))
+    });
+    named
+}
+
+/// An instance of a program, and its call.
+fn program(emit: &mut Emit<'_>, task: &Task, name: &str, of: &str) {
+    let project = emit.project;
+    let found =
+        project.pous.iter().position(|pou| same(&pou.name, of) && pou.kind == PouKind::Program);
+    let Some(pou) = found else {
+        let message = format!("the program {of} of the task {} is not there", task.name);
+        emit.faults.push((
+            0,
+            Fault::new(1, message).code(Code::UnknownType).help("give the file that declares it"),
+        ));
+        return;
+    };
+    emit.file = project.pous[pou].file;
+    let placed = emit
+        .types
+        .instance(pou)
+        .and_then(|parts| emit.variable(name, Ty::Parts(parts), project.pous[pou].line));
+    match placed {
+        Ok(place) => {
+            let instance = emit.instance(&place, pou);
+            emit.at(project.pous[pou].line, &format!("PROGRAM {name}"));
+            emit.call(Logic::Const(true), instance, What::Body, "PROGRAM");
+        }
+        Err(fault) => emit.faults.push((emit.file, fault)),
+    }
+}
+
+/// What is known of the state after power-up.
+fn power_up(emit: &mut Emit<'_>) -> PowerUp {
+    let mut known = PowerUp {
+        cleared: vec![Region::Area(AreaId(2)), Region::Area(AreaId(3))],
+        ..PowerUp::default()
+    };
+    let project = emit.project;
+    let instances: Vec<(usize, Place)> =
+        emit.instances.iter().map(|one| (one.pou, one.place.clone())).collect();
+    for (pou, place) in instances {
+        for variable in lineage(project, pou).into_iter().flat_map(|pou| &pou.variables) {
+            if let Some(part) = Emit::part(&place, &variable.name) {
+                starts(&mut known, variable, &part);
+            }
+        }
+    }
+    let globals: Vec<Place> = emit.globals.values().cloned().collect();
+    for variable in project.globals.iter().flat_map(|(_, list)| list) {
+        let own = globals
+            .iter()
+            .find(|place| same(place.name.rsplit('.').next().unwrap_or_default(), &variable.name));
+        if let Some(place) = own {
+            starts(&mut known, variable, place);
+        }
+    }
+    for place in globals.iter().filter(|place| place.name.starts_with("%I")) {
+        known.inputs.extend(place.tag.regions());
+    }
+    known
+}
+
+fn starts(known: &mut PowerUp, variable: &Variable, place: &Place) {
+    if variable.at.as_ref().is_some_and(|at| at.starts_with("%I")) {
+        known.inputs.extend(place.tag.regions());
+        return;
+    }
+    let is_zero = match &variable.initial {
+        None => true,
+        Some(Expr::Literal(Literal::Bool(value))) => !value,
+        Some(Expr::Literal(Literal::Int(value, _))) => *value == 0,
+        _ => false,
+    };
+    // What holds instances is told by their own variables, types may have initial values of their own.
+    let is_plain = match &place.ty {
+        Ty::Bit | Ty::Number(Kind::Whole { .. } | Kind::Real | Kind::Time) => true,
+        Ty::Standard(..) => variable.initial.is_none(),
+        _ => false,
+    };
+    if is_zero && is_plain {
+        let regions = place.tag.regions();
+        if variable.retain {
+            known.latched.extend(regions.iter().copied());
+        }
+        known.cleared.extend(regions);
+    }
+}

@@ -1,0 +1,279 @@
+//! What all parts of a program have in common while its instructions are put together: memory, instances, routines.
+
+use super::types::{Kind, Ty, Types, layout};
+use super::value::Value;
+use crate::base::code::Code;
+use crate::base::location::Location;
+use crate::front::builder::{Builder, always};
+use crate::iec::fault::Fault;
+use crate::iec::{Pou, Project};
+use crate::program::meaning::{Meaning, Operand as Input, Operation, Target};
+use crate::program::{
+    Area, AreaId, AreaKind, BitTarget, Cell, Logic, Number, Program, Radix, Region, Role, Step,
+    Tag, TimingKey, Touched, Units, WordSource, WordTarget, Write,
+};
+use std::collections::BTreeMap;
+
+/// The areas of variables, of what charts remember, and of values between.
+const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
+const HIDDEN: [AreaId; 2] = [AreaId(2), AreaId(3)];
+const BETWEEN: [AreaId; 2] = [AreaId(4), AreaId(5)];
+
+/// A variable, or a part of one, and what it holds.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    pub(super) name: String,
+    pub(super) tag: Tag,
+    pub(super) ty: Ty,
+}
+
+/// What of an instance is carried out.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum What {
+    Body,
+    Action(String),
+    Method(String),
+}
+
+/// An instance of a unit.
+#[derive(Debug, Clone)]
+pub(super) struct Instance {
+    /// Its unit, an index into the project's.
+    pub(super) pou: usize,
+    /// Its variables.
+    pub(super) place: Place,
+}
+
+/// A program while it is put together.
+pub(super) struct Emit<'p> {
+    pub(super) builder: Builder,
+    pub(super) project: &'p Project,
+    pub(super) types: Types<'p>,
+    pub(super) instances: Vec<Instance>,
+    pub(super) by_name: BTreeMap<String, usize>,
+    pub(super) globals: BTreeMap<String, Place>,
+    /// The chart's memory, by instance and what of it.
+    pub(super) charts: BTreeMap<(usize, What), Tag>,
+    pub(super) routines: BTreeMap<(usize, What), usize>,
+    /// Calls whose routines are not put together yet.
+    pub(super) open: Vec<(usize, usize, What)>,
+    /// Faults and their files.
+    pub(super) faults: Vec<(usize, Fault)>,
+    /// Values kept under names that begin with `~`, in the routine that is put together.
+    pub(super) kept: BTreeMap<String, Value>,
+    between: [u32; 2],
+    pub(super) file: usize,
+    /// Whether charts carry out actions before they look at transitions.
+    pub(super) actions_first: bool,
+}
+
+impl<'p> Emit<'p> {
+    pub(super) fn new(project: &'p Project, dialect: &str) -> Emit<'p> {
+        let area = |name: &str, kind, role| Area { role, ..Area::new(name, kind, Radix::Decimal) };
+        let mut program = Program { dialect: dialect.to_owned(), ..Program::default() };
+        for (name, role) in
+            [("variable ", Role::Memory), ("chart ", Role::Memory), ("value ", Role::Hidden)]
+        {
+            program.areas.push(area(name, AreaKind::Bit, role));
+            program.areas.push(area(&format!("{name}word "), AreaKind::Word, role));
+        }
+        Emit {
+            builder: Builder::new(program),
+            project,
+            types: Types::new(project),
+            instances: Vec::new(),
+            by_name: BTreeMap::new(),
+            globals: BTreeMap::new(),
+            charts: BTreeMap::new(),
+            routines: BTreeMap::new(),
+            open: Vec::new(),
+            faults: Vec::new(),
+            kept: BTreeMap::new(),
+            between: [0, 0],
+            file: 0,
+            actions_first: false,
+        }
+    }
+
+    pub(super) fn program(&mut self) -> &mut Program {
+        &mut self.builder.program
+    }
+
+    /// A variable of its own.
+    pub(super) fn variable(&mut self, name: &str, ty: Ty, line: u32) -> Result<Place, Fault> {
+        let tag = self.program().tags.add(VARIABLES, name, layout(&ty));
+        let tag = tag.ok_or_else(|| {
+            Fault::new(line, format!("there is no room for {name}")).code(Code::TooLarge)
+        })?;
+        Ok(Place { name: name.to_owned(), tag, ty })
+    }
+
+    /// Memory of a chart.
+    pub(super) fn hidden(&mut self, name: &str, of: crate::program::Type) -> Option<Tag> {
+        self.program().tags.add(HIDDEN, name, of)
+    }
+
+    /// The part of this name, in upper or lower case.
+    pub(super) fn part(place: &Place, name: &str) -> Option<Place> {
+        let (Ty::Parts(parts) | Ty::Standard(_, parts) | Ty::Block(_, parts)) = &place.ty else {
+            return None;
+        };
+        let (own, ty) = parts.iter().find(|(own, _)| crate::iec::same(own, name))?;
+        let tag = place.tag.part(own)?;
+        Some(Place { name: format!("{}.{own}", place.name), tag, ty: ty.clone() })
+    }
+
+    /// The instance at a place.
+    pub(super) fn instance(&mut self, place: &Place, pou: usize) -> usize {
+        let key = place.name.to_ascii_uppercase();
+        if let Some(&known) = self.by_name.get(&key) {
+            return known;
+        }
+        self.instances.push(Instance { pou, place: place.clone() });
+        self.by_name.insert(key, self.instances.len() - 1);
+        self.instances.len() - 1
+    }
+
+    pub(super) fn pou_of(&self, instance: usize) -> &'p Pou {
+        &self.project.pous[self.instances[instance].pou]
+    }
+
+    /// What is added from here on stands at this line of a unit's file.
+    pub(super) fn at(&mut self, line: u32, text: &str) {
+        let file = u32::try_from(self.file).unwrap_or(u32::MAX);
+        let text: String = text.chars().take(120).collect();
+        self.builder.at(Location { file, line, step: None }, text.into(), [].into());
+        self.program().blocks += 1;
+    }
+
+    /// How something is priced: by its rows' names, the most specific first, else by its class.
+    pub(super) fn key(names: &[&str], class: &'static str) -> TimingKey {
+        TimingKey {
+            names: names.iter().map(|name| (*name).to_owned()).collect(),
+            class,
+            units: Units::None,
+            dearer: false,
+            optional: false,
+            touched: Touched::default(),
+        }
+    }
+
+    /// Charges something that changes nothing by itself.
+    pub(super) fn cost(&mut self, names: &[&str], class: &'static str) {
+        self.builder.add(Some(Self::key(names, class)), Vec::new(), Step::Nothing);
+    }
+
+    /// Writes, without a charge.
+    pub(super) fn write(&mut self, writes: Vec<Write>) -> usize {
+        self.builder.add(None, writes.into_iter().map(always).collect(), Step::Nothing)
+    }
+
+    /// Writes where a condition holds; charged, if a row is named.
+    pub(super) fn write_if(
+        &mut self,
+        fires: Logic,
+        writes: Vec<Write>,
+        key: Option<TimingKey>,
+    ) -> usize {
+        let effects = writes.into_iter().map(crate::front::builder::fired).collect();
+        self.builder.add(key, effects, Step::Act { fires })
+    }
+
+    /// A bit for a value between.
+    pub(super) fn bit_between(&mut self) -> Cell {
+        self.between[0] += 1;
+        Cell { area: BETWEEN[0], index: self.between[0] - 1 }
+    }
+
+    /// Words for a value between; the first.
+    pub(super) fn words_between(&mut self, words: u32) -> Cell {
+        self.between[1] += words;
+        Cell { area: BETWEEN[1], index: self.between[1] - words }
+    }
+
+    /// The words of a number, kept between if they have to be.
+    pub(super) fn words(&mut self, number: Number, words: u32) -> Vec<WordSource> {
+        if let Number::Words(words) = number {
+            return words;
+        }
+        let first = self.words_between(words);
+        let targets = (0..words).map(|at| WordTarget::Cell(first.plus(at))).collect();
+        self.write(vec![Write::Words(targets, number)]);
+        (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
+    }
+
+    /// A bit kept as it is now.
+    pub(super) fn keep_bit(&mut self, value: Logic) -> Logic {
+        if matches!(value, Logic::Const(_)) {
+            return value;
+        }
+        let cell = self.bit_between();
+        self.write(vec![Write::Bit(BitTarget::Cell(cell), value)]);
+        Logic::cell(cell)
+    }
+
+    /// A number that an operation gives, in so many words; any value, where it has no meaning.
+    pub(super) fn worked_out(
+        &mut self,
+        words: u32,
+        meaning: Option<(Operation, Vec<Input>, u32)>,
+    ) -> Number {
+        let wide = meaning.as_ref().map_or(words, |(.., wide)| (*wide).max(words));
+        let first = self.words_between(wide);
+        let choice = self.builder.choice();
+        if let Some((operation, inputs, wide)) = meaning {
+            let targets = (0..wide).map(|at| WordTarget::Cell(first.plus(at))).collect();
+            let outputs = vec![Target::Words(targets)];
+            self.builder.exactly(choice, Meaning { operation, inputs, outputs });
+        }
+        self.write(vec![Write::Havoc(Region::Range { first, count: wide }, choice)]);
+        Number::Words((0..words).map(|at| WordSource::Cell(first.plus(at))).collect())
+    }
+
+    /// Any number, and why.
+    pub(super) fn any_number(&mut self, kind: Kind, why: &str) -> Number {
+        let number = self.worked_out(kind.words(), None);
+        let at = self.builder.next() - 1;
+        self.program().approximate(at, why);
+        number
+    }
+
+    /// Any bit, and why.
+    pub(super) fn any_bit(&mut self, why: &str) -> Logic {
+        let bit = self.builder.free_bit();
+        let kept = self.keep_bit(bit);
+        let at = self.builder.next() - 1;
+        self.program().approximate(at, why);
+        kept
+    }
+
+    /// A bit that the outside gives.
+    pub(super) fn world_bit(&mut self) -> Logic {
+        Logic::Bit(crate::program::BitSource::Free(self.builder.world()))
+    }
+
+    /// Calls a routine of an instance where a condition holds.
+    pub(super) fn call(&mut self, fires: Logic, instance: usize, what: What, row: &str) {
+        let key = Self::key(&[row, "CAL"], "call");
+        let at = self.builder.add(Some(key), Vec::new(), Step::Call { fires, target: 0 });
+        self.open.push((at, instance, what));
+    }
+
+    /// A jump whose target is set later.
+    pub(super) fn jump(&mut self, fires: Logic, key: Option<TimingKey>) -> usize {
+        self.builder.add(key, Vec::new(), Step::Jump { fires, target: 0 })
+    }
+
+    /// Lets a jump go to what is added next.
+    pub(super) fn land(&mut self, jump: usize) {
+        let next = self.builder.next();
+        if let Step::Jump { target, .. } = &mut self.builder.program.instructions[jump].step {
+            *target = next;
+        }
+    }
+
+    /// Somewhere for jumps to land that need not be a statement.
+    pub(super) fn landing(&mut self) {
+        self.builder.add(None, Vec::new(), Step::Nothing);
+    }
+}

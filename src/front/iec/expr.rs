@@ -1,0 +1,634 @@
+//! Expressions, as what the analysis follows.
+
+use super::emit::Emit;
+use super::resolve::{Context, Element, Found};
+use super::types::{DINT, Kind, Ty};
+use super::value::{Value, constant, real, wrapped};
+use crate::base::code::Code;
+use crate::front::builder::always;
+use crate::iec::ast::{Expr, Literal, Operator, Path};
+use crate::iec::fault::Fault;
+use crate::iec::show;
+use crate::program::meaning::{
+    Arithmetic, Count, Meaning, Operand as Input, Operation, Shape, Target,
+};
+use crate::program::{
+    BitSource, BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation, Step,
+    WordSource, WordTarget, Write,
+};
+
+/// The value that stands in a place.
+pub(super) fn read(cell: Cell, ty: &Ty) -> Value {
+    match ty {
+        Ty::Bit => Value::Bit(Logic::cell(cell)),
+        Ty::Number(kind) => {
+            let words = (0..kind.words()).map(|at| WordSource::Cell(cell.plus(at)));
+            Value::Number(*kind, Number::Words(words.collect()))
+        }
+        _ => Value::Any,
+    }
+}
+
+fn wrong(line: u32, expr: &Expr, what: &str) -> Fault {
+    Fault::new(line, format!("{} {what}", show::expr(expr))).code(Code::Operand)
+}
+
+impl Emit<'_> {
+    /// The value of an expression; what it takes is charged.
+    pub(super) fn value(&mut self, at: &Context, expr: &Expr, line: u32) -> Result<Value, Fault> {
+        match expr {
+            Expr::Literal(literal) => self.literal(literal, expr, line),
+            Expr::Variable(path) => self.variable_value(at, path, line),
+            Expr::Not(inner) => {
+                let value = self.value(at, inner, line)?;
+                self.cost(&["NOT"], "logic");
+                match value {
+                    Value::Bit(logic) => Ok(Value::Bit(logic.not())),
+                    Value::Constant(value) => Ok(Value::Bit(Logic::Const(value == 0))),
+                    Value::Number(kind, number) => {
+                        let ones = constant(-1, kind.words());
+                        let flipped = Number::Xor(Box::new(number), Box::new(ones));
+                        Ok(Value::Number(kind, wrapped(kind, flipped)))
+                    }
+                    Value::Any => Ok(Value::Any),
+                }
+            }
+            Expr::Negate(inner) => {
+                let value = self.value(at, inner, line)?;
+                if let Value::Constant(value) = value {
+                    return Ok(Value::Constant(value.wrapping_neg()));
+                }
+                self.cost(&["SUB"], "arithmetic");
+                let Value::Number(kind, number) = value else { return Ok(Value::Any) };
+                self.arithmetic(Operator::Subtract, kind, constant(0, kind.words()), number)
+            }
+            Expr::Binary(operator, left, right) => self.binary(at, *operator, left, right, line),
+            Expr::Call(path, given) if path.first.starts_with('~') => {
+                let _ = given;
+                Ok(Value::Any)
+            }
+            Expr::Call(path, given) => self.function(at, path, given, line),
+        }
+    }
+
+    fn literal(&mut self, literal: &Literal, expr: &Expr, line: u32) -> Result<Value, Fault> {
+        Ok(match literal {
+            Literal::Bool(value) => Value::Bit(Logic::Const(*value)),
+            Literal::Int(value, of) => {
+                let small =
+                    i64::try_from(*value).or_else(|_| u64::try_from(*value).map(u64::cast_signed));
+                let value = small.map_err(|_| wrong(line, expr, "is too large"))?;
+                match of.as_deref().and_then(super::types::elementary) {
+                    Some(Ty::Number(kind @ Kind::Whole { .. })) => {
+                        Value::Number(kind, constant(value, kind.words()))
+                    }
+                    Some(Ty::Bit) => Value::Bit(Logic::Const(value != 0)),
+                    _ => Value::Constant(value),
+                }
+            }
+            Literal::Real(text, of) if of.as_deref() != Some("LREAL") => {
+                real(text).map_or(Value::Any, |bits| Value::Number(Kind::Real, bits))
+            }
+            Literal::Time(time) => {
+                // What is finer than a millisecond is rounded to it.
+                let ms = time.div_euclid(1_000_000);
+                Value::Number(Kind::Time, constant(ms, 2))
+            }
+            Literal::Real(..) | Literal::Text(_) | Literal::Date(_) => Value::Any,
+        })
+    }
+
+    fn variable_value(&mut self, at: &Context, path: &Path, line: u32) -> Result<Value, Fault> {
+        let found = self.find(at, path, line)?;
+        if !matches!(found, Found::Value(_)) {
+            self.cost(&["LD"], "contact");
+        }
+        Ok(match found {
+            Found::Value(value) => value,
+            Found::WordBit(cell, bit) => Value::Bit(Logic::Bit(BitSource::WordBit(cell, bit))),
+            Found::Place(place) => match place.tag.cell() {
+                Some(cell) => read(cell, &place.ty),
+                None => Value::Any,
+            },
+            Found::Element(element) => self.element(&element),
+            Found::Elapsed(flag) => {
+                // How long is up to the outside; a step that is not active has no time.
+                let first = self.words_between(2);
+                let zero = Write::Words(
+                    vec![WordTarget::Cell(first), WordTarget::Cell(first.plus(1))],
+                    constant(0, 2),
+                );
+                self.write(vec![zero]);
+                let choice = self.builder.world();
+                let low = Region::Range { first, count: 1 };
+                self.write_if(flag.clone(), vec![Write::Havoc(low, choice)], None);
+                let choice = self.builder.world();
+                let high = Region::Range { first: first.plus(1), count: 1 };
+                self.write_if(flag, vec![Write::Havoc(high, choice)], None);
+                // A time is not below 0.
+                let sign = BitTarget::WordBit(first.plus(1), 15);
+                self.write(vec![Write::Bit(sign, Logic::Const(false))]);
+                read(first, &Ty::Number(Kind::Time))
+            }
+        })
+    }
+
+    /// The value of an element whose number is worked out.
+    fn element(&mut self, element: &Element) -> Value {
+        let (Some(address), true) =
+            (element.address(), matches!(element.place.ty, Ty::Bit | Ty::Number(_)))
+        else {
+            return Value::Any;
+        };
+        let words = match element.place.ty {
+            Ty::Number(kind) => kind.words(),
+            _ => 1,
+        };
+        let run = Input::Run(address, Shape::Cells, Count::Exactly(words));
+        if let Ty::Number(kind) = element.place.ty {
+            let number = self.worked_out(words, Some((Operation::Copy, vec![run], words)));
+            return Value::Number(kind, number);
+        }
+        let choice = self.builder.choice();
+        self.builder.exactly(choice, Meaning::of(run));
+        let kept = self.keep_bit(Logic::Bit(BitSource::Free(choice)));
+        Value::Bit(kept)
+    }
+
+    fn binary(
+        &mut self,
+        at: &Context,
+        operator: Operator,
+        left: &Expr,
+        right: &Expr,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let one = self.value(at, left, line)?;
+        let two = self.value(at, right, line)?;
+        self.combined(operator, one, two, line)
+    }
+
+    /// Two values and what is done with them.
+    pub(super) fn combined(
+        &mut self,
+        operator: Operator,
+        one: Value,
+        two: Value,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        use Operator as O;
+        let relation = match operator {
+            O::Equal => Some(Relation::Equal),
+            O::NotEqual => Some(Relation::NotEqual),
+            O::Less => Some(Relation::Less),
+            O::LessOrEqual => Some(Relation::LessOrEqual),
+            O::Greater => Some(Relation::Greater),
+            O::GreaterOrEqual => Some(Relation::GreaterOrEqual),
+            _ => None,
+        };
+        let (one, two) = match (one, two) {
+            // TRUE and 1 are the same where bits are asked for.
+            (Value::Bit(bit), Value::Constant(value)) => {
+                (Value::Bit(bit), Value::Bit(Logic::Const(value != 0)))
+            }
+            (Value::Constant(value), Value::Bit(bit)) => {
+                (Value::Bit(Logic::Const(value != 0)), Value::Bit(bit))
+            }
+            (Value::Constant(one), Value::Constant(two)) => {
+                let kind = DINT;
+                (Value::Number(kind, constant(one, 2)), Value::Number(kind, constant(two, 2)))
+            }
+            other => other,
+        };
+        match (one, two) {
+            (Value::Bit(one), Value::Bit(two)) => {
+                self.cost(&[row(operator, None)], "logic");
+                let differ = || {
+                    let only = |a: &Logic, b: &Logic| Logic::All(vec![a.clone(), b.clone().not()]);
+                    Logic::Any(vec![only(&one, &two), only(&two, &one)])
+                };
+                Ok(Value::Bit(match operator {
+                    O::And => Logic::All(vec![one, two]),
+                    O::Or => Logic::Any(vec![one, two]),
+                    O::Xor | O::NotEqual => differ(),
+                    O::Equal => differ().not(),
+                    _ => {
+                        return Err(Fault::new(
+                            line,
+                            format!("bits have no {}", operator.symbol()),
+                        ));
+                    }
+                }))
+            }
+            (Value::Number(kind, one), Value::Constant(two)) => {
+                let two = self.constant_as(kind, two);
+                self.numbers(operator, relation, kind, one, two)
+            }
+            (Value::Constant(one), Value::Number(kind, two)) => {
+                let one = self.constant_as(kind, one);
+                self.numbers(operator, relation, kind, one, two)
+            }
+            (Value::Number(one_kind, one), Value::Number(two_kind, two)) => {
+                let kind = common(one_kind, two_kind);
+                let one = self.converted(one, one_kind, kind);
+                let two = self.converted(two, two_kind, kind);
+                self.numbers(operator, relation, kind, one, two)
+            }
+            _ => {
+                self.cost(&[row(operator, None), "FUNCTION"], "special");
+                Ok(match relation {
+                    Some(_) => Value::Bit(self.any_bit(
+                        "a comparison of texts, dates or long reals may come out either way",
+                    )),
+                    None => Value::Any,
+                })
+            }
+        }
+    }
+
+    fn constant_as(&mut self, kind: Kind, value: i64) -> Number {
+        match kind {
+            Kind::Real => real(&value.to_string()).unwrap_or_else(|| constant(0, 2)),
+            _ => constant(value, kind.words()),
+        }
+    }
+
+    fn numbers(
+        &mut self,
+        operator: Operator,
+        relation: Option<Relation>,
+        kind: Kind,
+        left: Number,
+        right: Number,
+    ) -> Result<Value, Fault> {
+        let class = match (kind, operator) {
+            (Kind::Real | Kind::Opaque(_), _) => "real",
+            (_, Operator::Multiply) => "multiply",
+            (_, Operator::Divide | Operator::Modulo | Operator::Power) => "divide",
+            _ if relation.is_some() => "compare",
+            _ => "arithmetic",
+        };
+        let names = [row(operator, Some(kind)), row(operator, None)];
+        self.cost(&names, class);
+        let Some(relation) = relation else { return self.arithmetic(operator, kind, left, right) };
+        if matches!(kind, Kind::Opaque(_)) {
+            return Ok(Value::Bit(
+                self.any_bit("a comparison of long reals or dates may come out either way"),
+            ));
+        }
+        let reading = match kind {
+            Kind::Real => {
+                let choice = self.builder.choice();
+                Reading::Real(choice)
+            }
+            kind if kind.is_signed() => Reading::Signed,
+            _ => Reading::Unsigned,
+        };
+        Ok(Value::Bit(Logic::Compare(Box::new(Compare { relation, reading, left, right }))))
+    }
+
+    /// A number worked out from two of one kind.
+    pub(super) fn arithmetic(
+        &mut self,
+        operator: Operator,
+        kind: Kind,
+        left: Number,
+        right: Number,
+    ) -> Result<Value, Fault> {
+        use Operator as O;
+        let words = kind.words();
+        if kind == Kind::Real {
+            let arithmetic = match operator {
+                O::Add => Arithmetic::Add,
+                O::Subtract => Arithmetic::Sub,
+                O::Multiply => Arithmetic::Multiply,
+                O::Divide => Arithmetic::Divide,
+                _ => {
+                    return Ok(Value::Number(
+                        kind,
+                        self.any_number(kind, "the function's result may be any number"),
+                    ));
+                }
+            };
+            let inputs = vec![Input::Number(left), Input::Number(right)];
+            return Ok(Value::Number(
+                kind,
+                self.worked_out(2, Some((Operation::Real(arithmetic), inputs, 2))),
+            ));
+        }
+        if matches!(kind, Kind::Opaque(_)) {
+            let why = "arithmetic of long reals and dates is not followed: the result may be any";
+            return Ok(Value::Number(kind, self.any_number(kind, why)));
+        }
+        let boxed = |one, two| (Box::new(one), Box::new(two));
+        let number = match operator {
+            O::Add => {
+                let (one, two) = boxed(left, right);
+                Number::Add(one, two)
+            }
+            O::Subtract => {
+                let (one, two) = boxed(left, right);
+                Number::Sub(one, two)
+            }
+            O::And => {
+                let (one, two) = boxed(left, right);
+                Number::And(one, two)
+            }
+            O::Or => {
+                let (one, two) = boxed(left, right);
+                Number::Or(one, two)
+            }
+            O::Xor => {
+                let (one, two) = boxed(left, right);
+                Number::Xor(one, two)
+            }
+            O::Multiply if words <= 2 => {
+                let inputs = vec![Input::Number(left), Input::Number(right)];
+                self.worked_out(
+                    words,
+                    Some((Operation::Multiply { signed: kind.is_signed() }, inputs, 2 * words)),
+                )
+            }
+            O::Divide | O::Modulo if words <= 2 => {
+                let inputs = vec![Input::Number(left), Input::Number(right)];
+                let operation = Operation::DivideJoined { signed: kind.is_signed() };
+                let both = self.worked_out(2 * words, Some((operation, inputs, 2 * words)));
+                let Number::Words(both) = both else { return Ok(Value::Any) };
+                let words = usize::try_from(words).unwrap_or(0);
+                let own = if operator == O::Divide { &both[..words] } else { &both[words..] };
+                Number::Words(own.to_vec())
+            }
+            _ => self
+                .any_number(kind, "arithmetic that is not followed: the result may be any number"),
+        };
+        Ok(Value::Number(kind, wrapped(kind, number)))
+    }
+
+    /// A number of one kind as one of another.
+    pub(super) fn converted(&mut self, number: Number, from: Kind, to: Kind) -> Number {
+        if from == to {
+            return number;
+        }
+        let whole = |kind: Kind| matches!(kind, Kind::Whole { .. } | Kind::Time);
+        match (from, to) {
+            (from, to) if whole(from) && whole(to) => {
+                let (have, want) = (from.words(), to.words());
+                if want == have {
+                    return wrapped(to, number);
+                }
+                let mut words = self.words(number, have);
+                if want < have {
+                    words.truncate(usize::try_from(want).unwrap_or(0));
+                    return wrapped(to, Number::Words(words));
+                }
+                words.resize(usize::try_from(want).unwrap_or(0), WordSource::Const(0));
+                let wide = Number::Words(words);
+                if !from.is_signed() {
+                    return wide;
+                }
+                // The sign goes into the words above.
+                let sign = || Box::new(constant(1 << (16 * have - 1), want));
+                let flipped = Number::Xor(Box::new(wide), sign());
+                Number::Sub(Box::new(flipped), sign())
+            }
+            (from, Kind::Real) if whole(from) && from.words() <= 2 => {
+                self.worked_out(2, Some((Operation::ToReal, vec![Input::Number(number)], 2)))
+            }
+            (Kind::Real, to) if whole(to) && to.words() <= 2 => {
+                let words = to.words();
+                let size = u8::try_from(words).unwrap_or(1);
+                let operation = Operation::FromReal(size);
+                let found =
+                    self.worked_out(words, Some((operation, vec![Input::Number(number)], words)));
+                wrapped(to, found)
+            }
+            _ => self
+                .any_number(to, "a conversion that is not followed: the result may be any number"),
+        }
+    }
+
+    /// An expression as a bit.
+    pub(super) fn bit(&mut self, at: &Context, expr: &Expr, line: u32) -> Result<Logic, Fault> {
+        match self.value(at, expr, line)? {
+            Value::Bit(logic) => Ok(logic),
+            Value::Constant(value) => Ok(Logic::Const(value != 0)),
+            Value::Any => {
+                Ok(self.any_bit("a condition that is not followed: it may be true or false"))
+            }
+            Value::Number(..) => {
+                Err(wrong(line, expr, "is a number, where a truth value is asked for"))
+            }
+        }
+    }
+
+    /// An expression as a number of a kind.
+    pub(super) fn number(
+        &mut self,
+        at: &Context,
+        expr: &Expr,
+        kind: Kind,
+        line: u32,
+    ) -> Result<Number, Fault> {
+        let value = self.value(at, expr, line)?;
+        self.as_number(value, kind, line)
+    }
+
+    /// A value as a number of a kind.
+    pub(super) fn as_number(
+        &mut self,
+        value: Value,
+        kind: Kind,
+        line: u32,
+    ) -> Result<Number, Fault> {
+        match value {
+            Value::Number(from, number) => Ok(self.converted(number, from, kind)),
+            Value::Constant(value) => Ok(self.constant_as(kind, value)),
+            Value::Any => {
+                Ok(self.any_number(kind, "a value that is not followed: it may be any number"))
+            }
+            Value::Bit(logic) => {
+                let _ = line;
+                Ok(self.bit_number(logic, kind))
+            }
+        }
+    }
+
+    /// 1 or 0.
+    fn bit_number(&mut self, logic: Logic, kind: Kind) -> Number {
+        let first = self.words_between(kind.words());
+        let targets = (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
+        self.write(vec![Write::Words(targets, constant(0, kind.words()))]);
+        let one = self.constant_as(kind, 1);
+        let targets = (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
+        self.write_if(logic, vec![Write::Words(targets, one)], None);
+        Number::Words((0..kind.words()).map(|at| WordSource::Cell(first.plus(at))).collect())
+    }
+
+    /// Writes a value where a path leads; charged as a store.
+    pub(super) fn assign(
+        &mut self,
+        at: &Context,
+        target: &Path,
+        value: Value,
+        line: u32,
+    ) -> Result<(), Fault> {
+        if target.first.starts_with('~') && target.rest.is_empty() {
+            let kept = match value {
+                Value::Bit(logic) => {
+                    let cell = self.bit_between();
+                    self.write(vec![Write::Bit(BitTarget::Cell(cell), logic)]);
+                    Value::Bit(Logic::cell(cell))
+                }
+                Value::Constant(value) => {
+                    let words = self.copied(constant(value, 2), 2);
+                    Value::Number(DINT, Number::Words(words))
+                }
+                Value::Number(kind, number) => {
+                    let words = self.copied(number, kind.words());
+                    Value::Number(kind, Number::Words(words))
+                }
+                other => other,
+            };
+            self.kept.insert(target.first.clone(), kept);
+            return Ok(());
+        }
+        let found = self.find(at, target, line)?;
+        let writes = self.writes(found, value, line)?;
+        let effects = writes.into_iter().map(always).collect();
+        self.builder.add(Some(Self::key(&["ST"], "move")), effects, Step::Nothing);
+        Ok(())
+    }
+
+    /// The words of a number as they are now.
+    fn copied(&mut self, number: Number, words: u32) -> Vec<WordSource> {
+        let first = self.words_between(words);
+        let targets = (0..words).map(|at| WordTarget::Cell(first.plus(at))).collect();
+        self.write(vec![Write::Words(targets, number)]);
+        (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
+    }
+
+    /// What writes a value to what was found.
+    pub(super) fn writes(
+        &mut self,
+        found: Found,
+        value: Value,
+        line: u32,
+    ) -> Result<Vec<Write>, Fault> {
+        let place = match found {
+            Found::WordBit(cell, bit) => {
+                let logic = self.as_bit(value, line)?;
+                return Ok(vec![Write::Bit(BitTarget::WordBit(cell, bit), logic)]);
+            }
+            Found::Value(_) | Found::Elapsed(_) => {
+                return Err(Fault::new(line, "a constant or a step's flag cannot be written")
+                    .code(Code::Operand));
+            }
+            Found::Element(element) => return self.element_writes(&element, value, line),
+            Found::Place(place) => place,
+        };
+        Ok(match (&place.ty, place.tag.cell()) {
+            (Ty::Bit, Some(cell)) => {
+                let logic = self.as_bit(value, line)?;
+                vec![Write::Bit(BitTarget::Cell(cell), logic)]
+            }
+            (Ty::Number(kind), Some(cell)) => {
+                let number = self.as_number(value, *kind, line)?;
+                let targets = (0..kind.words()).map(|at| WordTarget::Cell(cell.plus(at))).collect();
+                vec![Write::Words(targets, number)]
+            }
+            (Ty::Text | Ty::Pointer, _) => Vec::new(),
+            _ => {
+                let choice = self.builder.choice();
+                place.tag.regions().into_iter().map(|region| Write::Havoc(region, choice)).collect()
+            }
+        })
+    }
+
+    fn as_bit(&mut self, value: Value, line: u32) -> Result<Logic, Fault> {
+        match value {
+            Value::Bit(logic) => Ok(logic),
+            Value::Constant(value) => Ok(Logic::Const(value != 0)),
+            Value::Any => Ok(self.any_bit("a value that is not followed: it may be true or false")),
+            Value::Number(..) => {
+                Err(Fault::new(line, "a number stands where a truth value is asked for")
+                    .code(Code::Operand))
+            }
+        }
+    }
+
+    fn element_writes(
+        &mut self,
+        element: &Element,
+        value: Value,
+        line: u32,
+    ) -> Result<Vec<Write>, Fault> {
+        let region = element.region();
+        let Some(((first, count), address)) = region.zip(element.address()) else {
+            let message = format!(
+                "{}: a whole element of unknown number is not followed",
+                element.place.name
+            );
+            return Err(Fault::new(line, message).code(Code::NotModelled));
+        };
+        let choice: ChoiceId = self.builder.choice();
+        let outputs = vec![Target::Run(address, Shape::Cells)];
+        let input = match element.place.ty {
+            Ty::Bit => Input::Truth(self.as_bit(value, line)?),
+            Ty::Number(kind) => {
+                let number = self.as_number(value, kind, line)?;
+                Input::Number(number)
+            }
+            _ => return Ok(Vec::new()),
+        };
+        let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
+        self.builder.exactly(choice, meaning);
+        Ok(vec![Write::Havoc(Region::Range { first, count }, choice)])
+    }
+}
+
+/// The kind in which two numbers meet.
+fn common(one: Kind, two: Kind) -> Kind {
+    let rank = |kind: Kind| match kind {
+        Kind::Whole { bits, .. } => u32::from(bits),
+        Kind::Time => 100,
+        Kind::Real => 200,
+        Kind::Opaque(_) => 300,
+    };
+    match (one, two) {
+        (Kind::Whole { bits, signed }, Kind::Whole { bits: other, signed: also })
+            if signed != also =>
+        {
+            // Both must fit.
+            Kind::Whole { bits: (bits.max(other) * 2).min(64), signed: true }
+        }
+        _ if rank(one) >= rank(two) => one,
+        _ => two,
+    }
+}
+
+/// The row that prices an operator.
+fn row(operator: Operator, kind: Option<Kind>) -> &'static str {
+    use Operator as O;
+    let is_real = matches!(kind, Some(Kind::Real | Kind::Opaque(_)));
+    match (operator, is_real) {
+        (O::Or, _) => "OR",
+        (O::Xor, _) => "XOR",
+        (O::And, _) => "AND",
+        (O::Equal, _) => "EQ",
+        (O::NotEqual, _) => "NE",
+        (O::Less, _) => "LT",
+        (O::LessOrEqual, _) => "LE",
+        (O::Greater, _) => "GT",
+        (O::GreaterOrEqual, _) => "GE",
+        (O::Add, false) => "ADD",
+        (O::Subtract, false) => "SUB",
+        (O::Multiply, false) => "MUL",
+        (O::Divide, false) => "DIV",
+        (O::Modulo, _) => "MOD",
+        (O::Power, _) => "EXPT",
+        (O::Add, true) => "ADD:REAL",
+        (O::Subtract, true) => "SUB:REAL",
+        (O::Multiply, true) => "MUL:REAL",
+        (O::Divide, true) => "DIV:REAL",
+    }
+}

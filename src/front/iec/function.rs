@@ -1,0 +1,485 @@
+//! Functions: the standard's, and the project's own.
+
+use super::emit::{Emit, Place, What};
+use super::expr::read;
+use super::resolve::{Context, Found, unknown};
+use super::types::{DINT, Kind, Ty, elementary};
+use super::value::Value;
+use crate::iec::ast::{Argument, Expr, Operator, Path};
+use crate::iec::fault::Fault;
+use crate::iec::{PouKind, Section, same, show};
+use crate::program::{Compare, Logic, Number, Reading, Relation, WordSource, WordTarget, Write};
+
+impl Emit<'_> {
+    /// The result of a function or a method.
+    pub(super) fn function(
+        &mut self,
+        at: &Context,
+        path: &Path,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Value, Fault> {
+        if let Some(name) = path.as_name() {
+            let own = self
+                .project
+                .pous
+                .iter()
+                .position(|pou| same(&pou.name, name) && pou.kind == PouKind::Function);
+            if let Some(pou) = own {
+                return self.own_function(at, pou, given, line);
+            }
+            if self.method_of(at.instance, name).is_some() {
+                return self.method(at, at.instance, name, given, line);
+            }
+            return self.standard(at, name, given, line);
+        }
+        if let Some((owner, name)) = path.split_last()
+            && let Found::Place(place) = self.find(at, &owner, line)?
+            && let Ty::Block(pou, _) = place.ty
+        {
+            let instance = self.instance(&place, pou);
+            return self.method(at, instance, name, given, line);
+        }
+        Err(unknown(line, &show::path(path)))
+    }
+
+    /// A function of the project's: its variables are its own, and begin anew at each call.
+    fn own_function(
+        &mut self,
+        at: &Context,
+        pou: usize,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let project = self.project;
+        let own = &project.pous[pou];
+        let name = format!("function {}", own.name);
+        let instance = match self.by_name.get(&name.to_ascii_uppercase()) {
+            Some(&known) => known,
+            None => {
+                let parts = self.types.variables(own)?;
+                let place = self.variable(&name, Ty::Parts(parts), own.line)?;
+                self.instance(&place, pou)
+            }
+        };
+        let place = self.instances[instance].place.clone();
+        self.hand_over(at, &place, &own.variables, given, line)?;
+        self.begin_anew(&place, &own.variables, line)?;
+        self.call(Logic::Const(true), instance, What::Body, "CAL");
+        self.take_back(at, &place, &own.variables, given, line)?;
+        self.result(&place, &own.name, line)
+    }
+
+    /// Carries out a method.
+    pub(super) fn method(
+        &mut self,
+        at: &Context,
+        instance: usize,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let Some(method) = self.method_of(instance, name) else {
+            return Err(unknown(line, &format!("{}.{name}", self.instances[instance].place.name)));
+        };
+        let method = method.clone();
+        let place = self.method_place(instance, &method.name)?;
+        self.hand_over(at, &place, &method.variables, given, line)?;
+        self.begin_anew(&place, &method.variables, line)?;
+        self.call(
+            Logic::Const(true),
+            instance,
+            What::Method(method.name.to_ascii_uppercase()),
+            "CAL",
+        );
+        self.take_back(at, &place, &method.variables, given, line)?;
+        if method.result.is_none() {
+            return Ok(Value::Any);
+        }
+        self.result(&place, &method.name, line)
+    }
+
+    /// The variables of a method of an instance.
+    pub(super) fn method_place(&mut self, instance: usize, name: &str) -> Result<Place, Fault> {
+        let key = format!("{}.{name}()", self.instances[instance].place.name);
+        if let Some(known) = self.globals.get(&key.to_ascii_uppercase()) {
+            return Ok(known.clone());
+        }
+        let Some(method) = self.method_of(instance, name).cloned() else {
+            return Err(unknown(0, name));
+        };
+        let parts = self.types.variables(&method)?;
+        let place = self.variable(&key, Ty::Parts(parts), method.line)?;
+        self.globals.insert(key.to_ascii_uppercase(), place.clone());
+        Ok(place)
+    }
+
+    fn result(&mut self, place: &Place, name: &str, line: u32) -> Result<Value, Fault> {
+        let own = Self::part(place, name).ok_or_else(|| unknown(line, name))?;
+        let Some(cell) = own.tag.cell() else { return Ok(Value::Any) };
+        // It is kept, since another call may follow in the same expression.
+        Ok(match read(cell, &own.ty) {
+            Value::Bit(logic) => Value::Bit(self.keep_bit(logic)),
+            Value::Number(kind, number) => {
+                let zero = super::value::constant(0, kind.words());
+                let sum = Number::Add(Box::new(number), Box::new(zero));
+                let words = self.words(sum, kind.words());
+                Value::Number(kind, Number::Words(words))
+            }
+            other => other,
+        })
+    }
+
+    /// Gives inputs their values.
+    pub(super) fn hand_over(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        variables: &[crate::iec::Variable],
+        given: &[Argument],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let mut inputs =
+            variables.iter().filter(|one| matches!(one.section, Section::Input | Section::InOut));
+        for argument in given.iter().filter(|one| !one.is_output) {
+            let name = match &argument.name {
+                Some(name) => name.clone(),
+                None => match inputs.next() {
+                    Some(one) => one.name.clone(),
+                    None => {
+                        return Err(Fault::new(line, format!("{} takes fewer values", place.name)));
+                    }
+                },
+            };
+            if same(&name, "EN") {
+                continue;
+            }
+            let target = Self::part(place, &name)
+                .ok_or_else(|| unknown(line, &format!("{}.{name}", place.name)))?;
+            let value = self.value(at, &argument.value, line)?;
+            let writes = self.writes(Found::Place(target), value, line)?;
+            let effects = writes.into_iter().map(crate::front::builder::always).collect();
+            let key = Self::key(&["ST"], "move");
+            self.builder.add(Some(key), effects, crate::program::Step::Nothing);
+        }
+        Ok(())
+    }
+
+    /// Takes outputs, and gives what was handed over in and out back.
+    pub(super) fn take_back(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        variables: &[crate::iec::Variable],
+        given: &[Argument],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let is_both = |name: &str| {
+            variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
+        };
+        for argument in given {
+            let Some(name) = &argument.name else { continue };
+            if !argument.is_output && !is_both(name) {
+                continue;
+            }
+            let (target, negated) = match &argument.value {
+                Expr::Variable(path) if !path.first.is_empty() => (path, false),
+                Expr::Not(inner) => match inner.as_ref() {
+                    Expr::Variable(path) => (path, true),
+                    _ => continue,
+                },
+                _ => continue,
+            };
+            let Some(from) = Self::part(place, name) else { continue };
+            let Some(cell) = from.tag.cell() else { continue };
+            let mut value = read(cell, &from.ty);
+            if let (Value::Bit(logic), true) = (&value, negated) {
+                value = Value::Bit(logic.clone().not());
+            }
+            self.cost(&["LD"], "contact");
+            self.assign(at, target, value, line)?;
+        }
+        Ok(())
+    }
+
+    /// Variables that are no inputs begin anew: as they are declared, else with 0.
+    fn begin_anew(
+        &mut self,
+        place: &Place,
+        variables: &[crate::iec::Variable],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let own: Vec<crate::iec::Variable> = variables
+            .iter()
+            .filter(|one| {
+                matches!(one.section, Section::Local | Section::Temp | Section::Output)
+                    && !one.constant
+            })
+            .cloned()
+            .collect();
+        for one in own {
+            let Some(part) = Self::part(place, &one.name) else { continue };
+            let value = match &one.initial {
+                Some(initial) => self.types.constant(initial).map_or(Value::Any, Value::Constant),
+                None => Value::Constant(0),
+            };
+            let value = match (&part.ty, value, &one.initial) {
+                (Ty::Bit, Value::Any, Some(initial)) if initial.is(true) || initial.is(false) => {
+                    Value::Bit(Logic::Const(initial.is(true)))
+                }
+                (_, value, _) => value,
+            };
+            let writes = self.writes(Found::Place(part), value, line)?;
+            self.write(writes);
+        }
+        Ok(())
+    }
+
+    /// A function of the standard.
+    fn standard(
+        &mut self,
+        at: &Context,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let upper = name.to_ascii_uppercase();
+        let mut values = Vec::new();
+        for argument in given.iter().filter(|one| !one.is_output) {
+            values.push(self.value(at, &argument.value, line)?);
+        }
+        for argument in given.iter().filter(|one| one.is_output) {
+            if let Expr::Variable(target) = &argument.value {
+                self.assign(at, target, Value::Any, line)?;
+            }
+        }
+        if let Some((from, to)) = upper.split_once("_TO_") {
+            let to = elementary(to).ok_or_else(|| unknown(line, name))?;
+            let _ = elementary(from).ok_or_else(|| unknown(line, name))?;
+            self.cost(&[&upper, "CONVERT"], "conversion");
+            return self.conversion(values.into_iter().next(), &to, line);
+        }
+        if let Some(to) = upper.strip_prefix("TO_").and_then(elementary) {
+            self.cost(&[&upper, "CONVERT"], "conversion");
+            return self.conversion(values.into_iter().next(), &to, line);
+        }
+        let operator = match upper.as_str() {
+            "ADD" | "ADD_TIME" => Some(Operator::Add),
+            "SUB" | "SUB_TIME" => Some(Operator::Subtract),
+            "MUL" | "MULTIME" => Some(Operator::Multiply),
+            "DIV" | "DIVTIME" => Some(Operator::Divide),
+            "MOD" => Some(Operator::Modulo),
+            "EXPT" => Some(Operator::Power),
+            "AND" => Some(Operator::And),
+            "OR" => Some(Operator::Or),
+            "XOR" => Some(Operator::Xor),
+            "GT" => Some(Operator::Greater),
+            "GE" => Some(Operator::GreaterOrEqual),
+            "EQ" => Some(Operator::Equal),
+            "NE" => Some(Operator::NotEqual),
+            "LE" => Some(Operator::LessOrEqual),
+            "LT" => Some(Operator::Less),
+            _ => None,
+        };
+        if let Some(operator) = operator {
+            return self.folded(operator, values, line);
+        }
+        match (upper.as_str(), values.len()) {
+            ("MOVE", 1) => {
+                self.cost(&["MOVE", "ST"], "move");
+                Ok(values.remove(0))
+            }
+            ("NOT", 1) => match values.remove(0) {
+                Value::Bit(logic) => {
+                    self.cost(&["NOT"], "logic");
+                    Ok(Value::Bit(logic.not()))
+                }
+                other => self.combined(Operator::Xor, other, Value::Constant(-1), line),
+            },
+            ("SEL", 3) => {
+                self.cost(&["SEL"], "move");
+                let (two, one) = (values.remove(2), values.remove(1));
+                let which = match values.remove(0) {
+                    Value::Bit(logic) => logic,
+                    _ => self.any_bit("a choice that is not followed"),
+                };
+                self.chosen(which, two, one, line)
+            }
+            ("MAX" | "MIN", 2..) => {
+                let mut rest = values.into_iter();
+                let mut best = rest.next().unwrap_or(Value::Any);
+                for next in rest {
+                    self.cost(&[&upper], "compare");
+                    best = self.better(best, next, upper == "MAX", line)?;
+                }
+                Ok(best)
+            }
+            ("LIMIT", 3) => {
+                self.cost(&["LIMIT"], "compare");
+                let (high, value, low) = (values.remove(2), values.remove(1), values.remove(0));
+                let least = self.better(low, value, true, line)?;
+                self.better(least, high, false, line)
+            }
+            ("ABS", 1) => {
+                self.cost(&["ABS"], "arithmetic");
+                let Value::Number(kind @ (Kind::Whole { .. } | Kind::Time), number) =
+                    values.remove(0)
+                else {
+                    return Ok(Value::Any);
+                };
+                let words = self.words(number, kind.words());
+                let number = Number::Words(words);
+                let zero = || super::value::constant(0, kind.words());
+                let negative = Logic::Compare(Box::new(Compare {
+                    relation: Relation::Less,
+                    reading: if kind.is_signed() { Reading::Signed } else { Reading::Unsigned },
+                    left: number.clone(),
+                    right: zero(),
+                }));
+                let flipped = Number::Sub(Box::new(zero()), Box::new(number.clone()));
+                self.chosen(
+                    negative,
+                    Value::Number(kind, flipped),
+                    Value::Number(kind, number),
+                    line,
+                )
+            }
+            _ if FOLLOWED_NOT.contains(&upper.as_str()) => {
+                self.cost(&[&upper, "FUNCTION"], "special");
+                let at = self.builder.next() - 1;
+                self.program().approximate(at, format!("the result of {upper} may be any value"));
+                Ok(Value::Any)
+            }
+            _ => Err(unknown(line, &format!("function {name}"))),
+        }
+    }
+
+    fn folded(
+        &mut self,
+        operator: Operator,
+        values: Vec<Value>,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let is_relation = operator.binding() == 4 || operator.binding() == 5;
+        if is_relation && values.len() > 2 {
+            // Each against the next.
+            let pairs: Vec<_> =
+                values.windows(2).map(|pair| (pair[0].clone(), pair[1].clone())).collect();
+            let mut all = Vec::new();
+            for (one, two) in pairs {
+                if let Value::Bit(logic) = self.combined(operator, one, two, line)? {
+                    all.push(logic);
+                }
+            }
+            return Ok(Value::Bit(Logic::All(all)));
+        }
+        let mut rest = values.into_iter();
+        let Some(mut sum) = rest.next() else { return Ok(Value::Any) };
+        for next in rest {
+            sum = self.combined(operator, sum, next, line)?;
+        }
+        Ok(sum)
+    }
+
+    fn conversion(&mut self, value: Option<Value>, to: &Ty, line: u32) -> Result<Value, Fault> {
+        let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
+        Ok(match (to, value) {
+            (Ty::Bit, Value::Bit(logic)) => Value::Bit(logic),
+            (Ty::Bit, Value::Number(kind, number)) => {
+                let compare = Compare {
+                    relation: Relation::NotEqual,
+                    reading: Reading::Unsigned,
+                    left: number,
+                    right: super::value::constant(0, kind.words()),
+                };
+                Value::Bit(Logic::Compare(Box::new(compare)))
+            }
+            (Ty::Bit, Value::Constant(value)) => Value::Bit(Logic::Const(value != 0)),
+            (Ty::Number(kind), Value::Any) => Value::Number(
+                *kind,
+                self.any_number(
+                    *kind,
+                    "a conversion that is not followed: the result may be any number",
+                ),
+            ),
+            (Ty::Number(kind), value) => Value::Number(*kind, self.as_number(value, *kind, line)?),
+            (Ty::Bit, Value::Any) => Value::Bit(
+                self.any_bit("a conversion that is not followed: it may be true or false"),
+            ),
+            _ => Value::Any,
+        })
+    }
+
+    /// The first value where a condition holds, else the second.
+    fn chosen(
+        &mut self,
+        which: Logic,
+        first: Value,
+        second: Value,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        if let (Value::Bit(one), Value::Bit(two)) = (&first, &second) {
+            let which = self.keep_bit(which);
+            let yes = Logic::All(vec![which.clone(), one.clone()]);
+            return Ok(Value::Bit(Logic::Any(vec![
+                yes,
+                Logic::All(vec![which.not(), two.clone()]),
+            ])));
+        }
+        let kind = match (&first, &second) {
+            (Value::Number(kind, _), _) | (_, Value::Number(kind, _)) => *kind,
+            (Value::Constant(_), Value::Constant(_)) => DINT,
+            _ => return Ok(Value::Any),
+        };
+        let which = self.keep_bit(which);
+        let (first, second) =
+            (self.as_number(first, kind, line)?, self.as_number(second, kind, line)?);
+        let cell = self.words_between(kind.words());
+        let targets = || (0..kind.words()).map(|at| WordTarget::Cell(cell.plus(at))).collect();
+        self.write(vec![Write::Words(targets(), second)]);
+        self.write_if(which, vec![Write::Words(targets(), first)], None);
+        let words = (0..kind.words()).map(|at| WordSource::Cell(cell.plus(at))).collect();
+        Ok(Value::Number(kind, Number::Words(words)))
+    }
+
+    /// The larger or the smaller of two values.
+    fn better(&mut self, one: Value, two: Value, larger: bool, line: u32) -> Result<Value, Fault> {
+        let operator = if larger { Operator::GreaterOrEqual } else { Operator::LessOrEqual };
+        match self.combined(operator, one.clone(), two.clone(), line)? {
+            Value::Bit(which) => self.chosen(which, one, two, line),
+            _ => Ok(Value::Any),
+        }
+    }
+}
+
+/// Functions of the standard whose results may be any value.
+const FOLLOWED_NOT: &[&str] = &[
+    "SQRT",
+    "LN",
+    "LOG",
+    "EXP",
+    "SIN",
+    "COS",
+    "TAN",
+    "ASIN",
+    "ACOS",
+    "ATAN",
+    "TRUNC",
+    "SHL",
+    "SHR",
+    "ROL",
+    "ROR",
+    "MUX",
+    "LEN",
+    "LEFT",
+    "RIGHT",
+    "MID",
+    "CONCAT",
+    "INSERT",
+    "DELETE",
+    "REPLACE",
+    "FIND",
+    "SIZEOF",
+    "ABS",
+    "CONCAT_DATE_TOD",
+];

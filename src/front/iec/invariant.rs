@@ -1,0 +1,164 @@
+//! What of a chart's memory holds whenever a scan starts: nobody but the chart writes it.
+
+use super::memory::{ActionMemory, Memory, all, any};
+use crate::iec::chart::coactive::{BUDGET, Basis, analyse, apart_while_stored};
+use crate::iec::chart::{Chart, Qualifier};
+use crate::net::reach::reach;
+use crate::program::{Cell, Logic};
+
+/// More markings than this are told by what excludes what, not one by one.
+const MARKINGS: usize = 64;
+
+fn on(cell: Cell) -> Logic {
+    Logic::cell(cell)
+}
+
+fn never(parts: impl IntoIterator<Item = Logic>) -> Logic {
+    all(parts).not()
+}
+
+/// What every scan keeps. `always_acts`: whether the control of actions is worked out in every scan in which the chart is
+/// carried out, behind the evolution.
+pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool) -> Vec<Logic> {
+    let mut found = Vec::new();
+    let idle = || on(memory.started).not();
+    // Before it begins nothing is remembered.
+    let controls = memory.actions.iter().flat_map(|action| {
+        let inputs = action.inputs.iter().flat_map(|input| [input.was, input.stored, input.over]);
+        inputs.chain([action.on, action.stored])
+    });
+    for cell in memory.steps.iter().copied().chain(controls) {
+        found.push(any([on(memory.started), on(cell).not()]));
+    }
+    let analysis = analyse(chart, BUDGET);
+    if !matches!(analysis.basis, Basis::Unsafe(_)) {
+        found.extend(markings(chart, memory, &analysis.basis));
+        for one in 0..memory.steps.len() {
+            for other in one + 1..memory.steps.len() {
+                if analysis.are_apart(one, other) {
+                    found.push(never([on(memory.steps[one]), on(memory.steps[other])]));
+                }
+            }
+        }
+        for (name, action) in chart.actions().iter().zip(&memory.actions) {
+            for step in apart_while_stored(chart, name, BUDGET) {
+                let inputs = action.feeds.iter().zip(&action.inputs);
+                let inputs = inputs.filter(|(feed, _)| feed.qualifier.is_stored());
+                let latches = inputs.map(|(_, input)| input.stored).chain([action.stored]);
+                found.extend(latches.map(|latch| never([on(latch), on(memory.steps[step])])));
+            }
+        }
+    }
+    for action in &memory.actions {
+        found.extend(controlled(chart, memory, action, always_acts));
+    }
+    if always_acts {
+        let pairs = memory.were.iter().zip(&memory.steps);
+        found.extend(pairs.flat_map(|(&was, &now)| same(on(was), on(now), &idle)));
+    }
+    found
+}
+
+fn same(one: Logic, other: Logic, idle: &dyn Fn() -> Logic) -> [Logic; 2] {
+    [any([idle(), one.clone().not(), other.clone()]), any([idle(), one, other.not()])]
+}
+
+/// The markings one by one, where they are few and all known.
+fn markings(chart: &Chart, memory: &Memory, basis: &Basis) -> Option<Logic> {
+    let Basis::Markings(count) = *basis else { return None };
+    if count > MARKINGS {
+        return None;
+    }
+    let reached = reach(&chart.net(), BUDGET);
+    let marking = |bits: &crate::net::Bits| {
+        all(memory.steps.iter().enumerate().map(|(step, &cell)| match bits.has(step) {
+            true => on(cell),
+            false => on(cell).not(),
+        }))
+    };
+    let all_of_them = reached.seen().map(marking);
+    Some(any([on(memory.started).not()].into_iter().chain(all_of_them)))
+}
+
+/// Those of some steps that can be active when one of them has just become active and none was before.
+fn entered(chart: &Chart, steps: &[usize]) -> Vec<usize> {
+    let net = chart.net();
+    let reached = reach(&net, BUDGET);
+    if !reached.is_safe() {
+        return steps.to_vec();
+    }
+    let own = |bits: &crate::net::Bits| {
+        steps.iter().copied().filter(|&step| bits.has(step)).collect::<Vec<_>>()
+    };
+    let mut found = own(&net.start());
+    for marking in reached.seen().filter(|marking| own(marking).is_empty()) {
+        let Some(moves) = net.moves(marking) else { return steps.to_vec() };
+        // Several may clear at once; what they enter together, each enters by itself.
+        found.extend(moves.iter().flat_map(|set| own(&net.fire(set, marking).0)));
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// How what an action's control remembers hangs together.
+fn controlled(
+    chart: &Chart,
+    memory: &Memory,
+    action: &ActionMemory,
+    always_acts: bool,
+) -> Vec<Logic> {
+    let mut found = Vec::new();
+    let idle = || on(memory.started).not();
+    let mut lasting = vec![action.active(memory, Qualifier::N), on(action.stored)];
+    let mut pulses = Vec::new();
+    let has = |kind| action.feeds.iter().any(|feed| feed.qualifier == kind);
+    if !has(Qualifier::S) {
+        found.push(on(action.stored).not());
+    }
+    for (feed, input) in action.feeds.iter().zip(&action.inputs) {
+        let active = memory.active(&feed.steps);
+        if always_acts {
+            found.extend(same(on(input.was), active.clone(), &idle));
+        }
+        match feed.qualifier {
+            Qualifier::L => {
+                found.push(never([on(input.over), on(input.was).not()]));
+                lasting.push(all([active, on(input.over).not()]));
+            }
+            Qualifier::D => {
+                found.push(never([on(input.over), on(input.was).not()]));
+                lasting.push(on(input.over));
+            }
+            Qualifier::Ds => {
+                found.push(never([on(input.over), on(input.was).not()]));
+                lasting.push(on(input.stored));
+            }
+            Qualifier::Sd => {
+                found.push(never([on(input.over), on(input.stored).not()]));
+                lasting.push(on(input.over));
+            }
+            Qualifier::Sl => {
+                found.push(never([on(input.over), on(input.stored).not()]));
+                lasting.push(all([on(input.stored), on(input.over).not()]));
+            }
+            Qualifier::P => pulses.push(memory.active(&entered(chart, &feed.steps))),
+            Qualifier::N | Qualifier::R | Qualifier::S | Qualifier::P0 | Qualifier::P1 => {}
+        }
+        if !feed.qualifier.is_stored() || feed.qualifier == Qualifier::S {
+            found.push(on(input.stored).not());
+        }
+        if !feed.qualifier.is_timed() {
+            found.push(on(input.over).not());
+        }
+    }
+    if always_acts {
+        // Whether it was on follows from what lasts, but for pulses.
+        let free = action.active(memory, Qualifier::R).not();
+        let lasts = all([any(lasting), free.clone()]);
+        found.push(any([idle(), lasts.clone().not(), on(action.on)]));
+        let pulsed = all([any(pulses), free]);
+        found.push(any([idle(), on(action.on).not(), lasts, pulsed]));
+    }
+    found
+}

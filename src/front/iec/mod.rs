@@ -1,0 +1,104 @@
+//! The languages of IEC 61131-3, as PLCopen XML and as text: charts, ladder and function block diagrams, structured text
+//! and instruction lists, as one program.
+//!
+//! What is read stands in [`crate::iec`]; this says what it means to the analysis. A unit's instance is a routine with
+//! memory of its own, a chart is bits of steps and of stored actions that nobody else writes (`docs/sfc.md`).
+
+mod block;
+mod chart;
+pub mod decode;
+mod emit;
+mod expr;
+mod function;
+mod invariant;
+mod memory;
+mod resolve;
+mod statement;
+mod types;
+mod value;
+
+use super::{Dialect, Front, Input, Project, Sniff, decoded};
+use crate::base::diagnostic::Diagnostic;
+use crate::iec::{self, parse, xml};
+use crate::program::Program;
+
+/// PLCopen XML.
+pub const XML: &str = "plcopen-xml";
+/// Text.
+pub const TEXT: &str = "iec-text";
+
+static DIALECTS: [Dialect; 2] = [
+    Dialect {
+        name: XML,
+        what: "PLCopen TC6 XML (SFC, LD, FBD, ST, IL)",
+        sniff: Sniff::Text(xml::begins),
+    },
+    Dialect {
+        name: TEXT,
+        what: "IEC 61131-3 in text (PROGRAM, FUNCTION_BLOCK; SFC, ST, IL)",
+        sniff: Sniff::Text(parse::is_units),
+    },
+];
+
+/// The languages of IEC 61131-3.
+pub struct Iec;
+
+/// The registry's entry.
+pub const FRONT: Iec = Iec;
+
+/// What the files of a project say.
+#[derive(Debug)]
+pub struct Source {
+    dialect: &'static str,
+    project: iec::Project,
+    options: decode::Options,
+}
+
+impl Front for Iec {
+    fn dialects(&self) -> &'static [Dialect] {
+        &DIALECTS
+    }
+
+    fn read(
+        &self,
+        dialect: &Dialect,
+        programs: &[&Input],
+        _beside: &[&Input],
+    ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
+        let mut project = iec::Project::default();
+        let mut options = decode::Options::default();
+        let mut faults = Vec::new();
+        for input in programs {
+            let text = match decoded(input, &[]) {
+                Ok(text) => text,
+                Err(fault) => {
+                    faults.push(fault);
+                    continue;
+                }
+            };
+            options.actions_first |= text.contains("3s-software.com");
+            match iec::read(&input.name, &text) {
+                Ok(more) => project.join(more),
+                Err(more) => {
+                    faults.extend(more.into_iter().map(|fault| fault.in_file(&input.name)))
+                }
+            }
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let dialect =
+            DIALECTS.iter().find(|own| own.name == dialect.name).map_or(XML, |own| own.name);
+        Ok(Box::new(Source { dialect, project, options }))
+    }
+}
+
+impl Project for Source {
+    fn cpu(&self) -> Option<&str> {
+        Some("IEC")
+    }
+
+    fn decode(&self, _options: &super::Options<'_>) -> Result<Program, Vec<Diagnostic>> {
+        decode::decode(&self.project, self.dialect, self.options)
+    }
+}

@@ -1,0 +1,332 @@
+//! What names stand for.
+
+use super::emit::{Emit, Place, What};
+use super::types::{Kind, Ty, layout, lineage};
+use super::value::Value;
+use crate::base::code::Code;
+use crate::iec::ast::{Expr, Part, Path};
+use crate::iec::fault::Fault;
+use crate::iec::{Body, PouKind, same, show};
+use crate::program::meaning::{Address, Digits, Term};
+use crate::program::{Cell, Logic, Region, WordSource};
+
+/// Where a statement stands.
+#[derive(Debug, Clone)]
+pub(super) struct Context {
+    pub(super) instance: usize,
+    /// The variables of the method or function that is carried out.
+    pub(super) locals: Option<Place>,
+}
+
+/// An element of an array whose number is worked out.
+#[derive(Debug, Clone)]
+pub(super) struct Element {
+    /// The part that is meant, in the array's first element.
+    pub(super) place: Place,
+    /// Indices, and how many bits and words they count in.
+    terms: Vec<(Vec<WordSource>, [i64; 2])>,
+    /// What the least indices take off, in bits and in words.
+    base: [i64; 2],
+    /// The array that bounds it all.
+    pub(super) whole: Place,
+}
+
+impl Element {
+    /// All cells of the array of the kind that is meant.
+    pub(super) fn region(&self) -> Option<(Cell, u32)> {
+        let own = self.place.tag.cell()?;
+        self.whole.tag.regions().into_iter().find_map(|region| match region {
+            Region::Range { first, count } if first.area == own.area => Some((first, count)),
+            _ => None,
+        })
+    }
+
+    pub(super) fn address(&self) -> Option<Address> {
+        let (first, count) = self.region()?;
+        let offset = i64::from(self.place.tag.cell()?.index - first.index);
+        let side = usize::from(!matches!(self.place.ty, Ty::Bit));
+        let term = |(words, sizes): &(Vec<WordSource>, [i64; 2])| Term {
+            words: words.clone(),
+            reading: Digits::Signed,
+            times: sizes[side],
+        };
+        let terms = self.terms.iter().map(term).collect();
+        Some(Address::within(first, count, self.base[side] + offset, terms))
+    }
+}
+
+/// What a path stands for.
+#[derive(Debug, Clone)]
+pub(super) enum Found {
+    Place(Place),
+    Element(Element),
+    /// A bit of a word.
+    WordBit(Cell, u8),
+    Value(Value),
+    /// How long a step is active: its flag.
+    Elapsed(Logic),
+}
+
+pub(super) fn unknown(line: u32, name: &str) -> Fault {
+    Fault::new(line, format!("there is no {name}"))
+        .code(Code::UnknownName)
+        .text(name)
+        .help("give all files of the project, or declare it")
+}
+
+impl Emit<'_> {
+    /// What a path stands for.
+    pub(super) fn find(&mut self, at: &Context, path: &Path, line: u32) -> Result<Found, Fault> {
+        if let Some(kept) = self.kept.get(&path.first).filter(|_| path.rest.is_empty()) {
+            return Ok(Found::Value(kept.clone()));
+        }
+        let rest = &path.rest[..];
+        if same(&path.first, "THIS") {
+            let place = self.instances[at.instance].place.clone();
+            let behind =
+                rest.iter().position(|part| *part != Part::Dereference).unwrap_or(rest.len());
+            return self.follow(at, Found::Place(place), &rest[behind..], path, line);
+        }
+        if let Some(found) = self.step_flag(at, path) {
+            return Ok(found);
+        }
+        let own = at.locals.as_ref().and_then(|place| Self::part(place, &path.first));
+        let own = own.or_else(|| Self::part(&self.instances[at.instance].place, &path.first));
+        if let Some(place) = own.or_else(|| self.global(&path.first)) {
+            return self.follow(at, Found::Place(place), rest, path, line);
+        }
+        if let (Some(list), [Part::Name(name), rest @ ..]) =
+            (self.project.globals.iter().find(|(name, _)| same(name, &path.first)), rest)
+            && list.1.iter().any(|one| same(&one.name, name))
+            && let Some(place) = self.global(name)
+        {
+            return self.follow(at, Found::Place(place), rest, path, line);
+        }
+        if let Some(place) = self.program_place(&path.first) {
+            return self.follow(at, Found::Place(place), rest, path, line);
+        }
+        let last = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
+        if let Some(number) = self.constant_named(at, &path.first).or_else(|| {
+            let of = format!("{}#{last}", path.first);
+            self.types.named_constant(&of).filter(|_| path.rest.len() == 1)
+        }) {
+            return Ok(Found::Value(Value::Constant(number)));
+        }
+        if path.first.starts_with('%') {
+            let place = self.direct(&path.first, line)?;
+            return self.follow(at, Found::Place(place), rest, path, line);
+        }
+        Err(unknown(line, &show::path(path)))
+    }
+
+    /// The instance of a program that is named by its type.
+    fn program_place(&mut self, name: &str) -> Option<Place> {
+        let own = self.by_name.get(&name.to_ascii_uppercase()).copied();
+        let own = own.or_else(|| {
+            let is = |one: &super::emit::Instance| {
+                let pou = &self.project.pous[one.pou];
+                pou.kind == PouKind::Program && same(&pou.name, name)
+            };
+            self.instances.iter().position(is)
+        });
+        own.filter(|&own| self.pou_of(own).kind == PouKind::Program)
+            .map(|own| self.instances[own].place.clone())
+    }
+
+    fn constant_named(&self, at: &Context, name: &str) -> Option<i64> {
+        let lineage = lineage(self.project, self.instances[at.instance].pou);
+        let own = lineage.iter().flat_map(|pou| &pou.variables);
+        let own = own.filter(|one| one.constant).find(|one| same(&one.name, name));
+        own.and_then(|one| self.types.constant(one.initial.as_ref()?))
+            .or_else(|| self.types.named_constant(name))
+    }
+
+    /// A global variable.
+    fn global(&mut self, name: &str) -> Option<Place> {
+        let key = name.to_ascii_uppercase();
+        if let Some(known) = self.globals.get(&key) {
+            return Some(known.clone());
+        }
+        let all = self
+            .project
+            .globals
+            .iter()
+            .flat_map(|(list, all)| all.iter().map(move |one| (list, one)));
+        let (list, one) = { all }.find(|(_, one)| same(&one.name, name))?;
+        let ty = self.types.resolve(&one.of, one.line).ok()?;
+        let full = if list.is_empty() { one.name.clone() } else { format!("{list}.{}", one.name) };
+        let place = self.variable(&full, ty, one.line).ok()?;
+        self.globals.insert(key, place.clone());
+        Some(place)
+    }
+
+    /// A direct address. Overlaps of bits with words are not known, so words of addresses are any value.
+    fn direct(&mut self, name: &str, line: u32) -> Result<Place, Fault> {
+        let key = name.to_ascii_uppercase();
+        if let Some(known) = self.globals.get(&key) {
+            return Ok(known.clone());
+        }
+        let size = key.trim_start_matches('%').chars().nth(1).unwrap_or('X');
+        let ty = match size {
+            'B' => Ty::Number(Kind::Whole { bits: 8, signed: false }),
+            'W' => Ty::Number(Kind::Whole { bits: 16, signed: false }),
+            'D' => Ty::Number(Kind::Whole { bits: 32, signed: false }),
+            'L' => Ty::Number(Kind::Whole { bits: 64, signed: false }),
+            _ => Ty::Bit,
+        };
+        let place = self.variable(&key, ty, line)?;
+        self.globals.insert(key, place.clone());
+        Ok(place)
+    }
+
+    /// A step's flag or time, of a chart of the instance, or of one of its actions.
+    fn step_flag(&mut self, at: &Context, path: &Path) -> Option<Found> {
+        let [before @ .., Part::Name(flag)] = &path.rest[..] else { return None };
+        if !same(flag, "X") && !same(flag, "T") {
+            return None;
+        }
+        let (instance, step) = match before {
+            [] => (at.instance, &path.first),
+            [rest @ .., Part::Name(step)] => {
+                let owner = Path { first: path.first.clone(), rest: rest.to_vec() };
+                let Ok(Found::Place(place)) = self.find(at, &owner, 0) else { return None };
+                let Ty::Block(pou, _) = place.ty else { return None };
+                (self.instance(&place, pou), step)
+            }
+            _ => return None,
+        };
+        let what = self.chart_with(instance, step)?;
+        let tag = self.chart_memory(instance, &what)?;
+        let (_, body) = self.body(instance, &what)?;
+        let Body::Chart(chart) = body else { return None };
+        let name = &chart.steps[chart.step(step)?].name;
+        let flag_cell = Logic::cell(tag.part(name)?.part("X")?.cell()?);
+        Some(if same(flag, "X") {
+            Found::Value(Value::Bit(flag_cell))
+        } else {
+            Found::Elapsed(flag_cell)
+        })
+    }
+
+    /// Which chart of an instance has a step of this name.
+    fn chart_with(&self, instance: usize, step: &str) -> Option<What> {
+        let all = lineage(self.project, self.instances[instance].pou);
+        all.iter().find_map(|pou| {
+            if let Body::Chart(chart) = &pou.body
+                && chart.step(step).is_some()
+            {
+                return Some(What::Body);
+            }
+            let has =
+                |body: &Body| matches!(body, Body::Chart(chart) if chart.step(step).is_some());
+            let own = pou.actions.iter().find(|action| has(&action.body))?;
+            Some(What::Action(own.name.to_ascii_uppercase()))
+        })
+    }
+
+    /// Follows parts behind a place.
+    fn follow(
+        &mut self,
+        at: &Context,
+        from: Found,
+        rest: &[Part],
+        path: &Path,
+        line: u32,
+    ) -> Result<Found, Fault> {
+        let mut found = from;
+        for part in rest {
+            found = match (found, part) {
+                (Found::Place(place), Part::Name(name)) => match Self::part(&place, name) {
+                    Some(place) => Found::Place(place),
+                    None => return Err(unknown(line, &show::path(path))),
+                },
+                (Found::Element(element), Part::Name(name)) => {
+                    match Self::part(&element.place, name) {
+                        Some(place) => Found::Element(Element { place, ..element }),
+                        None => return Err(unknown(line, &show::path(path))),
+                    }
+                }
+                (Found::Place(place), Part::Index(indices)) => {
+                    self.index(at, place, indices, None, line)?
+                }
+                (Found::Element(element), Part::Index(indices)) => {
+                    self.index(at, element.place.clone(), indices, Some(element), line)?
+                }
+                (Found::Place(place), Part::Bit(bit)) => match (&place.ty, place.tag.cell()) {
+                    (Ty::Number(Kind::Whole { bits, .. }), Some(cell)) if bit < bits => {
+                        Found::WordBit(cell.plus(u32::from(bit / 16)), bit % 16)
+                    }
+                    _ => return Err(Fault::new(line, format!("{} has no bit {bit}", place.name))),
+                },
+                _ => {
+                    let message = format!("{} is not followed", show::path(path));
+                    return Err(Fault::new(line, message).code(Code::NotModelled));
+                }
+            };
+        }
+        Ok(found)
+    }
+
+    /// The element of an array.
+    fn index(
+        &mut self,
+        at: &Context,
+        place: Place,
+        indices: &[Expr],
+        outer: Option<Element>,
+        line: u32,
+    ) -> Result<Found, Fault> {
+        let Ty::Array { dimensions, of } = place.ty.clone() else {
+            return Err(Fault::new(line, format!("{} is no array", place.name)));
+        };
+        if indices.len() != dimensions.len() {
+            let message = format!("{} has {} dimensions", place.name, dimensions.len());
+            return Err(Fault::new(line, message));
+        }
+        let known: Option<Vec<i64>> =
+            indices.iter().map(|index| self.types.constant(index)).collect();
+        if let Some(known) = known {
+            let mut tag = place.tag.clone();
+            for (&number, (low, high)) in known.iter().zip(dimensions.iter()) {
+                let outside = || {
+                    Fault::new(line, format!("{}[{number}] lies outside {low}..{high}", place.name))
+                };
+                tag = tag.element(number).ok_or_else(outside)?;
+            }
+            let numbers: Vec<String> = known.iter().map(ToString::to_string).collect();
+            let name = format!("{}[{}]", place.name, numbers.join(", "));
+            let inner = Place { name, tag, ty: (*of).clone() };
+            return Ok(match outer {
+                None => Found::Place(inner),
+                Some(outer) => Found::Element(Element { place: inner, ..outer }),
+            });
+        }
+        let mut first = place.tag.clone();
+        for (low, _) in dimensions.iter() {
+            let empty = || Fault::new(line, format!("{} is too large", place.name));
+            first = first.element(*low).ok_or_else(empty)?;
+        }
+        let inner = Place { name: format!("{}[..]", place.name), tag: first, ty: (*of).clone() };
+        let (mut terms, mut base, whole) = match outer {
+            Some(outer) => (outer.terms, outer.base, outer.whole),
+            None => (Vec::new(), [0, 0], place.clone()),
+        };
+        let size = layout(&of).size().unwrap_or_default();
+        let mut step = dimensions.iter().rev().fold(vec![1_i64], |mut steps, (low, high)| {
+            let last = steps.last().copied().unwrap_or(1);
+            steps.push(last * (high - low + 1));
+            steps
+        });
+        step.pop();
+        let size = size.map(i64::from);
+        for ((index, (low, _)), step) in
+            indices.iter().zip(dimensions.iter()).zip(step.iter().rev())
+        {
+            let value = self.number(at, index, super::types::DINT, line)?;
+            let words = self.words(value, 2);
+            terms.push((words, size.map(|size| size * step)));
+            (0..2).for_each(|side| base[side] -= low * step * size[side]);
+        }
+        Ok(Found::Element(Element { place: inner, terms, base, whole }))
+    }
+}

@@ -1,0 +1,324 @@
+//! Types of IEC 61131-3 and how much memory they take.
+
+use crate::base::code::Code;
+use crate::iec::ast::{Expr, Literal, Operator};
+use crate::iec::fault::Fault;
+use crate::iec::{Pou, PouKind, Project, TypeRef, Variable, same};
+use crate::program::Type;
+use std::sync::Arc;
+
+/// A number's type: how many bits it has, and how they are read. Times are milliseconds in 32 bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Whole {
+        bits: u8,
+        signed: bool,
+    },
+    Real,
+    Time,
+    /// A number whose arithmetic is not followed: long reals, dates.
+    Opaque(u8),
+}
+
+impl Kind {
+    pub(super) fn words(self) -> u32 {
+        match self {
+            Kind::Whole { bits, .. } => u32::from(bits.div_ceil(16)),
+            Kind::Real | Kind::Time => 2,
+            Kind::Opaque(words) => u32::from(words),
+        }
+    }
+
+    pub(super) fn is_signed(self) -> bool {
+        !matches!(self, Kind::Whole { signed: false, .. })
+    }
+}
+
+/// A type.
+#[derive(Debug, Clone)]
+pub(super) enum Ty {
+    Bit,
+    Number(Kind),
+    /// Text, whose content is not followed.
+    Text,
+    Array {
+        dimensions: Arc<[(i64, i64)]>,
+        of: Arc<Ty>,
+    },
+    Parts(Arc<[(String, Ty)]>),
+    /// An instance of a function block: the standard's, by name, or one of the project's.
+    Standard(&'static str, Arc<[(String, Ty)]>),
+    Block(usize, Arc<[(String, Ty)]>),
+    /// A reference, which is not followed.
+    Pointer,
+}
+
+/// How deep types may stand in each other.
+const DEPTH: u32 = 40;
+
+pub(super) const INT: Kind = Kind::Whole { bits: 16, signed: true };
+pub(super) const DINT: Kind = Kind::Whole { bits: 32, signed: true };
+
+/// The elementary type of a name.
+pub(super) fn elementary(name: &str) -> Option<Ty> {
+    let whole = |bits, signed| Ty::Number(Kind::Whole { bits, signed });
+    Some(match name.to_ascii_uppercase().as_str() {
+        "BOOL" | "BIT" => Ty::Bit,
+        "SINT" => whole(8, true),
+        "INT" => whole(16, true),
+        "DINT" => whole(32, true),
+        "LINT" => whole(64, true),
+        "USINT" | "BYTE" | "CHAR" => whole(8, false),
+        "UINT" | "WORD" | "WCHAR" => whole(16, false),
+        "UDINT" | "DWORD" => whole(32, false),
+        "ULINT" | "LWORD" => whole(64, false),
+        "REAL" => Ty::Number(Kind::Real),
+        "LREAL" => Ty::Number(Kind::Opaque(4)),
+        "TIME" => Ty::Number(Kind::Time),
+        "LTIME" | "DATE" | "DT" | "DATE_AND_TIME" | "TOD" | "TIME_OF_DAY" | "LDATE" | "LDT"
+        | "LTOD" => Ty::Number(Kind::Opaque(4)),
+        "STRING" | "WSTRING" => Ty::Text,
+        _ => return None,
+    })
+}
+
+/// The standard's function blocks: name, inputs, outputs, and what they remember.
+const BLOCKS: &[(&str, &[(&str, &str)])] = &[
+    ("TON", TIMER),
+    ("TOF", TIMER),
+    ("TP", TIMER),
+    (
+        "CTU",
+        &[
+            ("CU", "BOOL"),
+            ("R", "BOOL"),
+            ("RESET", "BOOL"),
+            ("PV", "INT"),
+            ("Q", "BOOL"),
+            ("CV", "INT"),
+            ("was", "BOOL"),
+        ],
+    ),
+    (
+        "CTD",
+        &[
+            ("CD", "BOOL"),
+            ("LD", "BOOL"),
+            ("LOAD", "BOOL"),
+            ("PV", "INT"),
+            ("Q", "BOOL"),
+            ("CV", "INT"),
+            ("was", "BOOL"),
+        ],
+    ),
+    (
+        "CTUD",
+        &[
+            ("CU", "BOOL"),
+            ("CD", "BOOL"),
+            ("R", "BOOL"),
+            ("RESET", "BOOL"),
+            ("LD", "BOOL"),
+            ("LOAD", "BOOL"),
+            ("PV", "INT"),
+            ("QU", "BOOL"),
+            ("QD", "BOOL"),
+            ("CV", "INT"),
+            ("was", "BOOL"),
+            ("was_down", "BOOL"),
+        ],
+    ),
+    ("R_TRIG", &[("CLK", "BOOL"), ("Q", "BOOL"), ("was", "BOOL")]),
+    ("F_TRIG", &[("CLK", "BOOL"), ("Q", "BOOL"), ("was", "BOOL")]),
+    ("SR", &[("S1", "BOOL"), ("R", "BOOL"), ("SET1", "BOOL"), ("RESET", "BOOL"), ("Q1", "BOOL")]),
+    ("RS", &[("S", "BOOL"), ("R1", "BOOL"), ("SET", "BOOL"), ("RESET1", "BOOL"), ("Q1", "BOOL")]),
+];
+const TIMER: &[(&str, &str)] =
+    &[("IN", "BOOL"), ("PT", "TIME"), ("Q", "BOOL"), ("ET", "TIME"), ("was", "BOOL")];
+
+fn standard(name: &str) -> Option<Ty> {
+    let (name, parts) = BLOCKS.iter().find(|(own, _)| same(own, name))?;
+    let parts = parts.iter().filter_map(|(part, of)| Some(((*part).to_owned(), elementary(of)?)));
+    Some(Ty::Standard(name, parts.collect()))
+}
+
+/// The types of a project.
+pub(super) struct Types<'p> {
+    project: &'p Project,
+    depth: u32,
+}
+
+impl<'p> Types<'p> {
+    pub(super) fn new(project: &'p Project) -> Types<'p> {
+        Types { project, depth: 0 }
+    }
+
+    /// The type that a reference means.
+    pub(super) fn resolve(&mut self, of: &TypeRef, line: u32) -> Result<Ty, Fault> {
+        if self.depth >= DEPTH {
+            return Err(Fault::new(line, "types stand in each other without an end")
+                .code(Code::UnknownType));
+        }
+        self.depth += 1;
+        let found = self.resolve_here(of, line);
+        self.depth -= 1;
+        found
+    }
+
+    fn resolve_here(&mut self, of: &TypeRef, line: u32) -> Result<Ty, Fault> {
+        match of {
+            TypeRef::Text => Ok(Ty::Text),
+            TypeRef::Pointer(_) => Ok(Ty::Pointer),
+            TypeRef::Enumeration(_) => Ok(Ty::Number(INT)),
+            TypeRef::Struct(parts) => self.parts(parts.iter()).map(Ty::Parts),
+            TypeRef::Array(dimensions, of) => {
+                let bound = |one: &Expr| {
+                    let known = self.constant(one);
+                    known.ok_or_else(|| {
+                        Fault::new(line, "an array's bound is no constant").code(Code::UnknownType)
+                    })
+                };
+                let bounds = dimensions
+                    .iter()
+                    .map(|(low, high)| Ok((bound(low)?, bound(high)?)))
+                    .collect::<Result<Vec<_>, Fault>>()?;
+                if bounds.iter().any(|(low, high)| low > high) {
+                    return Err(
+                        Fault::new(line, "an array ends before it begins").code(Code::UnknownType)
+                    );
+                }
+                Ok(Ty::Array { dimensions: bounds.into(), of: Arc::new(self.resolve(of, line)?) })
+            }
+            TypeRef::Named(name) => self.named(name, line),
+        }
+    }
+
+    fn named(&mut self, name: &str, line: u32) -> Result<Ty, Fault> {
+        if let Some(found) = elementary(name) {
+            return Ok(found);
+        }
+        let block = |pou: &Pou| same(&pou.name, name) && pou.kind == PouKind::FunctionBlock;
+        if let Some(at) = self.project.pous.iter().position(block) {
+            return self.instance(at).map(|parts| Ty::Block(at, parts));
+        }
+        if let Some(own) = self.project.types.iter().find(|one| same(&one.name, name)) {
+            return self.resolve(&own.of, line);
+        }
+        standard(name).ok_or_else(|| {
+            Fault::new(line, format!("the type {name} is not known"))
+                .code(Code::UnknownType)
+                .text(name)
+                .help("give the file that declares it")
+        })
+    }
+
+    fn parts<'v>(
+        &mut self,
+        all: impl Iterator<Item = &'v Variable>,
+    ) -> Result<Arc<[(String, Ty)]>, Fault> {
+        let parts = all.map(|one| Ok((one.name.clone(), self.resolve(&one.of, one.line)?)));
+        parts.collect::<Result<Vec<_>, Fault>>().map(Into::into)
+    }
+
+    /// What an instance of a unit holds: its variables, those of the units that it extends first.
+    pub(super) fn instance(&mut self, at: usize) -> Result<Arc<[(String, Ty)]>, Fault> {
+        let all: Vec<&Variable> = lineage(self.project, at)
+            .into_iter()
+            .rev()
+            .flat_map(|pou| &pou.variables)
+            .filter(|one| is_kept(one))
+            .collect();
+        self.parts(all.into_iter())
+    }
+
+    /// What a unit without instances, or a method, holds.
+    pub(super) fn variables(&mut self, pou: &Pou) -> Result<Arc<[(String, Ty)]>, Fault> {
+        let mut parts = self.parts(pou.variables.iter().filter(|one| is_kept(one)))?.to_vec();
+        if let Some(result) = &pou.result {
+            parts.push((pou.name.clone(), self.resolve(result, pou.line)?));
+        }
+        Ok(parts.into())
+    }
+
+    /// A whole number that is known as it stands.
+    pub(super) fn constant(&self, one: &Expr) -> Option<i64> {
+        match one {
+            Expr::Literal(Literal::Int(value, _)) => i64::try_from(*value).ok(),
+            Expr::Negate(inner) => self.constant(inner)?.checked_neg(),
+            Expr::Variable(path) => {
+                let name = path.as_name().or_else(|| path.split_last().map(|(_, last)| last))?;
+                self.named_constant(name)
+            }
+            Expr::Binary(operator, left, right) => {
+                let (left, right) = (self.constant(left)?, self.constant(right)?);
+                match operator {
+                    Operator::Add => left.checked_add(right),
+                    Operator::Subtract => left.checked_sub(right),
+                    Operator::Multiply => left.checked_mul(right),
+                    Operator::Divide => left.checked_div(right),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    /// The number of an enumeration's value, or of a global constant.
+    pub(super) fn named_constant(&self, name: &str) -> Option<i64> {
+        let (of, value) = match name.split_once('#') {
+            Some((of, value)) => (Some(of), value),
+            None => (None, name),
+        };
+        for one in self.project.types.iter().filter(|one| of.is_none_or(|of| same(&one.name, of))) {
+            let TypeRef::Enumeration(values) = &one.of else { continue };
+            let mut next = 0;
+            for (own, number) in values {
+                next = number.as_ref().and_then(|number| self.constant(number)).unwrap_or(next);
+                if same(own, value) {
+                    return Some(next);
+                }
+                next += 1;
+            }
+        }
+        let globals = self.project.globals.iter().flat_map(|(_, list)| list);
+        let own = globals.filter(|one| one.constant).find(|one| same(&one.name, value))?;
+        self.constant(own.initial.as_ref()?)
+    }
+}
+
+/// Whether a variable takes memory of its instance; globals that it names and constants do not.
+fn is_kept(one: &Variable) -> bool {
+    one.section != crate::iec::Section::External && !one.name.is_empty()
+}
+
+/// A unit and those that it extends, the last the first of all.
+pub(super) fn lineage(project: &Project, at: usize) -> Vec<&Pou> {
+    let mut found = vec![&project.pous[at]];
+    while let Some(base) = found.last().and_then(|pou| project.pou(pou.extends.as_ref()?)) {
+        if found.iter().any(|own| same(&own.name, &base.name)) {
+            break;
+        }
+        found.push(base);
+    }
+    found
+}
+
+/// How a type is laid out.
+pub(super) fn layout(ty: &Ty) -> Type {
+    match ty {
+        Ty::Bit => Type::Bit,
+        Ty::Number(kind) => Type::Words(kind.words()),
+        // One word stands for what is not followed.
+        Ty::Text | Ty::Pointer => Type::Words(1),
+        Ty::Array { dimensions, of } => {
+            dimensions.iter().rev().fold(layout(of), |of, (low, high)| {
+                let count = u32::try_from(high - low + 1).unwrap_or(u32::MAX);
+                Type::Array { first: *low, count, of: Arc::new(of) }
+            })
+        }
+        Ty::Parts(parts) | Ty::Standard(_, parts) | Ty::Block(_, parts) => {
+            let parts: Vec<_> = parts.iter().map(|(name, of)| (name.clone(), layout(of))).collect();
+            Type::Parts(parts.into())
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The bound of charts, against the interpreter that runs the chart itself: the same on small charts, over all states that can
+//! be reached, all inputs and times; never below it in long runs of larger ones.
+
+#[path = "common/charts.rs"]
+mod charts;
+
+use charts::{Dice, chart};
+use scanbound::audit::{Request, audit};
+use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
+use scanbound::front::Input;
+use scanbound::iec::ast::Expr;
+use scanbound::iec::chart::control::Output;
+use scanbound::iec::chart::evaluate::Value;
+use scanbound::iec::chart::run::{Options, Run};
+use scanbound::iec::chart::{Chart, Qualifier, text};
+use scanbound::iec::{Body, Pou, parse};
+use scanbound::passes::values::Trust;
+use scanbound::timing::table::{CLASSES, Table};
+use std::collections::BTreeSet;
+
+const MS: i64 = 1_000_000;
+/// Longer than any time in these charts.
+const HORIZON: i64 = 100 * MS;
+/// More states than this are not searched.
+const STATES: usize = 20_000;
+
+fn cases() -> u64 {
+    std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
+}
+
+/// A table in which nothing costs anything but stores.
+fn table() -> Table {
+    let mut text = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES {
+        text += &format!("@{class},0,0\n");
+    }
+    text += "ST,1,1\n@end,0,\n";
+    Table::parse("t.csv", text.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
+}
+
+/// What each action takes: a store the first, two the second, four the third ...
+fn weight(action: &str) -> u64 {
+    1 << action.trim_start_matches('m').parse::<u32>().expect("a number")
+}
+
+/// A program around a chart, as text.
+fn program(chart: &Chart, inputs: usize) -> String {
+    let mut source = "PROGRAM main\nVAR\n  v : BOOL;\n".to_owned();
+    for input in 0..inputs {
+        source += &format!("  i{input} AT %IX0.{input} : BOOL;\n");
+    }
+    source += "END_VAR\n";
+    source += &text::chart(chart, &[]);
+    for action in chart.actions() {
+        let body = "    v := TRUE;\n".repeat(usize::try_from(weight(&action)).expect("small"));
+        source += &format!("  ACTION {action}:\n{body}  END_ACTION\n");
+    }
+    source + "END_PROGRAM\n"
+}
+
+fn bound(source: &str) -> Picos {
+    let inputs = [Input { name: "main.st".to_owned(), bytes: source.as_bytes().to_vec() }];
+    let (facts, table) = (Facts::default(), table());
+    let request =
+        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+    audit(&request).unwrap_or_else(|failure| panic!("{failure:?}\n{source}")).bound.upper
+}
+
+fn read(source: &str) -> Pou {
+    parse::file("main.st", source)
+        .unwrap_or_else(|faults| panic!("{faults:?}\n{source}"))
+        .pous
+        .remove(0)
+}
+
+fn cost(run: &Run<'_>, outputs: &[Output]) -> u64 {
+    let own = run.actions().iter().zip(outputs).filter(|(_, output)| output.runs);
+    own.map(|(action, _)| weight(action)).sum()
+}
+
+/// The most that a scan takes, over all states that can be reached, all inputs and times; `None` if there are too many.
+fn most(chart: &Chart, pou: &Pou) -> Option<u64> {
+    let mut first = Run::new(chart, pou, Options::default());
+    let outputs = first.scan(0).expect("a scan");
+    let mut largest = cost(&first, &outputs);
+    let mut known = BTreeSet::from([first.state()]);
+    let mut open = vec![first];
+    while let Some(run) = open.pop() {
+        let enabled: Vec<usize> = (0..chart.transitions.len())
+            .filter(|&at| chart.transitions[at].from.iter().all(|&step| run.active()[step]))
+            .collect();
+        for mask in 0..1_u32 << enabled.len() {
+            for elapsed in [5 * MS, HORIZON] {
+                let mut next = run.clone();
+                for (bit, &at) in enabled.iter().enumerate() {
+                    next.memory.set(&format!("i{at}"), Value::Bool(mask >> bit & 1 == 1));
+                }
+                let outputs = next.scan(elapsed).expect("a scan");
+                largest = largest.max(cost(&next, &outputs));
+                next.begin_time_at(elapsed, HORIZON);
+                if known.insert(next.state()) {
+                    if known.len() > STATES {
+                        return None;
+                    }
+                    open.push(next);
+                }
+            }
+        }
+    }
+    Some(largest)
+}
+
+/// Lets every transition have an input of its own, so that nothing but the chart itself excludes anything.
+fn with_own_inputs(mut chart: Chart) -> Chart {
+    for (at, one) in chart.transitions.iter_mut().enumerate() {
+        one.condition = Expr::name(format!("i{at}"));
+    }
+    chart
+}
+
+fn timed(chart: &Chart) -> usize {
+    let actions = chart.actions();
+    let feeds = actions.iter().flat_map(|action| chart.inputs_of(action));
+    feeds.filter(|feed| feed.qualifier.is_timed()).count()
+}
+
+#[test]
+fn small_charts_have_the_bound_that_the_interpreter_finds() {
+    let (mut equal, mut above) = (0, Vec::new());
+    for seed in 0..150 * cases() {
+        let mut dice = Dice::new(seed + 77);
+        let depth = dice.below(3);
+        let actions = 1 + dice.below(3);
+        let chart = with_own_inputs(chart(&mut dice, depth, actions, &Qualifier::ALL));
+        // Timers that hang on each other are followed one by one: what two of them do together may be more than they can.
+        if timed(&chart) > 1 || chart.transitions.len() > 14 {
+            continue;
+        }
+        let source = program(&chart, chart.transitions.len());
+        let pou = read(&source);
+        let Body::Chart(own) = &pou.body else { panic!("a chart") };
+        let Some(most) = most(own, &pou) else { continue };
+        let upper = bound(&source);
+        let most = Picos(most * 1_000_000);
+        assert!(upper >= most, "bound {} below {}\n{source}", upper.us_text(), most.us_text());
+        if upper == most {
+            equal += 1;
+        } else {
+            above.push(source);
+        }
+    }
+    assert!(equal > 40 * cases() && above.is_empty(), "{equal} equal, above: {above:#?}");
+}
+
+#[test]
+fn no_scan_of_a_long_run_takes_longer_than_the_bound() {
+    for seed in 0..20 * cases() {
+        let mut dice = Dice::new(seed + 5_000_000);
+        let actions = 2 + dice.below(3);
+        let depth = 1 + dice.below(2);
+        let chart = chart(&mut dice, depth, actions, &Qualifier::ALL);
+        let source = program(&chart, usize::try_from(charts::INPUTS).expect("small"));
+        let pou = read(&source);
+        let Body::Chart(own) = &pou.body else { panic!("a chart") };
+        let upper = bound(&source);
+        let mut run = Run::new(own, &pou, Options::default());
+        let mut now = 0;
+        let lazy = 1 + dice.below(3);
+        for scan in 0..400 {
+            for input in 0..charts::INPUTS {
+                run.memory.set(&format!("i{input}"), Value::Bool(dice.one_in(lazy)));
+            }
+            let outputs = run.scan(now).expect("a scan");
+            let took = Picos(cost(&run, &outputs) * 1_000_000);
+            assert!(
+                took <= upper,
+                "scan {scan} takes {}, bound {}\n{source}",
+                took.us_text(),
+                upper.us_text()
+            );
+            now += i64::try_from(dice.below(6)).expect("small") * 5 * MS;
+        }
+    }
+}
