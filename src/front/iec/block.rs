@@ -69,6 +69,8 @@ impl Emit<'_> {
     /// time may be 0.
     fn timer(&mut self, kind: &str, input: Logic, q: Cell, was: Cell, preset: Cell) -> Vec<Write> {
         let runs_out = self.world_bit();
+        // A time that is 0 may be one below a millisecond.
+        let short = self.world_bit();
         let zero = Logic::Compare(Box::new(Compare {
             relation: Relation::LessOrEqual,
             reading: Reading::Signed,
@@ -79,7 +81,7 @@ impl Emit<'_> {
         let value = match kind {
             "TON" => {
                 let later = all([was_on, any([q_now, runs_out])]);
-                all([input.clone(), any([later, zero])])
+                all([input.clone(), any([later, all([zero, short])])])
             }
             "TOF" => {
                 // It stays on for a while when the input has gone.
@@ -88,7 +90,7 @@ impl Emit<'_> {
                 any([input.clone(), all([q_now, any([first, later])])])
             }
             _ => {
-                let begins = all([input.clone(), was_on.not(), zero.not()]);
+                let begins = all([input.clone(), was_on.not(), any([zero.not(), short])]);
                 any([all([q_now.clone(), runs_out]), all([q_now.not(), begins])])
             }
         };

@@ -251,7 +251,9 @@ impl Emit<'_> {
                     left: Number::Words(words),
                     right: constant(0, 2),
                 };
-                self.keep_bit(Logic::Compare(Box::new(compare)))
+                // A time that is 0 may be one below a millisecond.
+                let short = self.world_bit();
+                self.keep_bit(all([Logic::Compare(Box::new(compare)), short]))
             }
             Err(fault) => {
                 self.faults.push((self.file, fault));

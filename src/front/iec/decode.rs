@@ -57,6 +57,13 @@ pub fn decode(
             break;
         }
     }
+    let direct = emit.globals.values().filter(|place| place.name.starts_with('%'));
+    let direct: Vec<Variable> = direct.map(|place| named(&place.name)).collect();
+    let instances = |name: &str| {
+        emit.instances.iter().filter(|one| same(&project.pous[one.pou].name, name)).count() > 1
+    };
+    let shared = super::address::shared(project, &direct, &instances);
+    emit.faults.extend(shared);
     if !emit.faults.is_empty() {
         let name = |file: usize| project.files.get(file).map_or("", String::as_str);
         let mut told: Vec<Diagnostic> = Vec::new();
@@ -152,6 +159,20 @@ fn program(emit: &mut Emit<'_>, task: &Task, name: &str, of: &str) {
             emit.call(Logic::Const(true), instance, What::Body, "PROGRAM");
         }
         Err(fault) => emit.faults.push((emit.file, fault)),
+    }
+}
+
+/// A variable that code names by its address.
+fn named(address: &str) -> Variable {
+    Variable {
+        name: address.to_owned(),
+        section: crate::iec::Section::Global,
+        of: crate::iec::TypeRef::Named(String::new()),
+        initial: None,
+        at: Some(address.to_owned()),
+        constant: false,
+        retain: false,
+        line: 1,
     }
 }
 

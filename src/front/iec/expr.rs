@@ -89,11 +89,19 @@ impl Emit<'_> {
             Literal::Real(text, of) if of.as_deref() != Some("LREAL") => {
                 real(text).map_or(Value::Any, |bits| Value::Number(Kind::Real, bits))
             }
-            Literal::Time(time) => {
-                // What is finer than a millisecond is rounded to it.
-                let ms = time.div_euclid(1_000_000);
-                Value::Number(Kind::Time, constant(ms, 2))
-            }
+            Literal::Time(time) => match i32::try_from(time / 1_000_000) {
+                Ok(ms) if time % 1_000_000 == 0 => {
+                    Value::Number(Kind::Time, constant(ms.into(), 2))
+                }
+                // What is finer than a millisecond or beyond 24 days is any time.
+                _ => Value::Number(
+                    Kind::Time,
+                    self.any_number(
+                        Kind::Time,
+                        "a time that is finer than 1 ms or beyond 24 days may be any",
+                    ),
+                ),
+            },
             Literal::Real(..) | Literal::Text(_) | Literal::Date(_) => Value::Any,
         })
     }

@@ -177,8 +177,17 @@ impl Emit<'_> {
         let is_both = |name: &str| {
             variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
         };
+        let mut inputs =
+            variables.iter().filter(|one| matches!(one.section, Section::Input | Section::InOut));
         for argument in given {
-            let Some(name) = &argument.name else { continue };
+            // Those without a name stand for the inputs in their order, as when they were handed over.
+            let name = match &argument.name {
+                Some(name) => name,
+                None => match inputs.next() {
+                    Some(one) => &one.name,
+                    None => continue,
+                },
+            };
             if !argument.is_output && !is_both(name) {
                 continue;
             }

@@ -4,6 +4,7 @@
 //! What is read stands in [`crate::iec`]; this says what it means to the analysis. A unit's instance is a routine with
 //! memory of its own, a chart is bits of steps and of stored actions that nobody else writes (`docs/sfc.md`).
 
+mod address;
 mod block;
 mod chart;
 pub mod decode;
