@@ -224,8 +224,8 @@ fn melsec() -> impl Iterator<Item = (&'static str, Table)> {
 #[test]
 fn only_machines_without_classes_have_no_family() {
     let without = builtin::names().len() - melsec().count();
-    assert_eq!(without, 2);
-    for name in ["minasec-u", "flowchart-pc"] {
+    assert_eq!(without, 3);
+    for name in ["minasec-u", "flowchart-pc", "iec"] {
         assert_eq!(Table::builtin(name).unwrap().family, None);
     }
 }
