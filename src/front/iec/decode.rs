@@ -1,12 +1,12 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
 use super::emit::{Emit, Place, What};
-use super::types::{Kind, Ty, lineage};
+use super::types::{Kind, Ty, elementary, lineage};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::iec::ast::{Expr, Literal};
 use crate::iec::fault::Fault;
-use crate::iec::{PouKind, Project, Task, Variable, same};
+use crate::iec::{PouKind, Project, Task, TypeRef, Variable, same};
 use crate::program::{AreaId, Logic, PowerUp, Program, Region, SourceFile, Step};
 
 /// What is asked of the way in which charts are carried out.
@@ -183,8 +183,25 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
         ..PowerUp::default()
     };
     let project = emit.project;
-    let instances: Vec<(usize, Place)> =
-        emit.instances.iter().map(|one| (one.pou, one.place.clone())).collect();
+    // What an instance's declaration gives to its parts is not followed: then no instance is known to begin with 0.
+    let gives = |one: &Variable| {
+        let is_literal = |initial: &Expr| matches!(initial, Expr::Literal(_));
+        !is_elementary(one) && one.initial.as_ref().is_some_and(|initial| !is_literal(initial))
+    };
+    let parts = project.types.iter().filter_map(|one| match &one.of {
+        TypeRef::Struct(parts) => Some(parts),
+        _ => None,
+    });
+    let own = project.pous.iter().map(|pou| &pou.variables).chain(parts);
+    let mut declared = own.chain(project.globals.iter().map(|(_, list)| list)).flatten();
+    let given = declared.any(gives);
+    let of_instances = |pou: usize| !given || project.pous[pou].kind == PouKind::Program;
+    let instances: Vec<(usize, Place)> = emit
+        .instances
+        .iter()
+        .filter(|one| of_instances(one.pou))
+        .map(|one| (one.pou, one.place.clone()))
+        .collect();
     for (pou, place) in instances {
         for variable in lineage(project, pou).into_iter().flat_map(|pou| &pou.variables) {
             if let Some(part) = Emit::part(&place, &variable.name) {
@@ -220,7 +237,9 @@ fn starts(known: &mut PowerUp, variable: &Variable, place: &Place) {
     };
     // What holds instances is told by their own variables, types may have initial values of their own.
     let is_plain = match &place.ty {
-        Ty::Bit | Ty::Number(Kind::Whole { .. } | Kind::Real | Kind::Time) => true,
+        Ty::Bit | Ty::Number(Kind::Whole { .. } | Kind::Real | Kind::Time) => {
+            is_elementary(variable)
+        }
         Ty::Standard(..) => variable.initial.is_none(),
         _ => false,
     };
@@ -231,4 +250,10 @@ fn starts(known: &mut PowerUp, variable: &Variable, place: &Place) {
         }
         known.cleared.extend(regions);
     }
+}
+
+/// Whether a variable's type is one of the standard's own, which begin with 0. An enumeration begins with its first value,
+/// and a type of the project's with what that says.
+fn is_elementary(variable: &Variable) -> bool {
+    matches!(&variable.of, TypeRef::Named(name) if elementary(name).is_some())
 }

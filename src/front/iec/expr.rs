@@ -44,7 +44,9 @@ impl Emit<'_> {
                 self.cost(&["NOT"], "logic");
                 match value {
                     Value::Bit(logic) => Ok(Value::Bit(logic.not())),
-                    Value::Constant(value) => Ok(Value::Bit(Logic::Const(value == 0))),
+                    // Of 0 and 1 it is not told whether a bit or a number is meant.
+                    Value::Constant(0 | 1) => Ok(Value::Any),
+                    Value::Constant(value) => Ok(Value::Constant(!value)),
                     Value::Number(kind, number) => {
                         let ones = constant(-1, kind.words());
                         let flipped = Number::Xor(Box::new(number), Box::new(ones));
@@ -203,8 +205,9 @@ impl Emit<'_> {
                 (Value::Bit(Logic::Const(value != 0)), Value::Bit(bit))
             }
             (Value::Constant(one), Value::Constant(two)) => {
-                let kind = DINT;
-                (Value::Number(kind, constant(one, 2)), Value::Number(kind, constant(two, 2)))
+                let kind = holding(holding(DINT, one), two);
+                let number = |value| Value::Number(kind, constant(value, kind.words()));
+                (number(one), number(two))
             }
             other => other,
         };
@@ -228,12 +231,16 @@ impl Emit<'_> {
                     }
                 }))
             }
-            (Value::Number(kind, one), Value::Constant(two)) => {
+            (Value::Number(own, one), Value::Constant(two)) => {
+                let kind = holding(own, two);
+                let one = self.converted(one, own, kind);
                 let two = self.constant_as(kind, two);
                 self.numbers(operator, relation, kind, one, two)
             }
-            (Value::Constant(one), Value::Number(kind, two)) => {
+            (Value::Constant(one), Value::Number(own, two)) => {
+                let kind = holding(own, one);
                 let one = self.constant_as(kind, one);
+                let two = self.converted(two, own, kind);
                 self.numbers(operator, relation, kind, one, two)
             }
             (Value::Number(one_kind, one), Value::Number(two_kind, two)) => {
@@ -594,6 +601,22 @@ impl Emit<'_> {
     }
 }
 
+/// The kind in which a number meets a constant: its own where the constant fits, else one that holds both.
+fn holding(kind: Kind, value: i64) -> Kind {
+    let Kind::Whole { bits, signed } = kind else { return kind };
+    let (least, most) = match signed {
+        true => (-(1_i128 << (bits - 1)), (1 << (bits - 1)) - 1),
+        false => (0, (1 << bits) - 1),
+    };
+    let fits = |bits: u32| (-(1_i128 << (bits - 1))..1 << (bits - 1)).contains(&value.into());
+    match value {
+        value if (least..=most).contains(&value.into()) => kind,
+        _ if bits < 32 && fits(32) => DINT,
+        _ if bits < 64 => Kind::Whole { bits: 64, signed: true },
+        _ => Kind::Opaque(4),
+    }
+}
+
 /// The kind in which two numbers meet.
 fn common(one: Kind, two: Kind) -> Kind {
     let rank = |kind: Kind| match kind {
@@ -606,8 +629,11 @@ fn common(one: Kind, two: Kind) -> Kind {
         (Kind::Whole { bits, signed }, Kind::Whole { bits: other, signed: also })
             if signed != also =>
         {
-            // Both must fit.
-            Kind::Whole { bits: (bits.max(other) * 2).min(64), signed: true }
+            // Both must fit; there is nothing wider than 64 bits.
+            match bits.max(other) {
+                64.. => Kind::Opaque(4),
+                bits => Kind::Whole { bits: bits * 2, signed: true },
+            }
         }
         _ if rank(one) >= rank(two) => one,
         _ => two,

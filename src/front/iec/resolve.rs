@@ -133,6 +133,36 @@ impl Emit<'_> {
             .map(|own| self.instances[own].place.clone())
     }
 
+    /// A whole number that is known as it stands: of numbers, and of names that no variable here hides.
+    pub(super) fn constant(&self, at: &Context, one: &Expr) -> Option<i64> {
+        let hides = |path: &Path| {
+            let name = &path.first;
+            let own = at.locals.as_ref().and_then(|place| Self::part(place, name));
+            let own = own.or_else(|| Self::part(&self.instances[at.instance].place, name));
+            let all = || self.project.globals.iter();
+            let varies = |one: &crate::iec::Variable| !one.constant && same(&one.name, name);
+            let is_list = || all().any(|(list, _)| same(list, name));
+            let is_type = || self.project.types.iter().any(|one| same(&one.name, name));
+            own.is_some()
+                || all().any(|(_, list)| list.iter().any(varies))
+                || !(path.rest.is_empty() || is_list() || is_type())
+        };
+        fn names<'e>(one: &'e Expr, found: &mut Vec<&'e Path>) {
+            match one {
+                Expr::Variable(path) => found.push(path),
+                Expr::Negate(inner) | Expr::Not(inner) => names(inner, found),
+                Expr::Binary(_, left, right) => {
+                    names(left, found);
+                    names(right, found);
+                }
+                Expr::Literal(_) | Expr::Call(..) => {}
+            }
+        }
+        let mut found = Vec::new();
+        names(one, &mut found);
+        self.types.constant(one).filter(|_| !found.into_iter().any(hides))
+    }
+
     fn constant_named(&self, at: &Context, name: &str) -> Option<i64> {
         let lineage = lineage(self.project, self.instances[at.instance].pou);
         let own = lineage.iter().flat_map(|pou| &pou.variables);
@@ -284,7 +314,7 @@ impl Emit<'_> {
             return Err(Fault::new(line, message));
         }
         let known: Option<Vec<i64>> =
-            indices.iter().map(|index| self.types.constant(index)).collect();
+            indices.iter().map(|index| self.constant(at, index)).collect();
         if let Some(known) = known {
             let mut tag = place.tag.clone();
             for (&number, (low, high)) in known.iter().zip(dimensions.iter()) {

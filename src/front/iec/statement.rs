@@ -289,20 +289,28 @@ impl<'p> Emit<'p> {
         line: u32,
         ways: &mut Ways,
     ) -> Result<(), Fault> {
-        let by = by.map_or(Some(1), |by| self.types.constant(by)).filter(|&by| by != 0);
+        let by = by.map_or(Some(1), |by| self.constant(at, by)).filter(|&by| by != 0);
         let Some(by) = by else {
             return Err(Fault::new(line, "the step of FOR is no constant")
                 .code(Code::LoopCount)
                 .help("write a number"));
         };
-        if writes_to(body, variable) {
+        let calls = makes_calls(body);
+        let called = |pou: &Pou| {
+            let actions = pou.actions.iter().map(|one| &one.body);
+            actions.chain(pou.methods.iter().map(|one| &one.body)).any(
+                |own| matches!(own, Body::Code(_, statements) if writes_to(statements, variable)),
+            )
+        };
+        let units = lineage(self.project, self.instances[at.instance].pou);
+        if writes_to(body, variable) || (calls && units.into_iter().any(called)) {
             let message = format!("the loop writes to its own variable {}", show::path(variable));
-            let help = "use EXIT to leave a loop";
+            let help = "use EXIT to leave a loop, and a variable that nothing called in it writes";
             return Err(Fault::new(line, message).code(Code::LoopCount).help(help));
         }
         let start = self.value(at, from, line)?;
         self.assign(at, variable, start, line)?;
-        let known = self.types.constant(from).zip(self.types.constant(to));
+        let known = self.constant(at, from).zip(self.constant(at, to));
         let (count, least, most) = match known {
             Some((from, to)) => {
                 let turns = (to - from).div_euclid(by) + 1;
@@ -321,7 +329,11 @@ impl<'p> Emit<'p> {
                 let (from, to) =
                     (self.number(at, from, DINT, line)?, self.number(at, to, DINT, line)?);
                 let (high, low) = if by > 0 { (to, from) } else { (from, to) };
-                let difference = Number::Sub(Box::new(high), Box::new(low));
+                let [high, low] = [high, low].map(|end| self.copies(end, DINT));
+                let ends = [&high, &low].map(|end| Value::Number(DINT, Number::Words(end.clone())));
+                let [high, low] = [high, low].map(|end| Box::new(Number::Words(end)));
+                let apart = self.copies(Number::Sub(high, low), DINT);
+                let difference = Number::Words(apart.clone());
                 let count = match by.abs() {
                     1 => Number::Add(Box::new(difference), Box::new(constant(1, 2))),
                     step => {
@@ -343,22 +355,32 @@ impl<'p> Emit<'p> {
                     Value::Constant(i64::from(i16::MAX)),
                     line,
                 )?;
-                if let Value::Bit(beyond) = limit {
+                let Value::Bit(none) =
+                    self.combined(Operator::Less, ends[0].clone(), ends[1].clone(), line)?
+                else {
+                    return Err(
+                        Fault::new(line, "the loop's count is not followed").code(Code::LoopCount)
+                    );
+                };
+                // A difference that does not fit 31 bits comes out below 0.
+                let wraps = self.combined(
+                    Operator::Less,
+                    Value::Number(DINT, Number::Words(apart)),
+                    Value::Constant(0),
+                    line,
+                )?;
+                if let (Value::Bit(limit), Value::Bit(wraps)) = (limit, wraps) {
+                    let beyond =
+                        Logic::All(vec![none.clone().not(), Logic::Any(vec![limit, wraps])]);
                     let skip = self.jump(beyond.not(), None);
                     let here = self.builder.next();
                     self.builder.add(None, Vec::new(), Step::Unbounded { from: here });
                     self.land(skip);
                     self.landing();
                 }
-                let negative = self.combined(
-                    Operator::Less,
-                    Value::Number(DINT, Number::Words(words.clone())),
-                    Value::Constant(0),
-                    line,
-                )?;
-                if let (Value::Bit(negative), WordSource::Cell(cell)) = (negative, words[0]) {
-                    let none = Write::Words(vec![WordTarget::Cell(cell)], constant(0, 1));
-                    self.write_if(negative, vec![none], None);
+                if let WordSource::Cell(cell) = words[0] {
+                    let zero = Write::Words(vec![WordTarget::Cell(cell)], constant(0, 1));
+                    self.write_if(none, vec![zero], None);
                 }
                 (words[0], 0, i16::MAX.cast_unsigned().into())
             }
@@ -529,8 +551,20 @@ fn writes_to(body: &[Statement], variable: &Path) -> bool {
             | Statements::For(target, ..) => {
                 same(&target.first, &variable.first) && target.rest == variable.rest
             }
+            Statements::Call(_, given) | Statements::CallIf(_, _, given) => given
+                .iter()
+                .any(|one| one.is_output && one.value == Expr::Variable(variable.clone())),
             _ => false,
         };
+    });
+    found
+}
+
+/// Whether statements call something.
+fn makes_calls(body: &[Statement]) -> bool {
+    let mut found = false;
+    crate::iec::ast::visit(body, &mut |one| {
+        found |= matches!(one.kind, Statements::Call(..) | Statements::CallIf(..));
     });
     found
 }
