@@ -1,6 +1,6 @@
 //! Programs of IEC 61131-3 as the analysis follows them, where a slip would make a bound too low.
 
-use scanbound::audit::{Failure, Request, audit};
+use scanbound::audit::{Audit, Failure, Request, audit};
 use scanbound::base::code::Code;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
@@ -10,6 +10,11 @@ use scanbound::timing::table::{CLASSES, Table};
 
 /// The longest scan in microseconds, where a store takes one and nothing else anything.
 fn bound(text: &str) -> Result<u64, Vec<Code>> {
+    audited(text).map(|found| found.bound.upper.0.div_ceil(Picos(1_000_000).0))
+}
+
+/// What a scan takes, where a store takes a microsecond and nothing else anything.
+fn audited(text: &str) -> Result<Audit, Vec<Code>> {
     let mut rows = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES {
         rows += &format!("@{class},0,0\n");
@@ -22,7 +27,7 @@ fn bound(text: &str) -> Result<u64, Vec<Code>> {
     let request =
         Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
     match audit(&request) {
-        Ok(found) => Ok(found.bound.upper.0.div_ceil(Picos(1_000_000).0)),
+        Ok(found) => Ok(found),
         Err(Failure::Input(faults)) => Err(faults.into_iter().map(|fault| fault.code).collect()),
         Err(other) => panic!("{other:?}"),
     }
@@ -63,6 +68,55 @@ fn loops_count_their_turns() {
         Ok(5)
     );
     assert_eq!(of("n : INT;", "WHILE n > 0 DO n := n - 1; END_WHILE"), Err(vec![Code::LoopCount]));
+}
+
+#[test]
+fn loops_that_may_go_round_more_often_are_not_cut_short() {
+    // A variable of the same name hides a constant.
+    let to_run = |variables: &str, before: &str| {
+        bound(&format!(
+            "TYPE Mode : (Idle, Run); END_TYPE PROGRAM main VAR x : BOOL; i : INT; {variables} END_VAR \
+             {before} FOR i := 1 TO Run DO x := TRUE; END_FOR END_PROGRAM"
+        ))
+    };
+    assert_eq!(to_run("", ""), Ok(3));
+    assert_eq!(to_run("Run : INT;", "Run := 4;"), Ok(10));
+    let element = "TYPE Mode : (Idle, Run); END_TYPE PROGRAM main VAR x, y : BOOL; Run : INT; f : ARRAY[0..2] OF BOOL; \
+        END_VAR f[1] := FALSE; Run := 2; f[Run] := TRUE; IF f[2] THEN x := TRUE; y := TRUE; END_IF END_PROGRAM";
+    assert_eq!(bound(element), Ok(5));
+    // Both ends so far apart that the difference does not fit 32 bits: no end of it is seen.
+    let to = |end: &str| {
+        audited(&format!(
+            "PROGRAM main VAR x : BOOL; i, n : DINT; END_VAR n := {end}; \
+             FOR i := -10 TO n DO x := TRUE; END_FOR END_PROGRAM"
+        ))
+    };
+    assert!(!to("2147483640").unwrap().unbounded.is_empty());
+    assert!(to("-11").unwrap().unbounded.is_empty());
+    // Whatever is called may set the variable back.
+    let called = |action: &str| {
+        bound(&format!(
+            "PROGRAM main VAR x : BOOL; i : INT; END_VAR FOR i := 0 TO 3 DO act(); END_FOR \
+             ACTION act: {action} END_ACTION END_PROGRAM"
+        ))
+    };
+    assert_eq!(called("i := 0;"), Err(vec![Code::LoopCount]));
+    assert_eq!(called("x := TRUE;"), Ok(9));
+}
+
+#[test]
+fn constants_are_as_wide_as_they_have_to_be() {
+    // None of these constants fits the variable: what holds always, or never, does so.
+    let taken = |variables: &str, condition: &str| {
+        of(variables, &format!("IF {condition} THEN x := TRUE; y := TRUE; ELSE z := TRUE; END_IF"))
+    };
+    assert_eq!(taken("n : INT;", "n < 40000"), Ok(2));
+    assert_eq!(taken("n : INT;", "n > 40000"), Ok(1));
+    assert_eq!(taken("n : UINT;", "n > -1"), Ok(2));
+    assert_eq!(taken("n : UINT;", "n < -1"), Ok(1));
+    assert_eq!(taken("n : USINT;", "300 > n"), Ok(2));
+    // NOT of a number is a number.
+    assert_eq!(of("n : INT;", "n := NOT 5; IF n = -6 THEN x := TRUE; y := TRUE; END_IF"), Ok(3));
 }
 
 #[test]
