@@ -151,6 +151,41 @@ fn what_is_handed_over_comes_back() {
 }
 
 #[test]
+fn values_reach_what_is_called_as_they_are() {
+    let function = "FUNCTION larger : INT VAR_INPUT a : INT; b : INT := 7; END_VAR \
+        larger := MAX(a, b); END_FUNCTION ";
+    let is = |value: &str, number: i32| {
+        bound(&format!(
+            "{function} PROGRAM main VAR x, y : BOOL; n : INT; d : DINT; u : USINT; END_VAR u := 3; d := 70000; \
+             n := {value}; IF n = {number} THEN x := TRUE; y := TRUE; END_IF END_PROGRAM"
+        ))
+    };
+    let stores =
+        |value: &str, number: i32| (is(value, number).unwrap(), is(value, number + 1).unwrap());
+    let taken = |value: &str, number: i32| {
+        let (yes, no) = stores(value, number);
+        assert_eq!(yes, no + 2, "{value}");
+    };
+    // One call within another's arguments, an input that is not given after one that was.
+    taken("larger(20, larger(1, 2))", 20);
+    taken("larger(larger(1, 2), 20)", 20);
+    taken("larger(1, 9) + larger(2)", 16);
+    // Of two kinds the wider one.
+    taken("DINT_TO_INT(MIN(n, d) - n)", 0);
+    taken("DINT_TO_INT(MAX(u, d) - 69990)", 10);
+    taken("SEL(TRUE, u, 300)", 300);
+}
+
+#[test]
+fn enumerations_begin_with_their_first_value() {
+    // In a function, where a variable begins anew, and at power-up.
+    let text = "TYPE Mode : (Run := 3, Idle := 4); END_TYPE FUNCTION f : INT VAR m : Mode; END_VAR \
+        IF m = Run THEN f := 1; END_IF END_FUNCTION \
+        PROGRAM main VAR x, y, z : BOOL; END_VAR IF f() = 1 THEN x := TRUE; y := TRUE; END_IF END_PROGRAM";
+    assert_eq!(bound(text), Ok(3));
+}
+
+#[test]
 fn shared_memory_and_unknown_names_are_refused() {
     assert_eq!(of("m AT %MW0 : INT; n AT %MX0.0 : BOOL;", "m := 1;"), Err(vec![Code::NotModelled]));
     assert_eq!(of("m AT %QX0.0 : BOOL;", "%QX0.0 := TRUE;"), Err(vec![Code::NotModelled]));

@@ -1,7 +1,7 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
 use super::emit::{Emit, Place, What};
-use super::types::{Kind, Ty, elementary, lineage};
+use super::types::{Kind, Ty, is_elementary, lineage};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::iec::ast::{Expr, Literal};
@@ -250,10 +250,4 @@ fn starts(known: &mut PowerUp, variable: &Variable, place: &Place) {
         }
         known.cleared.extend(regions);
     }
-}
-
-/// Whether a variable's type is one of the standard's own, which begin with 0. An enumeration begins with its first value,
-/// and a type of the project's with what that says.
-fn is_elementary(variable: &Variable) -> bool {
-    matches!(&variable.of, TypeRef::Named(name) if elementary(name).is_some())
 }

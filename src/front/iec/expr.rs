@@ -65,9 +65,11 @@ impl Emit<'_> {
                 self.arithmetic(Operator::Subtract, kind, constant(0, kind.words()), number)
             }
             Expr::Binary(operator, left, right) => self.binary(at, *operator, left, right, line),
+            // What a drawing says and cannot be read: it may be anything, and take any time.
             Expr::Call(path, given) if path.first.starts_with('~') => {
-                let _ = given;
-                Ok(Value::Any)
+                let why = given.first().map_or_else(String::new, |why| show::expr(&why.value));
+                Err(Fault::new(line, format!("a condition cannot be read: {why}"))
+                    .code(Code::NotModelled))
             }
             Expr::Call(path, given) => self.function(at, path, given, line),
         }
@@ -602,7 +604,7 @@ impl Emit<'_> {
 }
 
 /// The kind in which a number meets a constant: its own where the constant fits, else one that holds both.
-fn holding(kind: Kind, value: i64) -> Kind {
+pub(super) fn holding(kind: Kind, value: i64) -> Kind {
     let Kind::Whole { bits, signed } = kind else { return kind };
     let (least, most) = match signed {
         true => (-(1_i128 << (bits - 1)), (1 << (bits - 1)) - 1),
@@ -618,7 +620,7 @@ fn holding(kind: Kind, value: i64) -> Kind {
 }
 
 /// The kind in which two numbers meet.
-fn common(one: Kind, two: Kind) -> Kind {
+pub(super) fn common(one: Kind, two: Kind) -> Kind {
     let rank = |kind: Kind| match kind {
         Kind::Whole { bits, .. } => u32::from(bits),
         Kind::Time => 100,

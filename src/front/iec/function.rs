@@ -1,13 +1,13 @@
 //! Functions: the standard's, and the project's own.
 
 use super::emit::{Emit, Place, What};
-use super::expr::read;
+use super::expr::{common, holding, read};
 use super::resolve::{Context, Found, unknown};
-use super::types::{DINT, Kind, Ty, elementary};
+use super::types::{DINT, Kind, Ty, elementary, is_elementary};
 use super::value::Value;
 use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
-use crate::iec::{PouKind, Section, same, show};
+use crate::iec::{PouKind, Section, Variable, same, show};
 use crate::program::{Compare, Logic, Number, Reading, Relation, WordSource, WordTarget, Write};
 
 impl Emit<'_> {
@@ -64,7 +64,7 @@ impl Emit<'_> {
         };
         let place = self.instances[instance].place.clone();
         self.hand_over(at, &place, &own.variables, given, line)?;
-        self.begin_anew(&place, &own.variables, line)?;
+        self.begin_anew(&place, &own.variables, given, line)?;
         self.call(Logic::Const(true), instance, What::Body, "CAL");
         self.take_back(at, &place, &own.variables, given, line)?;
         self.result(&place, &own.name, line)
@@ -85,7 +85,7 @@ impl Emit<'_> {
         let method = method.clone();
         let place = self.method_place(instance, &method.name)?;
         self.hand_over(at, &place, &method.variables, given, line)?;
-        self.begin_anew(&place, &method.variables, line)?;
+        self.begin_anew(&place, &method.variables, given, line)?;
         self.call(
             Logic::Const(true),
             instance,
@@ -130,33 +130,27 @@ impl Emit<'_> {
         })
     }
 
-    /// Gives inputs their values.
+    /// Gives inputs their values. All are worked out first: one of them may call what the others are handed to.
     pub(super) fn hand_over(
         &mut self,
         at: &Context,
         place: &Place,
-        variables: &[crate::iec::Variable],
+        variables: &[Variable],
         given: &[Argument],
         line: u32,
     ) -> Result<(), Fault> {
-        let mut inputs =
-            variables.iter().filter(|one| matches!(one.section, Section::Input | Section::InOut));
-        for argument in given.iter().filter(|one| !one.is_output) {
-            let name = match &argument.name {
-                Some(name) => name.clone(),
-                None => match inputs.next() {
-                    Some(one) => one.name.clone(),
-                    None => {
-                        return Err(Fault::new(line, format!("{} takes fewer values", place.name)));
-                    }
-                },
-            };
-            if same(&name, "EN") {
+        let mut values = Vec::new();
+        for (name, argument) in parameters(variables, given) {
+            let name =
+                name.ok_or_else(|| Fault::new(line, format!("{} takes fewer values", place.name)))?;
+            if argument.is_output || same(name, "EN") {
                 continue;
             }
-            let target = Self::part(place, &name)
+            let target = Self::part(place, name)
                 .ok_or_else(|| unknown(line, &format!("{}.{name}", place.name)))?;
-            let value = self.value(at, &argument.value, line)?;
+            values.push((target, self.value(at, &argument.value, line)?));
+        }
+        for (target, value) in values {
             let writes = self.writes(Found::Place(target), value, line)?;
             let effects = writes.into_iter().map(crate::front::builder::always).collect();
             let key = Self::key(&["ST"], "move");
@@ -170,24 +164,15 @@ impl Emit<'_> {
         &mut self,
         at: &Context,
         place: &Place,
-        variables: &[crate::iec::Variable],
+        variables: &[Variable],
         given: &[Argument],
         line: u32,
     ) -> Result<(), Fault> {
         let is_both = |name: &str| {
             variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
         };
-        let mut inputs =
-            variables.iter().filter(|one| matches!(one.section, Section::Input | Section::InOut));
-        for argument in given {
-            // Those without a name stand for the inputs in their order, as when they were handed over.
-            let name = match &argument.name {
-                Some(name) => name,
-                None => match inputs.next() {
-                    Some(one) => &one.name,
-                    None => continue,
-                },
-            };
+        for (name, argument) in parameters(variables, given) {
+            let Some(name) = name else { continue };
             if !argument.is_output && !is_both(name) {
                 continue;
             }
@@ -211,26 +196,28 @@ impl Emit<'_> {
         Ok(())
     }
 
-    /// Variables that are no inputs begin anew: as they are declared, else with 0.
+    /// What is not handed over begins anew: as it is declared, else with 0.
     fn begin_anew(
         &mut self,
         place: &Place,
-        variables: &[crate::iec::Variable],
+        variables: &[Variable],
+        given: &[Argument],
         line: u32,
     ) -> Result<(), Fault> {
-        let own: Vec<crate::iec::Variable> = variables
-            .iter()
-            .filter(|one| {
-                matches!(one.section, Section::Local | Section::Temp | Section::Output)
-                    && !one.constant
-            })
-            .cloned()
-            .collect();
-        for one in own {
+        let is_given = |own: &str| {
+            parameters(variables, given).any(|(name, _)| name.is_some_and(|name| same(name, own)))
+        };
+        let begins = |one: &&Variable| match one.section {
+            Section::Local | Section::Temp | Section::Output => !one.constant,
+            Section::Input => !is_given(&one.name),
+            Section::InOut | Section::External | Section::Global => false,
+        };
+        for one in variables.iter().filter(begins) {
             let Some(part) = Self::part(place, &one.name) else { continue };
             let value = match &one.initial {
                 Some(initial) => self.types.constant(initial).map_or(Value::Any, Value::Constant),
-                None => Value::Constant(0),
+                None if is_elementary(one) => Value::Constant(0),
+                None => Value::Any,
             };
             let value = match (&part.ty, value, &one.initial) {
                 (Ty::Bit, Value::Any, Some(initial)) if initial.is(true) || initial.is(false) => {
@@ -436,8 +423,11 @@ impl Emit<'_> {
             ])));
         }
         let kind = match (&first, &second) {
+            (Value::Number(one, _), Value::Number(two, _)) => common(*one, *two),
+            (Value::Number(kind, _), Value::Constant(value))
+            | (Value::Constant(value), Value::Number(kind, _)) => holding(*kind, *value),
             (Value::Number(kind, _), _) | (_, Value::Number(kind, _)) => *kind,
-            (Value::Constant(_), Value::Constant(_)) => DINT,
+            (Value::Constant(one), Value::Constant(two)) => holding(holding(DINT, *one), *two),
             _ => return Ok(Value::Any),
         };
         let which = self.keep_bit(which);
@@ -459,6 +449,18 @@ impl Emit<'_> {
             _ => Ok(Value::Any),
         }
     }
+}
+
+/// Arguments with the names of the parameters that they are for: those without a name stand for the inputs in their order.
+fn parameters<'a>(
+    variables: &'a [Variable],
+    given: &'a [Argument],
+) -> impl Iterator<Item = (Option<&'a String>, &'a Argument)> {
+    let is_input = |one: &&Variable| matches!(one.section, Section::Input | Section::InOut);
+    let mut inputs = variables.iter().filter(is_input);
+    given
+        .iter()
+        .map(move |one| (one.name.as_ref().or_else(|| inputs.next().map(|input| &input.name)), one))
 }
 
 /// Functions of the standard whose results may be any value.

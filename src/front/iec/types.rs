@@ -291,6 +291,12 @@ fn is_kept(one: &Variable) -> bool {
     one.section != crate::iec::Section::External && !one.name.is_empty()
 }
 
+/// Whether a variable's type is one of the standard's own, which begin with 0. An enumeration begins with its first value,
+/// and a type of the project's with what that says.
+pub(super) fn is_elementary(variable: &Variable) -> bool {
+    matches!(&variable.of, TypeRef::Named(name) if elementary(name).is_some())
+}
+
 /// A unit and those that it extends, the last the first of all.
 pub(super) fn lineage(project: &Project, at: usize) -> Vec<&Pou> {
     let mut found = vec![&project.pous[at]];
