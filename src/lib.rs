@@ -45,5 +45,6 @@ pub mod program;
 pub mod replay;
 pub mod report;
 pub mod scan;
+pub mod snet;
 pub mod solve;
 pub mod timing;

@@ -11,6 +11,7 @@ const ORDER: &[&str] = &[
     "link",
     "net",
     "iec",
+    "snet",
     "program",
     "front",
     "minasec",

@@ -148,6 +148,16 @@ codes! {
     NestedDirectory = "nested-directory",
     /// Calls or loops stand in each other too deep
     Nesting = "nesting",
+    /// An address of a net is missing, given twice, or of the wrong kind
+    NetAddress = "net-address",
+    /// An arc or gate of a net joins what cannot be joined
+    NetArc = "net-arc",
+    /// An element of a net has no arcs, or more than it may have
+    NetElement = "net-element",
+    /// A name of a net stands for nothing, or for two elements
+    NetName = "net-name",
+    /// A line is not written as a line of a net
+    NetSyntax = "net-syntax",
     /// The facts name a base unit of which the table has no times
     NoBase = "no-base",
     /// An instruction joins two blocks of contacts where there are fewer

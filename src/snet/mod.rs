@@ -1,0 +1,15 @@
+//! S-nets: Petri nets for sequence control, with gates, timers, counters and emergency stops; read, checked, translated.
+//!
+//! A [`Diagram`] is a net as it is drawn: boxes, transitions, arcs and gates on pages, with addresses for the code that is
+//! made of them. [`text`] reads and writes it as text; [`faults`] tells what of it cannot be, with the line.
+//! The net and its rules follow Nishimi and Kinoshita's paper; `docs/snet.md` says how.
+
+pub mod address;
+mod diagram;
+pub mod faults;
+pub mod text;
+
+pub use diagram::{
+    Arbiter, Arc, Diagram, Direction, Gate, Head, Kind, Outer, Page, Place, Point, Signal,
+    Transition,
+};

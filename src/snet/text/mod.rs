@@ -1,0 +1,13 @@
+//! Nets as text, an element a line: `docs/snet.md` has the grammar.
+
+mod names;
+mod read;
+mod token;
+mod write;
+
+pub use read::read;
+pub use token::is_name;
+pub use write::write;
+
+#[cfg(test)]
+mod tests;
