@@ -1,8 +1,8 @@
 //! The emulated CPU's memory as those see it who ask over a connection.
 
 use super::Cpu;
-use crate::link::{Memory, State};
-use crate::program::{AreaId, AreaKind, Cell};
+use crate::link::{Coil, Memory, Setting, State};
+use crate::program::{AreaId, AreaKind, Cell, WordSource};
 
 /// No area of any CPU has more devices.
 const MOST: u32 = 1_000_000;
@@ -27,11 +27,14 @@ const OPERATING: (&str, u32, u16) = ("SD", 203, 2);
 /// Where registers begin that the CPU keeps by itself, among devices that are the program's.
 const SPECIAL: &[(&str, u32)] = &[("SD", 0), ("SM", 0), ("D", 8000), ("M", 8000)];
 
+/// The areas in which words with set values may stand.
+const SETTINGS: [&str; 5] = ["IR", "LR", "HR", "AR", "DM"];
+
 impl Cpu<'_> {
     /// The area and its kind by what protocols call it; none for what the CPU keeps by itself alone.
     fn known(&self, name: &str) -> Option<(Option<AreaId>, AreaKind)> {
         let own = NAMES.iter().find(|(one, _)| *one == name).map_or(name, |(_, own)| *own);
-        if let Some(area) = self.area(own) {
+        if let Some(area) = self.area(own).or_else(|| self.area(name)) {
             return Some((Some(area), self.program.area(area).kind));
         }
         // Only CPUs that keep their scan times in such registers have them.
@@ -78,6 +81,33 @@ impl Memory for Cpu<'_> {
         let (area, kind) = self.known(name)?;
         first.checked_add(count).filter(|end| *end <= MOST && kind == AreaKind::Bit)?;
         Some((first..first + count).map(|at| self.device(name, area, at) & 1 == 1).collect())
+    }
+
+    fn setting(&mut self, coil: Coil, number: u32, from: u32) -> Option<Setting> {
+        let begins = |at: usize| self.program.instructions.get(at).map_or("", |one| &*one.text);
+        let found = self.program.timekeeping.coils.iter().find(|(at, timed)| {
+            let name = begins(**at).split(' ').next().unwrap_or("");
+            // Some mnemonics are written with the function's number behind them.
+            let name = name.split('(').next().unwrap_or("");
+            let address = self.program.instructions[..**at].iter();
+            let address = address.filter(|before| before.timing.is_some()).count();
+            name.eq_ignore_ascii_case(coil.name())
+                && timed.flag.index == number
+                && u32::try_from(address).is_ok_and(|address| address >= from)
+        })?;
+        match found.1.setting {
+            WordSource::Const(word) => {
+                let digits = (0..4).map(|place| word >> (4 * place) & 15);
+                let sum = digits.zip([1, 10, 100, 1000]).map(|(digit, unit)| digit * unit).sum();
+                Some(Setting::Number(if found.1.is_decimal { sum } else { word }))
+            }
+            WordSource::Cell(cell) => {
+                let name = &*self.program.area(cell.area).name;
+                let area = SETTINGS.iter().find(|known| **known == name)?;
+                Some(Setting::Word { area, index: cell.index })
+            }
+            WordSource::Bits { .. } | WordSource::Free(_) => None,
+        }
     }
 
     fn state(&mut self) -> State {

@@ -1,7 +1,8 @@
 //! An emulated CPU: runs a program scan by scan with a table's times, and keeps the scan times as a CPU does.
 //!
 //! It scans what [`replay`](crate::replay) executes of each instruction, so a test against it is one against the
-//! analysis' judge. Timers do not run out in it, and what comes from outside is 0 unless it is set.
+//! analysis' judge. Timers and counters go by its own clock (`Program::timekeeping`), whose ticks are those of one clock
+//! for all: a timer is over up to one tick early, as CPUs are. What comes from outside is 0 unless it is set.
 
 mod memory;
 
@@ -130,6 +131,7 @@ impl<'p> Cpu<'p> {
         if self.state == State::Stop {
             return None;
         }
+        self.cpu.set_clock(self.clock);
         let Scan { total, stopped, unbounded, .. } = self.cpu.scan(MOST);
         let halt = match (stopped, unbounded) {
             (Some(stopped), _) => Some(match stopped.why {
@@ -235,6 +237,58 @@ impl<'p> Cpu<'p> {
         found.by_ref().max_by_key(|(length, _)| *length).map(|(_, cell)| cell)
     }
 
+    /// Sets a device as users write it, or a bit of a word (`00001`, `HR0107`, `IR0.01`); false if there is none.
+    pub fn set_named(&mut self, name: &str, value: u16) -> bool {
+        if let Some((word, bit)) = self.bit_of_word(name) {
+            let rest = self.value(word) & !(1 << bit);
+            self.set(word, rest | (value & 1) << bit);
+            return true;
+        }
+        let cell = self.named(name);
+        if let Some(cell) = cell {
+            self.set(cell, value);
+        }
+        cell.is_some()
+    }
+
+    /// What a device as users write it holds, or a bit of a word.
+    #[must_use]
+    pub fn value_named(&self, name: &str) -> Option<u16> {
+        match self.bit_of_word(name) {
+            Some((word, bit)) => Some(self.value(word) >> bit & 1),
+            None => self.named(name).map(|cell| self.value(cell)),
+        }
+    }
+
+    /// A bit of a word, written behind a point or as the last two of four or five digits.
+    fn bit_of_word(&self, name: &str) -> Option<(Cell, u8)> {
+        let name = name.trim().to_ascii_uppercase();
+        let (word, bit) = match name.split_once('.') {
+            Some(parts) => parts,
+            None => {
+                let digits =
+                    name.len() - name.trim_start_matches(|c: char| !c.is_ascii_digit()).len();
+                // Only where words are so few that their numbers leave two digits.
+                let few = self.area("IR").is_some()
+                    && matches!(&name[..digits], "" | "IR" | "SR" | "HR" | "AR" | "LR");
+                let is_bit = few && matches!(name.len() - digits, 4 | 5);
+                if !is_bit {
+                    return None;
+                }
+                name.split_at(name.len() - 2)
+            }
+        };
+        let bit = bit.parse::<u8>().ok().filter(|bit| *bit < 16)?;
+        let begins_with_digit = word.starts_with(|c: char| c.is_ascii_digit());
+        let word = match (begins_with_digit, word.strip_prefix("SR")) {
+            (true, _) => format!("{}{word}", if self.area("IR").is_some() { "IR" } else { "CIO" }),
+            (_, Some(number)) => format!("IR{number}"),
+            _ => word.to_owned(),
+        };
+        let cell = self.named(&word)?;
+        (self.program.area(cell.area).kind == AreaKind::Word).then_some((cell, bit))
+    }
+
     /// Sets a device from outside, until the program writes it.
     pub fn set(&mut self, cell: Cell, value: u16) {
         let bit = self.program.area(cell.area).kind == AreaKind::Bit;
@@ -250,3 +304,5 @@ impl<'p> Cpu<'p> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod timer_tests;

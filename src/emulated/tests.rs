@@ -16,7 +16,7 @@ fn program(text: &str, family: &str) -> Program {
     project.decode(&options).expect("a sound one")
 }
 
-fn times(program: &Program, each: Picos) -> Vec<Times> {
+pub(super) fn times(program: &Program, each: Picos) -> Vec<Times> {
     vec![Times::new(each, each); program.instructions.len()]
 }
 

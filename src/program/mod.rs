@@ -43,6 +43,7 @@ mod settled;
 mod tags;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod timed;
 mod timing;
 
 pub use approximation::{Approximated, Approximation, Unfollowed};
@@ -648,6 +649,8 @@ pub struct Program {
     pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
     /// What registers of the CPU some choices read, which it sets by itself: their area and number.
     pub registers: BTreeMap<ChoiceId, (String, u32)>,
+    /// What an emulated CPU's timers and counters do.
+    pub timekeeping: timed::Timekeeping,
     /// For choices with which a whole area is havocked since an index says where to write: which cells that can be.
     pub indexed: BTreeMap<ChoiceId, Indexed>,
     /// How the CPU comes up.

@@ -1,10 +1,13 @@
 //! A CPU that goes on scanning: real runs that follow each other, and only what each takes.
 
+use super::clockwork::{Clockwork, Found};
 use super::machine::Machine;
 use super::{Free, Mode, Stopped};
 use crate::base::time::{Picos, Times};
+use crate::program::timed::Timed;
 use crate::program::{AreaId, AreaKind, Cell, ChoiceId, ChoiceKey, Program, Region};
 use rustc_hash::FxHashMap;
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A CPU whose memory was cleared, and the scans that it has made.
@@ -16,6 +19,9 @@ pub struct Emulated<'p> {
     registers: BTreeMap<(String, u32), u16>,
     /// Whether no scan was made yet.
     first: bool,
+    /// How long it was running when the scan began.
+    now: Picos,
+    clockwork: RefCell<Clockwork>,
 }
 
 /// What the cells hold between two scans.
@@ -50,7 +56,8 @@ impl<'p> Emulated<'p> {
     #[must_use]
     pub fn new(program: &'p Program, times: &'p [Times]) -> Emulated<'p> {
         let (memory, registers) = (Memory::default(), BTreeMap::new());
-        Emulated { program, times, memory, registers, first: true }
+        let (now, clockwork) = (Picos::ZERO, RefCell::default());
+        Emulated { program, times, memory, registers, first: true, now, clockwork }
     }
 
     /// Sets a cell from outside.
@@ -73,6 +80,11 @@ impl<'p> Emulated<'p> {
     #[must_use]
     pub fn value(&self, cell: Cell) -> u16 {
         self.memory.cells.get(&cell).map_or(0, |(value, _)| *value)
+    }
+
+    /// Says how long it has been running when the next scan begins.
+    pub fn set_clock(&mut self, now: Picos) {
+        self.now = now;
     }
 
     /// Makes the next scan, of at most `most` instructions.
@@ -134,6 +146,16 @@ impl Free for Start<'_, '_> {
 
     fn choice(&mut self, _key: &ChoiceKey, _kind: AreaKind) -> u16 {
         0
+    }
+
+    fn timed(&mut self, timed: &Timed, found: &Found) -> Option<(bool, u16)> {
+        let now = self.cpu.now + found.now;
+        let found = Found { now, ..found.clone() };
+        Some(self.cpu.clockwork.borrow_mut().execute(timed, &found))
+    }
+
+    fn keeps_time(&self) -> bool {
+        true
     }
 
     fn register(&mut self, choice: ChoiceId) -> Option<u16> {

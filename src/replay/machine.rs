@@ -9,6 +9,7 @@ use crate::program::{
     When, WordSource, Write,
 };
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// The most loops in a scan of which both cases are tried, one iteration and none.
 pub(super) const MOST_ASKED: usize = 4;
@@ -78,6 +79,8 @@ pub(super) struct Machine<'p, F> {
     asked: usize,
     /// Whether only the sum of costs is asked for.
     sums: bool,
+    /// Parts of a timer's or counter's instruction that was executed as a whole.
+    executed: Range<usize>,
 }
 
 impl<'p, F: Free> Machine<'p, F> {
@@ -96,6 +99,7 @@ impl<'p, F: Free> Machine<'p, F> {
             once: Vec::new(),
             asked: 0,
             sums: false,
+            executed: 0..0,
         }
     }
 
@@ -416,6 +420,10 @@ impl<'p, F: Free> Machine<'p, F> {
 
     fn change(&mut self, instruction: &Instruction, condition: Truth, fired: Truth) {
         let program = self.program;
+        if self.executed.contains(&self.state.at) {
+            return;
+        }
+        let timed = self.timed(instruction, condition);
         // The exact choices of this instruction that were carried out, and whether that gave anything.
         let mut exact: Vec<(ChoiceId, bool)> = Vec::new();
         for effect in &instruction.effects {
@@ -449,6 +457,29 @@ impl<'p, F: Free> Machine<'p, F> {
             }
             self.state.write(&effect.write, condition, fired);
         }
+        if let Some((flag, present)) = timed
+            && let Some(timed) = program.timekeeping.coils.get(&self.state.at)
+        {
+            self.state.put(timed.flag, u16::MAX, u16::from(flag), None, Truth::TRUE);
+            self.state.put(timed.present, u16::MAX, present, None, Truth::TRUE);
+            self.executed = timed.parts.clone();
+        }
+    }
+
+    /// What a timer's or counter's execution leaves, where time goes by, this instruction is one, and all of it is known.
+    fn timed(&mut self, instruction: &Instruction, condition: Truth) -> Option<(bool, u16)> {
+        if self.state.mode != Mode::Real || instruction.effects.is_empty() {
+            return None;
+        }
+        let timed = self.program.timekeeping.coils.get(&self.state.at)?;
+        let slots = &self.routine().slots;
+        let saved = |slot| slots.get(slot).copied().unwrap_or(Truth::TRUE);
+        let inputs: Vec<Truth> = timed.inputs.iter().map(saved).collect();
+        if condition.doubt.is_some() || inputs.iter().any(|input| input.doubt.is_some()) {
+            return None;
+        }
+        let inputs = inputs.iter().map(|input| input.value).collect();
+        self.state.executed(timed, self.total, condition.value, inputs)
     }
 
     fn step(&mut self, at: usize, step: &Step, fired: Truth, iterations: u32) -> Next {

@@ -3,6 +3,7 @@
 //! It follows the page of [`program`](crate::program) and shares nothing with the symbolic execution, so that
 //! a scan which both price alike is a scan that can happen.
 
+mod clockwork;
 pub mod emulated;
 mod exact;
 mod lists;
@@ -21,7 +22,9 @@ mod value_tests;
 
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::Knowledge;
+use crate::program::timed::Timed;
 use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Frame, Program, Settled, Witness};
+use clockwork::Found;
 use std::sync::Arc;
 
 /// One execution of one instruction.
@@ -66,6 +69,14 @@ pub trait Free {
     /// What the register of the CPU holds that this choice reads, where that is known.
     fn register(&mut self, _choice: ChoiceId) -> Option<u16> {
         None
+    }
+    /// The flag and the present value's word that a timer's or counter's execution leaves, where time goes by.
+    fn timed(&mut self, _timed: &Timed, _found: &Found) -> Option<(bool, u16)> {
+        None
+    }
+    /// Whether time goes by: then timers and counters are executed, and nothing runs out between instructions.
+    fn keeps_time(&self) -> bool {
+        false
     }
     /// What the analysis settled in a scan that it found.
     fn settled(&self) -> Option<&Settled> {

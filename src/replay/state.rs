@@ -1,7 +1,10 @@
 //! The memory of one scan and the values worked out from it, and which of these a real run does not know.
 
+use super::clockwork::Found;
 use super::{Free, Mode};
+use crate::base::time::Picos;
 use crate::program::meaning::{ChoiceKind, Knowledge, Read};
+use crate::program::timed::Timed;
 use crate::program::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic, Number,
     Program, Reading, Region, Relation, Settling, StartRange, WordSource, WordTarget, Write,
@@ -155,6 +158,12 @@ impl<'p, F: Free> State<'p, F> {
         if let Some(value) = self.free.register(choice) {
             return value;
         }
+        if self.mode == Mode::Real
+            && self.free.keeps_time()
+            && let Some(present) = self.program.timekeeping.between.get(&choice)
+        {
+            return present.map_or(0, |cell| self.read(cell));
+        }
         self.changes += 1;
         let key = ChoiceKey { frames: self.frames.to_vec(), choice, cell: None };
         if self.mode == Mode::Model {
@@ -190,6 +199,25 @@ impl<'p, F: Free> State<'p, F> {
 
     pub(super) fn choose_bit(&mut self, choice: ChoiceId) -> bool {
         self.choose(choice, AreaKind::Bit) & 1 == 1
+    }
+
+    /// What a timer's or counter's execution leaves, where time goes by and its cells are known.
+    pub(super) fn executed(
+        &mut self,
+        timed: &Timed,
+        now: Picos,
+        condition: bool,
+        inputs: Vec<bool>,
+    ) -> Option<(bool, u16)> {
+        if !self.free.keeps_time() {
+            return None;
+        }
+        let outer = self.doubt.take();
+        let setting = self.word(timed.setting);
+        let (flag, present) = (self.read(timed.flag) & 1 == 1, self.read(timed.present));
+        let doubt = std::mem::replace(&mut self.doubt, outer);
+        let found = Found { now, condition, inputs, setting, flag, present };
+        if doubt.is_some() { None } else { self.free.timed(timed, &found) }
     }
 
     /// How the analysis settled a choice in this call context.

@@ -19,7 +19,7 @@ use crate::program::{
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
-const BRANCHES: u32 = 16;
+pub(super) const BRANCHES: u32 = 16;
 
 /// A program while it is put together.
 pub(super) struct Assembly {

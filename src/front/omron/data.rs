@@ -139,7 +139,9 @@ pub(super) fn sources(
             && let Some(area) = cell.area.0.checked_sub(1)
             && asm.fast.contains(&Cell { area: AreaId(area), ..cell })
         {
-            *source = WordSource::Free(asm.choice());
+            let between = asm.choice();
+            asm.out.program.timekeeping.between.insert(between, Some(cell));
+            *source = WordSource::Free(between);
         }
     }
     Some(sources)

@@ -227,7 +227,10 @@ impl<'a> Emitter<'a> {
         if let Some(flag) = fast {
             // It may have run out since it was last run.
             let runs = Logic::cell(memory.runs(flag));
-            value = Logic::Any(vec![value, Logic::All(vec![runs, self.asm.free()])]);
+            let between = self.asm.choice();
+            self.asm.out.program.timekeeping.between.insert(between, None);
+            let over = Logic::Bit(BitSource::Free(between));
+            value = Logic::Any(vec![value, Logic::All(vec![runs, over])]);
         }
         if item.raw.immediate {
             // The input is read anew, with its word.

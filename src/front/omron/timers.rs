@@ -1,12 +1,14 @@
 //! Timers, counters, KEEP and SFT: coils that take time or several branches.
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, BRANCHES};
 use super::data;
 use super::extent;
 use super::operand::{Notation, Operand};
 use super::resolve::Item;
 use super::source::RawInstruction;
+use crate::base::time::Picos;
 use crate::front::builder::{always, fired};
+use crate::program::timed::{Manner, Timed};
 use crate::program::{
     AreaId, BitSource, BitTarget, Cell, ChoiceId, Effect, Logic, Region, WordSource, Write,
 };
@@ -137,7 +139,10 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
     let flags = data::flags(asm, item);
     effects.extend(flags.into_iter().map(always));
     let fires = asm.fires(item.raw.edge);
-    asm.act(fires, effects, Some(key));
+    let at = asm.act(fires, effects, Some(key));
+    if let ("timer", Some(Operand::Flag(flag))) = (item.meaning(), item.operands.first()) {
+        keep_time(asm, item, at, *flag, 0);
+    }
     if let Some(setting) = set {
         setting.note(asm);
     }
@@ -173,7 +178,7 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
     // The price is one for the instruction, whichever of its branches hold.
     asm.always();
     let flags: Vec<Effect> = data::flags(asm, item).into_iter().map(always).collect();
-    asm.act(Logic::Condition, flags, Some(key));
+    let whole = asm.act(Logic::Condition, flags, Some(key));
     let choice = asm.choice();
     let target = match item.operands.first() {
         Some(Operand::Flag(flag)) => Some(BitTarget::Cell(*flag)),
@@ -219,6 +224,50 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
             asm.note("what this writes is not known: all it may be takes any value");
         }
     }
+    if let ("counter" | "timer-holding" | "counter-reversible", Some(Operand::Flag(flag))) =
+        (item.meaning(), item.operands.first())
+    {
+        keep_time(asm, item, whole, *flag, branches);
+    }
+}
+
+/// In what steps a timer goes; none for what is no timer of known steps.
+fn step(item: &Item<'_>) -> Option<Picos> {
+    const MS: u64 = 1_000_000_000;
+    let name = item.row.map_or("", |row| &*row.mnemonic);
+    Some(Picos(match name.strip_suffix('X').unwrap_or(name) {
+        "TIM" | "TTIM" => 100 * MS,
+        "TIMH" => 10 * MS,
+        "TMHH" => MS,
+        "TIMU" => MS / 10,
+        "TMUH" => MS / 100,
+        _ => return None,
+    }))
+}
+
+/// Says how an emulated CPU runs the timer or counter that begins at an instruction.
+fn keep_time(asm: &mut Assembly, item: &Item<'_>, at: usize, flag: Cell, branches: u32) {
+    let manner = match (item.meaning(), step(item)) {
+        ("timer", Some(step)) => Manner::TimesDown(step),
+        ("timer-holding", Some(step)) => Manner::AddsUp(step),
+        ("counter", _) => Manner::CountsDown,
+        ("counter-reversible", _) => Manner::CountsBothWays,
+        _ => return,
+    };
+    // Where an index or another address says where the setting stands, the timer is not followed.
+    let plain = matches!(item.operands.get(1), Some(Operand::Constant(..) | Operand::Word(_)));
+    let setting = if plain { data::sources(asm, item, 1, 1) } else { None };
+    let Some(&[setting]) = setting.as_deref() else { return };
+    let timed = Timed {
+        manner,
+        flag,
+        present: present(flag),
+        setting,
+        is_decimal: !item.row.is_some_and(|row| row.mnemonic.ends_with('X')),
+        inputs: (0..branches).map(|branch| BRANCHES + branch).collect(),
+        parts: at + 1..asm.next(),
+    };
+    asm.out.program.timekeeping.coils.insert(at, timed);
 }
 
 fn reset_flag(asm: &mut Assembly, reset: u32, flag: Cell, setting: &Setting) {

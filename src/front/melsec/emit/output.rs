@@ -3,11 +3,13 @@
 use super::access::BitPlace;
 use super::rungs::{letters, remember};
 use super::{Emitter, edge, timing};
+use crate::base::time::Picos;
 use crate::front::builder::{always, fired};
 use crate::front::melsec::memory::{Family, Kind, Timed, area};
 use crate::front::melsec::operand::{Device, Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning;
+use crate::program::timed::Manner;
 use crate::program::{
     BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Units, When,
     WordSource, WordTarget, Write,
@@ -50,6 +52,7 @@ impl Emitter<'_> {
             return;
         }
         let target = &raw.operands[0];
+        let mut times = None;
         let effects = if is_timed {
             let Some(device) = self.device(target) else { return };
             let is_long =
@@ -57,6 +60,7 @@ impl Emitter<'_> {
             let words = if is_long { 2 } else { 1 };
             let Some(setting) = self.read_words(&raw.operands[1], words) else { return };
             let setting = Some(setting[0]).filter(|_| !is_long);
+            times = setting;
             self.timed_effects(target, &device, setting)
         } else {
             let value = match self.parsed(target) {
@@ -82,7 +86,38 @@ impl Emitter<'_> {
         };
         let mut key = timing(mnemonic, false, Some(&variant), class, Units::None, false);
         self.know_special(&mut key, target);
+        let at = self.out.next();
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
+        if is_timed {
+            self.keep_time(mnemonic, &raw.operands[0], times, at);
+        }
+    }
+
+    /// Says how an emulated CPU runs the timer at an instruction. Counters it works out as the analysis does.
+    fn keep_time(&mut self, mnemonic: &str, text: &str, setting: Option<WordSource>, at: usize) {
+        const MS: u64 = 1_000_000_000;
+        let (Some(device), Some(setting)) = (self.device(text), setting) else { return };
+        let Place::At(Kind::Timed(timed), index) = device.place else { return };
+        if !matches!(device.name, "T" | "ST") || self.runs_in_interrupts(&device) {
+            return;
+        }
+        // As CPUs come: parameters may set other steps.
+        let step = match (self.family, mnemonic) {
+            (Family::Fx, _) if index >= 200 => 10 * MS,
+            (_, "OUTH") => 10 * MS,
+            _ => 100 * MS,
+        };
+        let cell = |area| Cell { area, index };
+        let keeps = crate::program::timed::Timed {
+            manner: Manner::TimesUp(Picos(step), timed.retentive),
+            flag: cell(timed.contact),
+            present: cell(timed.value),
+            setting,
+            is_decimal: false,
+            inputs: Vec::new(),
+            parts: at + 1..at + 1,
+        };
+        self.out.program.timekeeping.coils.insert(at, keeps);
     }
 
     /// Looks for a row of its own where the operand is a special relay of the FX: they are numbered among the plain
