@@ -1,5 +1,6 @@
 //! `scanbound live`: reads a PLC's scan times while it runs.
 
+use super::line::LineOptions;
 use super::options::{ProjectOptions, SearchOptions, stop_on_interrupt};
 use super::output::{Target, apart, complaint, say};
 use super::sink::Sink;
@@ -35,7 +36,7 @@ Examples:
   scanbound live PLC/ --slmp 192.168.3.39:5007 --for 10m -o scans.csv
   scanbound live --slmp 127.0.0.1:5007 --cpu Q26UDV --for 5s
   scanbound live program.cxt --fins 192.168.250.1 --watch-devices
-  scanbound live --hostlink /dev/ttyUSB0 --cpu C200H     (first: stty -F /dev/ttyUSB0 9600 cs7 parenb cstopb raw -echo)
+  scanbound live --hostlink /dev/ttyUSB0 --baud 9600 --cpu C200H
 
 scanbound compare PLC/ scans.csv reads the file again.
 
@@ -79,7 +80,7 @@ pub struct PlcOptions {
     /// A PLC that speaks FINS over UDP; without a port 9600
     #[arg(long, value_name = "HOST[:PORT]", group = "plc")]
     fins: Option<String>,
-    /// A PLC that speaks Host Link (C-mode): a serial line whose settings are made, or a serial device server
+    /// A PLC that speaks Host Link (C-mode): a serial line, or a serial device server
     #[arg(long, value_name = "DEVICE|HOST:PORT", group = "plc")]
     hostlink: Option<String>,
     /// SLMP in ASCII rather than binary
@@ -94,6 +95,8 @@ pub struct PlcOptions {
     /// How long the PLC may take to answer
     #[arg(long, value_name = "DURATION", default_value = "2s", value_parser = values::span, allow_hyphen_values = true)]
     timeout: Duration,
+    #[command(flatten)]
+    line: LineOptions,
 }
 
 impl PlcOptions {
@@ -110,7 +113,9 @@ impl PlcOptions {
                 let peer = if has_port { peer.clone() } else { format!("{peer}:9600") };
                 (protocol, peer, "cs")
             }
-            (.., Some(peer)) => (Protocol::HostLink(self.unit), peer.clone(), "c"),
+            (.., Some(peer)) => {
+                (Protocol::HostLink(self.unit, self.line.stated()), peer.clone(), "c")
+            }
             _ => return Err(anyhow!("say which PLC: --slmp, --fins or --hostlink").into()),
         };
         let plc = Plc::connect(protocol, &peer, self.timeout).map_err(fault)?;

@@ -15,6 +15,7 @@ mod emulate;
 mod explain;
 mod export;
 mod facts;
+mod line;
 mod live;
 mod options;
 mod output;

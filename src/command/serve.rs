@@ -8,11 +8,19 @@ use clap::Args;
 use scanbound::audit::{Ready, ready};
 use scanbound::base::time::Picos;
 use scanbound::emulated::{Cpu, Disturbance, Halt};
+#[cfg(unix)]
+use scanbound::link::pty::Pty;
 use scanbound::link::server::{Listening, Request, Spoken};
+#[cfg(unix)]
+use scanbound::link::server::{PAUSE, answers};
 use scanbound::link::{State, registers};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+#[cfg(unix)]
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+#[cfg(unix)]
+use std::sync::mpsc::Sender;
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -21,15 +29,16 @@ const ABOUT: &str = "\
 Emulates a CPU that runs a program scan by scan with a table's times, and answers as a PLC does.
 
 It keeps its scan times where a CPU of its family keeps them, in that CPU's steps, and answers to those who read: SLMP \
-(MC protocol 3E, binary and ASCII), FINS over TCP and UDP, Host Link over TCP. What writes is answered with the end \
-code of a command that is not known. Timers do not run out in it, and inputs stay as they are set. A scan takes as \
-long as the table says, unless --fast.";
+(MC protocol 3E, binary and ASCII), FINS over TCP and UDP, Host Link over TCP and on a pseudo-terminal. What writes is \
+answered with the end code of a command that is not known. Timers and counters run with its own clock; inputs stay as \
+they are set. A scan takes as long as the table says, unless --fast.";
 
 const EXAMPLES: &str = "\
 Examples:
   scanbound serve PLC/ --cpu Q26UDV --slmp 5007
   scanbound serve main.il --table my.csv --slmp 5007 --jitter 50us --interrupt 80us/10ms
   scanbound serve program.cxt --fins 9600 --set W0=1
+  scanbound serve program.il --cpu C200H --pty plc       Host Link on a serial line: ./plc
 
 The address is 127.0.0.1 unless one is given with the port (0.0.0.0:5007 for all that can reach this machine).";
 
@@ -37,6 +46,15 @@ The address is 127.0.0.1 unless one is given with the port (0.0.0.0:5007 for all
 #[derive(Debug, Args)]
 #[command(long_about = ABOUT, after_help = EXAMPLES)]
 pub struct Arguments {
+    #[command(flatten)]
+    serving: ServeOptions,
+    #[command(flatten)]
+    project: ProjectOptions,
+}
+
+/// How an emulated CPU runs, and whom it answers.
+#[derive(Debug, Args)]
+pub struct ServeOptions {
     /// Answer SLMP over TCP here: a port, or address and port
     #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address)]
     slmp: Option<SocketAddr>,
@@ -46,6 +64,13 @@ pub struct Arguments {
     /// Answer Host Link (C-mode) over TCP here, as a serial device server does
     #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address)]
     hostlink: Option<SocketAddr>,
+    /// Answer Host Link (C-mode) on a pseudo-terminal, which is a serial line without wires; a link of this name leads to it
+    #[cfg(unix)]
+    #[arg(long, value_name = "LINK", num_args = 0..=1)]
+    pty: Option<Option<PathBuf>>,
+    /// The unit's number for Host Link
+    #[arg(long, value_name = "0-31", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..32), allow_negative_numbers = true)]
+    unit: u8,
     /// Each scan takes longer by up to this, drawn with the seed
     #[arg(long, value_name = "DURATION", default_value = "0us", value_parser = values::duration)]
     jitter: Picos,
@@ -67,8 +92,6 @@ pub struct Arguments {
     /// End after so long
     #[arg(long = "for", value_name = "DURATION", value_parser = values::span, allow_hyphen_values = true)]
     duration: Option<Duration>,
-    #[command(flatten)]
-    project: ProjectOptions,
 }
 
 fn address(text: &str) -> Result<SocketAddr, String> {
@@ -99,77 +122,120 @@ fn setting(text: &str) -> Result<(String, u16), String> {
 
 /// Serves until Ctrl-C, or as long as was said.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let asked = [
-        (Spoken::Slmp, arguments.slmp),
-        (Spoken::FinsTcp, arguments.fins),
-        (Spoken::FinsUdp, arguments.fins),
-        (Spoken::HostLink, arguments.hostlink),
-    ];
-    let asked: Vec<(Spoken, SocketAddr)> =
-        asked.into_iter().filter_map(|(spoken, address)| Some((spoken, address?))).collect();
-    if asked.is_empty() {
-        return Err(anyhow!("say what it is to answer: --slmp, --fins or --hostlink").into());
-    }
+    arguments.serving.asked()?;
     let project = arguments.project.or_here()?;
-    let Ready { program, table, prices, warnings } =
-        project.with_request(|request| Ok(ready(request)?))?;
-    tell(&warnings);
-    let listening: Vec<Listening> = asked
-        .into_iter()
-        .map(|(spoken, address)| {
-            Listening::on(spoken, address)
-                .with_context(|| format!("{address} cannot be listened to"))
-        })
-        .collect::<Result<_, _>>()?;
-    for one in &listening {
-        say(&format!("listening: {:?} on {}\n", one.spoken(), one.address));
-        if !one.address.ip().is_loopback() {
-            say("  all who can reach this address can read the emulated CPU\n");
+    let ready = project.with_request(|request| Ok(ready(request)?))?;
+    arguments.serving.serve(&ready, project.table_and_cpu().1)
+}
+
+impl ServeOptions {
+    /// What is to be listened to over networks.
+    fn asked(&self) -> Result<Vec<(Spoken, SocketAddr)>, Failure> {
+        let asked = [
+            (Spoken::Slmp, self.slmp),
+            (Spoken::FinsTcp, self.fins),
+            (Spoken::FinsUdp, self.fins),
+            (Spoken::HostLink(self.unit), self.hostlink),
+        ];
+        let asked: Vec<(Spoken, SocketAddr)> =
+            asked.into_iter().filter_map(|(spoken, address)| Some((spoken, address?))).collect();
+        #[cfg(unix)]
+        if self.pty.is_some() {
+            return Ok(asked);
         }
+        if asked.is_empty() {
+            let ways = "--slmp, --fins, --hostlink or --pty";
+            return Err(anyhow!("say what it is to answer: {ways}").into());
+        }
+        Ok(asked)
     }
-    let times = prices.times();
-    let registers = table.family.as_deref().and_then(registers::of);
-    let disturbance = Disturbance {
-        jitter: arguments.jitter,
-        interrupt: arguments.interrupt,
-        seed: arguments.seed,
-    };
-    let mut cpu = Cpu::new(&program, &times, prices.overhead_sum(), registers, disturbance);
-    if let (_, Some(model)) = project.table_and_cpu() {
-        cpu.call(model);
+
+    /// Answers on a pseudo-terminal, if one is asked for.
+    #[cfg(unix)]
+    fn answer_on_pty(
+        &self,
+        requests: &Sender<Request>,
+        over: &Arc<AtomicBool>,
+    ) -> Result<(), Failure> {
+        let Some(link) = &self.pty else { return Ok(()) };
+        let pty = Pty::open(link.as_deref(), PAUSE).context("no pseudo-terminal can be opened")?;
+        say(&format!("listening: HostLink on {}\n", pty.path().display()));
+        let (requests, over, spoken) =
+            (requests.clone(), Arc::clone(over), Spoken::HostLink(self.unit));
+        thread::spawn(move || answers(pty, spoken, &requests, &over));
+        Ok(())
     }
-    for (name, value) in &arguments.set {
-        let cell = cpu.named(name);
-        let cell = cell.ok_or_else(|| anyhow!("--set {name}: the CPU has no such device"))?;
-        cpu.set(cell, *value);
-    }
-    let over = stop_on_interrupt()?;
-    let (requests, waiting) = channel();
-    for one in listening {
-        let (requests, over) = (requests.clone(), Arc::clone(&over));
-        thread::spawn(move || one.serve(requests, over));
-    }
-    drop(requests);
-    serve(arguments, &mut cpu, &waiting, &over);
-    over.store(true, Ordering::Relaxed);
-    if let Some(halt) = cpu.halted() {
-        let (Halt::Unknown(at) | Halt::Endless(at)) = halt;
-        let text = program.instructions.get(at).map_or("", |one| &*one.text);
-        let why = match halt {
-            Halt::Unknown(_) => "the program goes on by what it gives, which is not known here",
-            Halt::Endless(_) => "the scan does not end",
+
+    /// Runs a program and answers, until Ctrl-C, or as long as was said.
+    pub fn serve(&self, ready: &Ready, model: Option<&str>) -> Result<Outcome, Failure> {
+        let Ready { program, table, prices, warnings } = ready;
+        let arguments = self;
+        tell(warnings);
+        let listening: Vec<Listening> = self
+            .asked()?
+            .into_iter()
+            .map(|(spoken, address)| {
+                Listening::on(spoken, address)
+                    .with_context(|| format!("{address} cannot be listened to"))
+            })
+            .collect::<Result<_, _>>()?;
+        for one in &listening {
+            say(&format!("listening: {} on {}\n", one.spoken(), one.address));
+            if !one.address.ip().is_loopback() {
+                say("  all who can reach this address can read the emulated CPU\n");
+            }
+        }
+        let times = prices.times();
+        let registers = table.family.as_deref().and_then(registers::of);
+        let disturbance = Disturbance {
+            jitter: arguments.jitter,
+            interrupt: arguments.interrupt,
+            seed: arguments.seed,
         };
-        say(&format!("the CPU went to STOP after {} scans at {text}: {why}\n", cpu.scans()));
+        let mut cpu = Cpu::new(program, &times, prices.overhead_sum(), registers, disturbance);
+        if let Some(model) = model {
+            cpu.call(model);
+        }
+        for (name, value) in &arguments.set {
+            if !cpu.set_named(name, *value) {
+                return Err(anyhow!("--set {name}: the CPU has no such device").into());
+            }
+        }
+        let over = stop_on_interrupt()?;
+        let (requests, waiting) = channel();
+        for one in listening {
+            let (requests, over) = (requests.clone(), Arc::clone(&over));
+            thread::spawn(move || one.serve(requests, over));
+        }
+        #[cfg(unix)]
+        self.answer_on_pty(&requests, &over)?;
+        drop(requests);
+        serve(arguments, &mut cpu, &waiting, &over);
+        over.store(true, Ordering::Relaxed);
+        if let Some(halt) = cpu.halted() {
+            let (Halt::Unknown(at) | Halt::Endless(at)) = halt;
+            let text = program.instructions.get(at).map_or("", |one| &*one.text);
+            let why = match halt {
+                Halt::Unknown(_) => "the program goes on by what it gives, which is not known here",
+                Halt::Endless(_) => "the scan does not end",
+            };
+            say(&format!("the CPU went to STOP after {} scans at {text}: {why}\n", cpu.scans()));
+        }
+        if let Some([_, least, most]) = cpu.measured() {
+            let (scans, clock) = (cpu.scans(), cpu.clock());
+            say(&format!("{scans} scans in {clock}, from {least} to {most} by its registers\n"));
+        }
+        Ok(Outcome::Done)
     }
-    if let Some([_, least, most]) = cpu.measured() {
-        let (scans, clock) = (cpu.scans(), cpu.clock());
-        say(&format!("{scans} scans in {clock}, from {least} to {most} by its registers\n"));
-    }
-    Ok(Outcome::Done)
 }
 
 /// Scans, and answers between the scans.
-fn serve(arguments: &Arguments, cpu: &mut Cpu<'_>, waiting: &Receiver<Request>, over: &AtomicBool) {
+fn serve(
+    arguments: &ServeOptions,
+    cpu: &mut Cpu<'_>,
+    waiting: &Receiver<Request>,
+    over: &AtomicBool,
+) {
     const IDLE: Duration = Duration::from_millis(20);
     let begun = Instant::now();
     let mut due = begun;

@@ -6,7 +6,7 @@ use super::fins::{self, Nodes};
 use super::registers::{Register, Registers};
 use super::slmp::{self, Ask, Code};
 use super::transport::Transport;
-use super::{Split, State, hostlink};
+use super::{Split, State, hostlink, serial};
 use crate::base::time::Picos;
 use std::time::Duration;
 
@@ -19,8 +19,9 @@ pub enum Protocol {
     FinsUdp,
     /// FINS over TCP.
     FinsTcp,
-    /// Host Link in C-mode, on a serial line or over TCP by way of a serial device server; the unit's number.
-    HostLink(u8),
+    /// Host Link in C-mode, on a serial line or over TCP by way of a serial device server: the unit's number, and how the
+    /// line is to be set, if it is not set already.
+    HostLink(u8, Option<serial::Settings>),
 }
 
 /// A PLC that answers.
@@ -62,8 +63,8 @@ impl Plc {
         let transport = match protocol {
             Protocol::Slmp(_) | Protocol::FinsTcp => Transport::tcp(peer, patience)?,
             Protocol::FinsUdp => Transport::udp(peer, patience)?,
-            Protocol::HostLink(_) if is_address(peer) => Transport::tcp(peer, patience)?,
-            Protocol::HostLink(_) => Transport::serial(peer, patience)?,
+            Protocol::HostLink(..) if is_address(peer) => Transport::tcp(peer, patience)?,
+            Protocol::HostLink(_, settings) => Transport::serial(peer, settings, patience)?,
         };
         let (own, plc) = transport.nodes();
         let mut plc = Plc { protocol, transport, nodes: Nodes { own, plc }, id: 0 };
@@ -90,7 +91,7 @@ impl Plc {
         match self.protocol {
             Protocol::Slmp(_) => slmp::AREAS,
             Protocol::FinsUdp | Protocol::FinsTcp => fins::AREAS,
-            Protocol::HostLink(_) => hostlink::AREAS,
+            Protocol::HostLink(..) => hostlink::AREAS,
         }
     }
 
@@ -134,7 +135,7 @@ impl Plc {
                 let data = self.fins(fins::Ask::Words(device, count))?;
                 fins::words(&data, count)
             }
-            Protocol::HostLink(unit) => {
+            Protocol::HostLink(unit, _) => {
                 let request = hostlink::request(unit, device, count);
                 let frame = self.transport.ask(&request, hostlink::split)?;
                 hostlink::words(&frame, &request, count)
@@ -151,7 +152,7 @@ impl Plc {
         let most = match self.protocol {
             Protocol::Slmp(_) => slmp::MOST_WORDS,
             Protocol::FinsUdp | Protocol::FinsTcp => fins::MOST_WORDS,
-            Protocol::HostLink(_) => hostlink::MOST_WORDS,
+            Protocol::HostLink(..) => hostlink::MOST_WORDS,
         };
         let mut words = Vec::new();
         let mut done = 0;
@@ -226,7 +227,7 @@ impl Plc {
                 let data = self.fins(fins::Ask::State)?;
                 fins::state(&data).map_err(|wrong| self.wrong(wrong))
             }
-            Protocol::HostLink(unit) => {
+            Protocol::HostLink(unit, _) => {
                 let request = hostlink::state_request(unit);
                 let frame = self.transport.ask(&request, hostlink::split)?;
                 hostlink::state(&frame, &request).map_err(|wrong| self.wrong(wrong))
@@ -246,7 +247,7 @@ impl Plc {
 }
 
 /// Whether the name is an address with a port, and no serial line.
-fn is_address(peer: &str) -> bool {
+pub(super) fn is_address(peer: &str) -> bool {
     peer.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok())
 }
 

@@ -1,12 +1,22 @@
 //! Frames of Host Link in C-mode, the way to CPUs that have a serial port alone.
 //!
 //! `@`, the unit's number, a header, text, a check sum (all characters so far joined by exclusive or, in two hexadecimal
-//! digits), `*` and a carriage return. Only headers that read: RR (inputs, outputs and relays), RH, RJ (auxiliary), RD
-//! (data), MS (state).
+//! digits), `*` and a carriage return. Only headers that read, or do nothing: RR (inputs, outputs and relays), RH, RL
+//! (links), RJ (auxiliary), RD (data), RC (present values of timers and counters), RG (their flags), R#, R$ and R% (their
+//! set values), MS (state), TS (test).
+//!
+//! After OMRON's manuals: C200HS Operation Manual W235, section 11-3; C200HX/HG/HE Operation Manual W303, sections 8-2 and
+//! 10-3 (words a frame holds, end codes); CJ-series Communications Commands Reference Manual W342, section 4-3 (R$ and R%
+//! give the first such instruction from the program address on). A request is never so long that its answer takes more
+//! than one frame, since what comes in one frame is from one moment.
+
+mod answer;
+
+pub use answer::answer;
 
 use super::device::{Area, Device, Kind};
 use super::fault::Wrong;
-use super::{Memory, Split, State};
+use super::{Coil, Setting, Split, State};
 
 /// The areas; a code is the header's second letter.
 pub const AREAS: &[Area] = &[
@@ -14,14 +24,19 @@ pub const AREAS: &[Area] = &[
     Area { name: "A", code: b'J', kind: Kind::Word, hexadecimal: false },
     Area { name: "HR", code: b'H', kind: Kind::Word, hexadecimal: false },
     Area { name: "H", code: b'H', kind: Kind::Word, hexadecimal: false },
+    Area { name: "LR", code: b'L', kind: Kind::Word, hexadecimal: false },
+    Area { name: "L", code: b'L', kind: Kind::Word, hexadecimal: false },
     Area { name: "DM", code: b'D', kind: Kind::Word, hexadecimal: false },
     Area { name: "D", code: b'D', kind: Kind::Word, hexadecimal: false },
+    Area { name: "SR", code: b'R', kind: Kind::Word, hexadecimal: false },
     Area { name: "IR", code: b'R', kind: Kind::Word, hexadecimal: false },
     Area { name: "CIO", code: b'R', kind: Kind::Word, hexadecimal: false },
 ];
 
 /// The most words that a request may ask for: those that the answer's first frame holds.
 pub const MOST_WORDS: u32 = 30;
+/// The most flags of timers and counters, for the same reason.
+pub const MOST_FLAGS: u32 = 120;
 /// The longest frame.
 const LONGEST: usize = 131;
 
@@ -41,6 +56,40 @@ fn closed(text: String) -> Vec<u8> {
 pub fn request(unit: u8, device: Device, count: u16) -> Vec<u8> {
     let header = char::from(device.area.code);
     closed(format!("@{unit:02}R{header}{:04}{count:04}", device.index))
+}
+
+/// A request for present values of timers and counters.
+#[must_use]
+pub fn present_request(unit: u8, first: u32, count: u16) -> Vec<u8> {
+    closed(format!("@{unit:02}RC{first:04}{count:04}"))
+}
+
+/// A request for flags of timers and counters.
+#[must_use]
+pub fn flags_request(unit: u8, first: u32, count: u16) -> Vec<u8> {
+    closed(format!("@{unit:02}RG{first:04}{count:04}"))
+}
+
+/// A request for the set value of a timer or counter, where that is a number.
+#[must_use]
+pub fn number_request(unit: u8, coil: Coil, number: u32) -> Vec<u8> {
+    closed(format!("@{unit:02}R#{:<4}{number:04}", coil.name()))
+}
+
+/// A request for the set value, or for the word that holds it, of the first such instruction from a program address on.
+#[must_use]
+pub fn setting_request(unit: u8, from: u32, coil: Coil, number: u32) -> Vec<u8> {
+    let name = coil.name();
+    closed(match from {
+        0..10_000 => format!("@{unit:02}R${from:04}{name:<4}{number:04}"),
+        _ => format!("@{unit:02}R%{from:06}{name:<4}{number:04}"),
+    })
+}
+
+/// A request to send these characters back.
+#[must_use]
+pub fn test_request(unit: u8, text: &str) -> Vec<u8> {
+    closed(format!("@{unit:02}TS{text}"))
 }
 
 /// A request for the CPU's state.
@@ -88,14 +137,16 @@ pub fn meaning(code: u8) -> &'static str {
     match code {
         0x01 => "not in RUN",
         0x02 => "not in MONITOR",
+        0x04 => "the address lies beyond the end of the program",
         0x0B => "not in PROGRAM",
         0x13 => "the check sum of the request is wrong",
         0x14 => "the request is not well-formed",
         0x15 => "the words lie beyond the end of their area",
-        0x16 => "the unit does not know this command",
+        0x16 => "the unit does not know this command, or there is no such timer or counter",
         0x18 => "the frame is too long",
         0x19 => "it cannot be done",
         0x21 => "the CPU has an error",
+        0x23 => "the program is protected from being read",
         0xA3 | 0xA4 | 0xA5 | 0xA8 => "the request was disturbed on its way",
         _ => "see the end codes in the manual of the unit",
     }
@@ -136,6 +187,48 @@ pub fn words(frame: &[u8], request: &[u8], count: u16) -> Result<Vec<u16>, Wrong
     Ok(words)
 }
 
+/// The flags of an answer to that request.
+///
+/// # Errors
+/// It is no answer to it, or a refusal.
+pub fn flags(frame: &[u8], request: &[u8], count: u16) -> Result<Vec<bool>, Wrong> {
+    let data = accepted(frame, request)?;
+    if data.len() != usize::from(count) {
+        return Err(Wrong::no(format!("{count} flags were asked for, {} came", data.len())));
+    }
+    let flag = |one: u8| match one {
+        b'0' => Ok(false),
+        b'1' => Ok(true),
+        _ => Err(Wrong::no("it holds no flags")),
+    };
+    data.bytes().map(flag).collect()
+}
+
+/// The set value of an answer to that request, by number or by operand.
+///
+/// # Errors
+/// It is no answer to it, or a refusal.
+pub fn setting(frame: &[u8], request: &[u8]) -> Result<Setting, Wrong> {
+    let data = accepted(frame, request)?;
+    let none = || Wrong::no("it holds no set value");
+    let (operand, number) = match data.len() {
+        4 => ("CON ", data),
+        8 => data.split_at(4),
+        _ => return Err(none()),
+    };
+    let digits = number.bytes().all(|digit| digit.is_ascii_digit());
+    let decimal = digits.then(|| number.parse::<u16>().ok()).flatten().ok_or_else(none)?;
+    if operand == "CON " {
+        return Ok(Setting::Number(decimal));
+    }
+    let area = OPERANDS.iter().find(|(name, _)| *name == operand).ok_or_else(none)?.1;
+    Ok(Setting::Word { area, index: decimal.into() })
+}
+
+/// What operands are called in answers, and the areas that these are.
+const OPERANDS: &[(&str, &str)] =
+    &[("CIO ", "IR"), ("LR  ", "LR"), ("HR  ", "HR"), ("AR  ", "AR"), ("DM  ", "DM")];
+
 /// The CPU's state of an answer to that request.
 ///
 /// # Errors
@@ -149,140 +242,5 @@ pub fn state(frame: &[u8], request: &[u8]) -> Result<State, Wrong> {
     Ok(if status >> 9 & 1 == 1 { State::Run } else { State::Stop })
 }
 
-/// The answer of a CPU to a whole frame; none to what is not for this unit.
-#[must_use]
-pub fn answer(frame: &[u8], unit: u8, memory: &mut dyn Memory) -> Option<Vec<u8>> {
-    let own = format!("@{unit:02}");
-    let begins = frame.get(..5).and_then(|head| std::str::from_utf8(head).ok());
-    let head = begins.filter(|head| head.starts_with(&own))?;
-    let back = match opened(frame) {
-        Ok((_, text)) => answered(&head[3..], text, memory),
-        Err(_) => Err(0x13),
-    };
-    Some(closed(match back {
-        Ok(data) => format!("{head}00{data}"),
-        Err(code) => format!("{head}{code:02X}"),
-    }))
-}
-
-fn answered(header: &str, text: &str, memory: &mut dyn Memory) -> Result<String, u8> {
-    if header == "MS" {
-        let runs = memory.state() == State::Run;
-        return Ok(if runs { "0200" } else { "0000" }.to_owned());
-    }
-    let letter = header.strip_prefix('R').and_then(|rest| rest.bytes().next());
-    let areas: Vec<&Area> = AREAS.iter().filter(|area| Some(area.code) == letter).collect();
-    if areas.is_empty() {
-        return Err(0x16);
-    }
-    let number = |part: Option<&str>| {
-        part.filter(|part| part.bytes().all(|byte| byte.is_ascii_digit()))
-            .and_then(|part| part.parse::<u32>().ok())
-            .ok_or(0x14u8)
-    };
-    let (first, count) = (number(text.get(..4))?, number(text.get(4..))?);
-    if text.len() != 8 || !(1..=MOST_WORDS).contains(&count) {
-        return Err(0x14);
-    }
-    // An area has different names on different CPUs.
-    let words = areas.iter().find_map(|area| memory.words(area.name, first, count));
-    Ok(words.ok_or(0x15u8)?.iter().map(|word| format!("{word:04X}")).collect())
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    struct Counted;
-
-    impl Memory for Counted {
-        fn words(&mut self, area: &str, first: u32, count: u32) -> Option<Vec<u16>> {
-            let all = matches!(area, "AR" | "DM") && first + count <= 1000;
-            all.then(|| (first..first + count).map(|n| n as u16).collect())
-        }
-
-        fn bits(&mut self, _: &str, _: u32, _: u32) -> Option<Vec<bool>> {
-            None
-        }
-
-        fn state(&mut self) -> State {
-            State::Run
-        }
-
-        fn model(&mut self) -> String {
-            String::new()
-        }
-
-        fn scan_times(&mut self) -> [u32; 3] {
-            [0; 3]
-        }
-    }
-
-    fn device(name: &str) -> Device {
-        Device::named(name, AREAS).expect("a device")
-    }
-
-    #[test]
-    fn frames_end_with_the_sum_of_their_characters() {
-        // By hand: 40^30^30^52^44 = 56, ^ "00000010" = 57.
-        assert_eq!(request(0, device("DM0"), 10), b"@00RD0000001057*\r");
-        assert_eq!(request(0, device("AR26"), 2)[..13], *b"@00RJ00260002");
-        assert_eq!(state_request(0), b"@00MS5E*\r");
-    }
-
-    #[test]
-    fn answers_are_read() {
-        let request = request(0, device("DM0"), 2);
-        let good = closed("@00RD0000030190".to_owned());
-        assert_eq!(words(&good, &request, 2), Ok(vec![3, 0x190]));
-        let mut wrong = good.clone();
-        let at = wrong.len() - 3;
-        wrong[at] = if wrong[at] == b'0' { b'1' } else { b'0' };
-        let Err(Wrong::NoAnswer(why)) = words(&wrong, &request, 2) else { panic!("a fault") };
-        assert!(why.contains("check sum"));
-        let refused = closed("@00RD15".to_owned());
-        let Err(Wrong::EndCode { code, meaning }) = words(&refused, &request, 2) else {
-            panic!("a refusal")
-        };
-        assert_eq!((&*code, meaning.contains("beyond")), ("15", true));
-        let other = closed("@01RD000003".to_owned());
-        assert!(matches!(words(&other, &request, 1), Err(Wrong::NoAnswer(_))));
-        let asked = state_request(0);
-        assert_eq!(state(&closed("@00MS000000".to_owned()), &asked), Ok(State::Stop));
-        assert_eq!(state(&closed("@00MS000300".to_owned()), &asked), Ok(State::Run));
-    }
-
-    #[test]
-    fn the_cpu_answers_what_it_is_asked() {
-        let ask = |frame: &[u8]| answer(frame, 0, &mut Counted);
-        let asked = request(0, device("AR26"), 2);
-        let back = ask(&asked).expect("an answer");
-        assert_eq!(split(&back), Split::Frame(back.len()));
-        assert_eq!(words(&back, &asked, 2), Ok(vec![26, 27]));
-        let asked = state_request(0);
-        assert_eq!(state(&ask(&asked).expect("an answer"), &asked), Ok(State::Run));
-        assert_eq!(ask(&request(1, device("AR26"), 2)), None);
-        let code = |text: &str| ask(&closed(text.to_owned())).expect("an answer")[5..7].to_vec();
-        assert_eq!(code("@00RD99990002"), b"15");
-        assert_eq!(code("@00RD0000"), b"14");
-        assert_eq!(code("@00RD00000031"), b"14");
-        assert_eq!(code("@00WD00000001"), b"16");
-        assert_eq!(ask(b"@00RD0000001000*\r").expect("an answer")[5..7], *b"13");
-    }
-
-    #[test]
-    fn no_frame_brings_it_down() {
-        for frame in [request(0, device("AR26"), 2), state_request(0)] {
-            for at in 0..frame.len() {
-                let _ = answer(&frame[..at], 0, &mut Counted);
-                for value in 0..=255 {
-                    let mut changed = frame.clone();
-                    changed[at] = value;
-                    let _ = split(&changed);
-                    let _ = answer(&changed, 0, &mut Counted);
-                    let _ = words(&changed, &frame, 2);
-                }
-            }
-        }
-    }
-}
+mod tests;

@@ -1,6 +1,7 @@
 //! Answers for an emulated CPU: listens, and hands every whole frame to who holds its memory.
 
 use super::{Memory, Split, fins, hostlink, slmp};
+use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
 use std::sync::Arc;
@@ -18,8 +19,19 @@ pub enum Spoken {
     FinsTcp,
     /// FINS over UDP.
     FinsUdp,
-    /// Host Link over TCP, as a serial device server carries it; unit 0.
-    HostLink,
+    /// Host Link over TCP, as a serial device server carries it, or on a serial line; the unit's number.
+    HostLink(u8),
+}
+
+impl fmt::Display for Spoken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Spoken::Slmp => "Slmp",
+            Spoken::FinsTcp => "FinsTcp",
+            Spoken::FinsUdp => "FinsUdp",
+            Spoken::HostLink(_) => "HostLink",
+        })
+    }
 }
 
 impl Spoken {
@@ -30,7 +42,7 @@ impl Spoken {
             Spoken::Slmp => slmp::split(bytes, false),
             Spoken::FinsTcp => fins::split(bytes),
             Spoken::FinsUdp => Split::Frame(bytes.len()),
-            Spoken::HostLink => hostlink::split(bytes),
+            Spoken::HostLink(_) => hostlink::split(bytes),
         }
     }
 
@@ -41,7 +53,7 @@ impl Spoken {
             Spoken::Slmp => Some(slmp::answer(frame, memory)),
             Spoken::FinsTcp => fins::answer_over_tcp(frame, memory),
             Spoken::FinsUdp => fins::answer(frame, memory),
-            Spoken::HostLink => hostlink::answer(frame, 0, memory),
+            Spoken::HostLink(unit) => hostlink::answer(frame, unit, memory),
         }
     }
 }
@@ -62,8 +74,8 @@ impl Request {
 
 /// The most connections at a time.
 const MOST: usize = 64;
-/// How long a thread waits before it looks whether all is over.
-const PAUSE: Duration = Duration::from_millis(20);
+/// How long a read waits before it is seen whether all is over.
+pub const PAUSE: Duration = Duration::from_millis(20);
 
 /// Who listens, and where.
 pub struct Listening {
@@ -91,7 +103,7 @@ impl Listening {
                 let address = socket.local_addr()?;
                 (Socket::Udp(socket), address)
             }
-            Spoken::Slmp | Spoken::FinsTcp | Spoken::HostLink => {
+            Spoken::Slmp | Spoken::FinsTcp | Spoken::HostLink(_) => {
                 let listener = TcpListener::bind(address)?;
                 listener.set_nonblocking(true)?;
                 let address = listener.local_addr()?;
@@ -154,7 +166,7 @@ fn datagrams(socket: &UdpSocket, spoken: Spoken, requests: &Sender<Request>, ove
 }
 
 fn connection(
-    mut stream: TcpStream,
+    stream: TcpStream,
     spoken: Spoken,
     requests: &Sender<Request>,
     over: &AtomicBool,
@@ -164,6 +176,19 @@ fn connection(
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(PAUSE))?;
     stream.set_write_timeout(Some(Duration::from_secs(5)))?;
+    answers(stream, spoken, requests, over)
+}
+
+/// Answers what comes on a line until it ends or all is `over`. Its reads wait for a short time only.
+///
+/// # Errors
+/// The line broke.
+pub fn answers(
+    mut stream: impl Read + Write,
+    spoken: Spoken,
+    requests: &Sender<Request>,
+    over: &AtomicBool,
+) -> io::Result<()> {
     let mut held = Vec::new();
     let mut buffer = [0; 4096];
     while !over.load(Ordering::Relaxed) {
@@ -177,7 +202,7 @@ fn connection(
                 continue;
             }
             // A serial line may be disturbed: what comes before a frame is passed over.
-            Split::Garbage if spoken == Spoken::HostLink => {
+            Split::Garbage if matches!(spoken, Spoken::HostLink(_)) => {
                 held.remove(0);
                 continue;
             }

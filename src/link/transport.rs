@@ -2,10 +2,10 @@
 
 use super::Split;
 use super::fault::Fault;
-use std::fs::File;
+use super::serial::{self, Settings};
+use serial2::SerialPort;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 /// A connection to a PLC.
@@ -20,8 +20,7 @@ pub struct Transport {
 enum Line {
     Tcp(TcpStream),
     Udp(UdpSocket),
-    /// A serial line has no time-out of its own: a thread reads from it.
-    Serial(File, Receiver<io::Result<Vec<u8>>>),
+    Serial(SerialPort),
 }
 
 impl Transport {
@@ -58,23 +57,16 @@ impl Transport {
         Ok(Transport::of(peer, patience, Line::Udp(socket)))
     }
 
-    /// Opens a serial line whose settings are made.
-    pub fn serial(peer: &str, patience: Duration) -> Result<Transport, Fault> {
-        let file = File::options().read(true).write(true).open(peer);
-        let file = file.map_err(|error| failed(peer, patience, error))?;
-        let mut own = file.try_clone().map_err(|error| failed(peer, patience, error))?;
-        let (sender, receiver) = channel();
-        std::thread::spawn(move || {
-            let mut buffer = [0; 256];
-            loop {
-                let came = own.read(&mut buffer).map(|count| buffer[..count].to_vec());
-                let ended = !matches!(&came, Ok(bytes) if !bytes.is_empty());
-                if sender.send(came).is_err() || ended {
-                    return;
-                }
-            }
-        });
-        Ok(Transport::of(peer, patience, Line::Serial(file, receiver)))
+    /// Opens a serial line; one without settings stays as it is set.
+    pub fn serial(
+        peer: &str,
+        settings: Option<Settings>,
+        patience: Duration,
+    ) -> Result<Transport, Fault> {
+        let unknown = |error| Fault::Unreachable { peer: peer.to_owned(), error };
+        let mut port = serial::open(peer, settings).map_err(unknown)?;
+        port.set_write_timeout(patience).map_err(unknown)?;
+        Ok(Transport::of(peer, patience, Line::Serial(port)))
     }
 
     /// Whom it is connected with.
@@ -90,7 +82,7 @@ impl Transport {
         };
         match &self.line {
             Line::Udp(socket) => (last(socket.local_addr()), last(socket.peer_addr())),
-            Line::Tcp(_) | Line::Serial(..) => (0, 0),
+            Line::Tcp(_) | Line::Serial(_) => (0, 0),
         }
     }
 
@@ -99,12 +91,22 @@ impl Transport {
         // What came too late answers an earlier request.
         self.rest.clear();
         self.discard();
+        self.send(request)?;
+        self.next(split)
+    }
+
+    /// Sends.
+    pub fn send(&mut self, request: &[u8]) -> Result<(), Fault> {
         let sent = match &mut self.line {
             Line::Tcp(stream) => stream.write_all(request),
             Line::Udp(socket) => socket.send(request).map(drop),
-            Line::Serial(file, _) => file.write_all(request),
+            Line::Serial(port) => port.write_all(request),
         };
-        sent.map_err(|error| failed(&self.peer, self.patience, error))?;
+        sent.map_err(|error| failed(&self.peer, self.patience, error))
+    }
+
+    /// Waits for a whole frame.
+    pub fn next(&mut self, split: fn(&[u8]) -> Split) -> Result<Vec<u8>, Fault> {
         let end = Instant::now() + self.patience;
         loop {
             match split(&self.rest) {
@@ -159,19 +161,24 @@ impl Transport {
                 socket.set_read_timeout(Some(patience))?;
                 socket.recv(&mut buffer).map(|count| buffer[..count].to_vec())
             }
-            Line::Serial(_, receiver) => match receiver.recv_timeout(patience) {
-                Ok(came) => came,
-                Err(RecvTimeoutError::Timeout) => Err(ErrorKind::TimedOut.into()),
-                Err(RecvTimeoutError::Disconnected) => Ok(Vec::new()),
-            },
+            Line::Serial(port) => {
+                port.set_read_timeout(patience)?;
+                match port.read(&mut buffer) {
+                    Ok(count) => Ok(buffer[..count].to_vec()),
+                    // The device is gone, or its other end.
+                    Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Vec::new()),
+                    Err(error) => Err(error),
+                }
+            }
         }
     }
 
     /// Throws away what came before anything was asked.
-    fn discard(&mut self) {
-        let instant = Duration::from_micros(1);
-        if let Line::Serial(_, receiver) = &self.line {
-            while matches!(receiver.recv_timeout(instant), Ok(Ok(_))) {}
+    pub fn discard(&mut self) {
+        self.rest.clear();
+        if let Line::Serial(port) = &self.line {
+            // What cannot be thrown away is found to be no answer.
+            let _ = port.discard_input_buffer();
         }
     }
 }

@@ -52,7 +52,8 @@ fn a_refused_connection_is_told() {
 fn a_name_that_is_none_is_told() {
     let fault = Plc::connect(BINARY, "127.0.0.1:http", SOON).err().expect("a fault");
     assert!(matches!(fault, Fault::Unreachable { .. }));
-    let fault = Plc::connect(Protocol::HostLink(0), "/dev/none", SOON).err().expect("a fault");
+    let fault =
+        Plc::connect(Protocol::HostLink(0, None), "/dev/none", SOON).err().expect("a fault");
     assert!(fault.to_string().starts_with("/dev/none cannot be reached"));
 }
 
@@ -106,7 +107,7 @@ fn what_is_no_answer_is_told() {
 #[test]
 fn a_wrong_check_sum_is_told() {
     let peer = sends(b"@00RJ00012300*\r".to_vec(), false);
-    let mut plc = Plc::connect(Protocol::HostLink(0), &peer, SOON).expect("a connection");
+    let mut plc = Plc::connect(Protocol::HostLink(0, None), &peer, SOON).expect("a connection");
     let fault = plc.scan_times(registers::of("c").expect("registers")).expect_err("a fault");
     assert!(fault.to_string().contains("check sum is 00"), "{fault}");
 }
@@ -171,7 +172,7 @@ fn scan_times_are_read_over_each_protocol() {
         (Spoken::Slmp, Protocol::Slmp(Code::Ascii), "q"),
         (Spoken::FinsUdp, Protocol::FinsUdp, "cs"),
         (Spoken::FinsTcp, Protocol::FinsTcp, "cs"),
-        (Spoken::HostLink, Protocol::HostLink(0), "c"),
+        (Spoken::HostLink(0), Protocol::HostLink(0, None), "c"),
     ];
     for (spoken, protocol, family) in cases {
         let (peer, over) = serves(spoken);
@@ -199,7 +200,7 @@ fn scan_times_are_read_over_each_protocol() {
 
 #[test]
 fn garbage_ends_one_connection_and_not_the_server() {
-    for spoken in [Spoken::Slmp, Spoken::FinsTcp, Spoken::HostLink] {
+    for spoken in [Spoken::Slmp, Spoken::FinsTcp, Spoken::HostLink(0)] {
         let (peer, over) = serves(spoken);
         let mut seed = 1u64;
         for _ in 0..20 {
@@ -215,7 +216,7 @@ fn garbage_ends_one_connection_and_not_the_server() {
         let protocol = match spoken {
             Spoken::Slmp => BINARY,
             Spoken::FinsTcp => Protocol::FinsTcp,
-            _ => Protocol::HostLink(0),
+            _ => Protocol::HostLink(0, None),
         };
         let family = if spoken == Spoken::Slmp { "q" } else { "c" };
         let patience = Duration::from_secs(5);
