@@ -3,7 +3,7 @@
 //! Where the weighted sum is 1 at first, no two of its places are ever marked together, and none has two tokens, however
 //! many markings there are.
 
-use super::Net;
+use super::{Net, Transition};
 
 /// A weight for each place.
 pub type Weights = Vec<i64>;
@@ -44,6 +44,19 @@ pub fn invariants(net: &Net, limit: usize) -> Vec<Weights> {
         rows = kept;
     }
     rows.into_iter().map(|(_, weights)| weights).collect()
+}
+
+/// Transition invariants without negative weights: firings, a number for each transition, after which every place has as
+/// many tokens as before. All minimal ones where the number of rows stays within the limit, else some.
+#[must_use]
+pub fn transition_invariants(net: &Net, limit: usize) -> Vec<Weights> {
+    let mut transposed = Net { places: net.transitions.len(), ..Net::default() };
+    transposed.transitions.resize(net.places, Transition::default());
+    for (at, transition) in net.transitions.iter().enumerate() {
+        transition.takes.iter().for_each(|&place| transposed.transitions[place].takes.push(at));
+        transition.puts.iter().for_each(|&place| transposed.transitions[place].puts.push(at));
+    }
+    invariants(&transposed, limit)
 }
 
 fn count(places: &[usize], place: usize) -> i64 {
@@ -123,6 +136,12 @@ mod tests {
                 assert!(group[at + 1..].iter().all(|&other| !reached.together[one].has(other)));
             }
         }
+    }
+
+    #[test]
+    fn transition_invariants_lead_back_to_the_marking_they_began_in() {
+        let net = net(3, &[0], &[(&[0], &[1, 1]), (&[1], &[2]), (&[2, 2], &[0]), (&[1], &[])]);
+        assert_eq!(transition_invariants(&net, 100), [vec![1, 2, 1, 0]]);
     }
 
     #[test]

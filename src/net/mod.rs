@@ -6,6 +6,8 @@
 mod bits;
 pub mod invariant;
 pub mod reach;
+pub mod search;
+pub mod siphon;
 
 pub use bits::Bits;
 

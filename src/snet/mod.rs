@@ -7,9 +7,14 @@
 pub mod address;
 mod diagram;
 pub mod faults;
+pub mod rules;
+mod scan;
 pub mod text;
 
 pub use diagram::{
     Arbiter, Arc, Diagram, Direction, Gate, Head, Kind, Outer, Page, Place, Point, Signal,
     Transition,
 };
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,405 @@
+//! The net's own rule: which transitions can fire, what firing does, one transition after another; when timers run out.
+//!
+//! A state is a few words of bits: for each box its mark; for each timer its box's mark and whether its time is over (P);
+//! for each counter whether it has begun (c), whether it has counted up (bc), and the count.
+
+use super::{Diagram, Direction, Kind, Signal};
+
+/// A state of a net; its meaning is that of the [`Rules`] that made it.
+pub type State = Vec<u64>;
+
+/// Bits of a state: numbers of words, and masks in them.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Mask(Vec<(usize, u64)>);
+
+impl Mask {
+    pub(super) fn add(&mut self, bit: usize) {
+        let (word, bit) = (bit / 64, 1 << (bit % 64));
+        match self.0.iter_mut().find(|(own, _)| *own == word) {
+            Some((_, bits)) => *bits |= bit,
+            None => self.0.push((word, bit)),
+        }
+    }
+
+    pub(super) fn all(&self, state: &[u64]) -> bool {
+        self.0.iter().all(|&(word, bits)| state[word] & bits == bits)
+    }
+
+    pub(super) fn any(&self, state: &[u64]) -> bool {
+        self.0.iter().any(|&(word, bits)| state[word] & bits != 0)
+    }
+
+    pub(super) fn set(&self, state: &mut [u64]) {
+        self.0.iter().for_each(|&(word, bits)| state[word] |= bits);
+    }
+
+    pub(super) fn clear(&self, state: &mut [u64]) {
+        self.0.iter().for_each(|&(word, bits)| state[word] &= !bits);
+    }
+
+    pub(super) fn meets(&self, other: &Mask) -> bool {
+        let meets = |&(word, bits): &(usize, u64)| {
+            other.0.iter().any(|&(own, others)| own == word && bits & others != 0)
+        };
+        self.0.iter().any(meets)
+    }
+}
+
+/// Where a counter's state lies.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Counter {
+    /// Whether it has begun to count (c).
+    pub(super) begun: usize,
+    /// Whether it has counted up (bc).
+    pub(super) full: usize,
+    /// The count's first bit; it does not cross a word.
+    value: usize,
+    /// How many bits it has.
+    bits: u32,
+    /// The count at which it is full.
+    limit: u64,
+    /// Whether its input fired in the scan before; only code has this.
+    pub(super) fired: usize,
+}
+
+impl Counter {
+    fn value(self, state: &[u64]) -> u64 {
+        state[self.value / 64] >> (self.value % 64) & ((1 << self.bits) - 1)
+    }
+
+    /// Counts one more, up to the set value.
+    pub(super) fn count(self, state: &mut [u64]) {
+        let value = self.value(state);
+        if value < self.limit {
+            state[self.value / 64] += 1 << (self.value % 64);
+            if value + 1 == self.limit {
+                state[self.full / 64] |= 1 << (self.full % 64);
+            }
+        }
+    }
+}
+
+/// A transition's condition and effect.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Rule {
+    /// All of these must be set.
+    pub(super) needs: Mask,
+    /// None of these may be.
+    pub(super) bars: Mask,
+    /// Of an emergency stop: one of these must be.
+    any: Option<Mask>,
+    /// What it clears.
+    pub(super) clears: Mask,
+    /// What it sets.
+    pub(super) sets: Mask,
+    /// The counters in which it counts.
+    pub(super) counts: Vec<usize>,
+    /// What is set when these have counted up.
+    fills: Mask,
+    /// Outer gates, and whether they inhibit.
+    pub(super) gates: Vec<(usize, bool)>,
+    /// Transitions that an arbiter lets go first.
+    before: Vec<usize>,
+}
+
+impl Rule {
+    /// Whether it writes what the other reads or writes.
+    pub(super) fn touches(&self, other: &Rule) -> bool {
+        let any = other.any.as_ref();
+        let reads = |mask: &Mask| {
+            mask.meets(&other.needs)
+                || mask.meets(&other.bars)
+                || any.is_some_and(|any| mask.meets(any))
+        };
+        let touches =
+            |mask: &Mask| reads(mask) || mask.meets(&other.clears) || mask.meets(&other.sets);
+        touches(&self.clears) || touches(&self.sets) || touches(&self.fills)
+    }
+}
+
+/// A net's rules, ready to be followed.
+#[derive(Debug, Clone)]
+pub struct Rules {
+    width: usize,
+    pub(super) rules: Vec<Rule>,
+    /// For each place the bit of its mark: of a counter bc.
+    marks: Vec<usize>,
+    /// For each place that is a timer the bit that says that its time is over.
+    over: Vec<Option<usize>>,
+    /// For each place that is a counter its number among the counters.
+    counter: Vec<Option<usize>>,
+    pub(super) counters: Vec<Counter>,
+    initial: State,
+    outers: usize,
+}
+
+impl Rules {
+    /// The rules of a net.
+    #[must_use]
+    pub fn new(diagram: &Diagram) -> Rules {
+        let mut used = 0;
+        let mut bit = || {
+            used += 1;
+            used - 1
+        };
+        let marks: Vec<usize> = diagram.places.iter().map(|_| bit()).collect();
+        let is_timer = |kind: Kind| matches!(kind, Kind::Timer { .. });
+        let over = diagram.places.iter().map(|place| is_timer(place.kind).then(&mut bit)).collect();
+        let mut counters = Vec::new();
+        let mut counter = vec![None; diagram.places.len()];
+        for (at, place) in diagram.places.iter().enumerate() {
+            let Kind::Counter { count, .. } = place.kind else { continue };
+            counter[at] = Some(counters.len());
+            let bits = u16::BITS - count.leading_zeros();
+            let (begun, fired) = (bit(), bit());
+            let limit = u64::from(count);
+            counters.push(Counter { begun, full: marks[at], value: 0, bits, limit, fired });
+        }
+        for counter in &mut counters {
+            let bits = counter.bits as usize;
+            if used % 64 + bits > 64 {
+                used = used.next_multiple_of(64);
+            }
+            counter.value = used;
+            used += bits;
+        }
+        let width = used.div_ceil(64).max(1);
+        let mut rules = Rules {
+            width,
+            rules: Vec::new(),
+            marks,
+            over,
+            counter,
+            counters,
+            initial: vec![0; width],
+            outers: diagram.outers.len(),
+        };
+        let own = |at| rules.rule(diagram, at);
+        rules.rules = (0..diagram.transitions.len()).map(own).collect();
+        for arbiter in &diagram.arbiters {
+            for (at, &transition) in arbiter.transitions.iter().enumerate() {
+                rules.rules[transition].before.extend(&arbiter.transitions[..at]);
+            }
+        }
+        for (at, _) in diagram.places.iter().enumerate().filter(|(_, place)| place.is_marked) {
+            let bit = rules.marks[at];
+            rules.initial[bit / 64] |= 1 << (bit % 64);
+        }
+        rules
+    }
+
+    fn rule(&self, diagram: &Diagram, transition: usize) -> Rule {
+        let mut rule = Rule::default();
+        for arc in diagram.arcs.iter().filter(|arc| arc.transition == transition) {
+            let place = arc.place;
+            match arc.direction {
+                Direction::Into => {
+                    rule.needs.add(self.signal(place));
+                    self.empty_place(place, &mut rule.clears);
+                }
+                Direction::OutOf => {
+                    rule.bars.add(self.marks[place]);
+                    match self.counter[place] {
+                        Some(counter) => {
+                            rule.sets.add(self.counters[counter].begun);
+                            rule.fills.add(self.marks[place]);
+                            rule.counts.push(counter);
+                        }
+                        None => rule.sets.add(self.marks[place]),
+                    }
+                }
+                Direction::Stop => {
+                    let counter = self.counter[place].map(|at| self.counters[at].begun);
+                    let any = rule.any.get_or_insert_default();
+                    any.add(counter.unwrap_or(self.marks[place]));
+                    self.empty_place(place, &mut rule.clears);
+                }
+            }
+        }
+        for gate in diagram.gates_of(transition) {
+            match gate.signal {
+                Signal::Place(place) if gate.is_inhibiting => rule.bars.add(self.signal(place)),
+                Signal::Place(place) => rule.needs.add(self.signal(place)),
+                Signal::Outer(outer) => rule.gates.push((outer, gate.is_inhibiting)),
+            }
+        }
+        rule
+    }
+
+    /// What transitions behind a place, and gates, look at: of a timer, whether its time is over.
+    fn signal(&self, place: usize) -> usize {
+        self.over[place].unwrap_or(self.marks[place])
+    }
+
+    fn empty_place(&self, place: usize, mask: &mut Mask) {
+        mask.add(self.marks[place]);
+        if let Some(over) = self.over[place] {
+            mask.add(over);
+        }
+        if let Some(counter) = self.counter[place].map(|at| self.counters[at]) {
+            mask.add(counter.begun);
+            (0..counter.bits as usize).for_each(|bit| mask.add(counter.value + bit));
+        }
+    }
+
+    /// How many words a state has.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// How many transitions there are.
+    #[must_use]
+    pub fn transitions(&self) -> usize {
+        self.rules.len()
+    }
+
+    /// Whether an arbiter lets some transitions go first.
+    #[must_use]
+    pub fn has_arbiters(&self) -> bool {
+        self.rules.iter().any(|rule| !rule.before.is_empty())
+    }
+
+    /// How many outer gates there are.
+    #[must_use]
+    pub fn outers(&self) -> usize {
+        self.outers
+    }
+
+    /// The state without any mark: how code begins.
+    #[must_use]
+    pub fn empty(&self) -> State {
+        vec![0; self.width]
+    }
+
+    /// The state with the initial marks.
+    #[must_use]
+    pub fn initial(&self) -> State {
+        self.initial.clone()
+    }
+
+    /// Whether a place is marked: of a timer its box (b), of a counter whether it has counted up (bc).
+    #[must_use]
+    pub fn is_marked(&self, state: &[u64], place: usize) -> bool {
+        has(state, self.marks[place])
+    }
+
+    /// Whether a place is a timer whose time is over (P).
+    #[must_use]
+    pub fn is_over(&self, state: &[u64], place: usize) -> bool {
+        self.over[place].is_some_and(|bit| has(state, bit))
+    }
+
+    /// A counter's count; 0 of other places.
+    #[must_use]
+    pub fn count(&self, state: &[u64], place: usize) -> u16 {
+        let value = self.counter[place].map_or(0, |at| self.counters[at].value(state));
+        u16::try_from(value).unwrap_or(u16::MAX)
+    }
+
+    /// What an inner gate of a place says: its mark, of a timer whether its time is over.
+    #[must_use]
+    pub fn says(&self, state: &[u64], place: usize) -> bool {
+        has(state, self.signal(place))
+    }
+
+    /// Whether marks and inner gates let a transition fire, without its outer gates and arbiters.
+    #[must_use]
+    pub fn is_ready(&self, state: &[u64], transition: usize) -> bool {
+        let rule = &self.rules[transition];
+        rule.needs.all(state)
+            && !rule.bars.any(state)
+            && rule.any.as_ref().is_none_or(|any| any.any(state))
+    }
+
+    /// Whether a transition's outer gates let it fire.
+    #[must_use]
+    pub fn is_open(&self, transition: usize, outers: &[bool]) -> bool {
+        self.rules[transition].gates.iter().all(|&(outer, inhibits)| outers[outer] != inhibits)
+    }
+
+    /// Whether a transition can fire: marks, all gates, and no arbiter that lets another go first.
+    #[must_use]
+    pub fn can_fire(&self, state: &[u64], transition: usize, outers: &[bool]) -> bool {
+        let goes = |at: usize| self.is_ready(state, at) && self.is_open(at, outers);
+        goes(transition) && !self.rules[transition].before.iter().any(|&other| goes(other))
+    }
+
+    /// Values of outer gates with which a transition can fire, if there are any. Gates that do not matter are missing.
+    #[must_use]
+    pub fn gates_to_fire(&self, state: &[u64], transition: usize) -> Option<Vec<(usize, bool)>> {
+        if !self.is_ready(state, transition) {
+            return None;
+        }
+        let mut values = Vec::new();
+        for &(outer, inhibits) in &self.rules[transition].gates {
+            if !assume(&mut values, outer, !inhibits) {
+                return None;
+            }
+        }
+        let first: Vec<usize> = self.rules[transition].before.clone();
+        let ready: Vec<usize> = first.into_iter().filter(|&at| self.is_ready(state, at)).collect();
+        self.held_back(&ready, values)
+    }
+
+    /// Values with which none of these transitions' outer gates let it fire.
+    fn held_back(
+        &self,
+        transitions: &[usize],
+        values: Vec<(usize, bool)>,
+    ) -> Option<Vec<(usize, bool)>> {
+        let Some((first, rest)) = transitions.split_first() else { return Some(values) };
+        self.rules[*first].gates.iter().find_map(|&(outer, inhibits)| {
+            let mut more = values.clone();
+            assume(&mut more, outer, inhibits).then_some(())?;
+            self.held_back(rest, more)
+        })
+    }
+
+    /// The state after a transition has fired.
+    #[must_use]
+    pub fn fire(&self, state: &[u64], transition: usize) -> State {
+        let mut next = state.to_vec();
+        self.fire_in(&mut next, transition);
+        next
+    }
+
+    /// Fires a transition.
+    pub fn fire_in(&self, state: &mut [u64], transition: usize) {
+        let rule = &self.rules[transition];
+        rule.clears.clear(state);
+        rule.sets.set(state);
+        rule.counts.iter().for_each(|&counter| self.counters[counter].count(state));
+    }
+
+    /// Whether a timer runs: its box is marked and its time is not over.
+    #[must_use]
+    pub fn is_running(&self, state: &[u64], place: usize) -> bool {
+        self.over[place].is_some_and(|over| !has(state, over) && has(state, self.marks[place]))
+    }
+
+    /// The state after the time of a timer that runs is over.
+    #[must_use]
+    pub fn run_out(&self, state: &[u64], place: usize) -> State {
+        let mut next = state.to_vec();
+        if let Some(over) = self.over[place].filter(|_| self.is_running(state, place)) {
+            next[over / 64] |= 1 << (over % 64);
+        }
+        next
+    }
+}
+
+fn has(state: &[u64], bit: usize) -> bool {
+    state[bit / 64] >> (bit % 64) & 1 == 1
+}
+
+/// Takes a value in; whether it goes with the others.
+fn assume(values: &mut Vec<(usize, bool)>, outer: usize, value: bool) -> bool {
+    match values.iter().find(|(own, _)| *own == outer) {
+        Some(&(_, own)) => own == value,
+        None => {
+            values.push((outer, value));
+            true
+        }
+    }
+}
