@@ -659,6 +659,8 @@ fn what_is_known_of_a_value_is_not_known_of_the_next_iterations() {
     // Where M0 is on D50 is 1 in the first iteration.
     let written = "LD SM400; LIMIT K1 K30 D8 D9; MOV K30 D50; LD M0; MOV K1 D50";
     assert_eq!((moved(written, "MOV D9 D51"), moved(written, "MOV D9 D50")), (3, 1 + 30 + 30));
+    // The same two values again, and M1 decides which.
+    assert_eq!(moved(written, "MOV K30 D50; LD M1; MOV K1 D50"), 1 + 30 + 30);
     // Where M0 is on D50 is at most 5 in the first iteration. (What `LIMIT` gives is charged by its most in each.)
     let compared = "LD SM400; LIMIT K0 K30 D8 D50; LD<= D50 K5; OUT M0";
     let limited = |to: &str| moved(compared, &format!("LIMIT K0 K30 D9 {to}"));

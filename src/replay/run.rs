@@ -6,32 +6,51 @@ use super::{Free, Mode, Real};
 use crate::base::time::Times;
 use crate::program::{AreaKind, Cell, ChoiceKey, Program, Region, flow};
 use std::collections::BTreeMap;
-use std::rc::Rc;
 
 /// What the outside gives in one scan.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Given {
-    /// Inputs, and what else [`Run::sets`]; 0 where it is not named.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Given<'p> {
+    /// Inputs, and what else [`Outside::sets`]; 0 where it is not named.
     pub inputs: BTreeMap<Cell, u16>,
     /// Choices in the scan; 0 where one is not named.
-    pub choices: Rc<BTreeMap<ChoiceKey, u16>>,
+    pub choices: &'p BTreeMap<ChoiceKey, u16>,
+}
+
+/// What the outside of a program sets.
+pub struct Outside<'p> {
+    program: &'p Program,
+    /// What the program may write by itself where inputs are.
+    written: Vec<Region>,
+}
+
+impl<'p> Outside<'p> {
+    /// The program's.
+    #[must_use]
+    pub fn of(program: &'p Program) -> Outside<'p> {
+        Outside { program, written: written(program) }
+    }
+
+    /// Whether the outside sets the cell before each scan: an input that the program leaves alone.
+    #[must_use]
+    pub fn sets(&self, cell: Cell) -> bool {
+        let inputs = &self.program.power_up.inputs;
+        inputs.iter().any(|region| region.holds(cell))
+            && !self.written.iter().any(|region| region.holds(cell))
+    }
 }
 
 /// A PLC that was switched on, and the scans that it has made.
 pub struct Run<'p> {
-    program: &'p Program,
+    outside: &'p Outside<'p>,
     /// What each instruction costs at least.
     times: &'p [Times],
-    /// What the program writes by itself.
-    written: Rc<Vec<Region>>,
     last: Option<State<'p, Start<'p>>>,
 }
 
 /// The values with which a scan of a run starts.
 struct Start<'p> {
-    program: &'p Program,
-    written: Rc<Vec<Region>>,
-    given: Given,
+    outside: &'p Outside<'p>,
+    given: Given<'p>,
     /// The scan before; none at power-up.
     before: Option<Box<State<'p, Start<'p>>>>,
 }
@@ -39,25 +58,14 @@ struct Start<'p> {
 impl<'p> Run<'p> {
     /// Power-up. `times` is parallel to `Program::instructions`.
     #[must_use]
-    pub fn new(program: &'p Program, times: &'p [Times]) -> Run<'p> {
-        Run { program, times, written: Rc::new(written(program)), last: None }
-    }
-
-    /// Whether the outside sets the cell before each scan: an input that the program leaves alone.
-    #[must_use]
-    pub fn sets(&self, cell: Cell) -> bool {
-        is_set(self.program, &self.written, cell)
+    pub fn new(outside: &'p Outside<'p>, times: &'p [Times]) -> Run<'p> {
+        Run { outside, times, last: None }
     }
 
     /// Makes the next scan, of at most `most` instructions. After one that was not followed to its end none follows.
-    pub fn scan(&mut self, given: Given, most: u64) -> Real {
-        let start = Start {
-            program: self.program,
-            written: self.written.clone(),
-            given,
-            before: self.last.take().map(Box::new),
-        };
-        let machine = Machine::new(self.program, self.times, start, Mode::Real);
+    pub fn scan(&mut self, given: Given<'p>, most: u64) -> Real {
+        let start = Start { outside: self.outside, given, before: self.last.take().map(Box::new) };
+        let machine = Machine::new(self.outside.program, self.times, start, Mode::Real);
         // One run cannot try both cases of a loop that makes one iteration or none: it ends there.
         let (real, state) = machine.real_from(most, MOST_ASKED);
         self.last = Some(state);
@@ -67,11 +75,11 @@ impl<'p> Run<'p> {
 
 impl Free for Start<'_> {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
-        if is_set(self.program, &self.written, cell) {
+        if self.outside.sets(cell) {
             return self.given.inputs.get(&cell).copied().unwrap_or(0);
         }
         match &mut self.before {
-            _ if self.program.power_up.first_scan.contains(&cell) => {
+            _ if self.outside.program.power_up.first_scan.contains(&cell) => {
                 u16::from(self.before.is_none())
             }
             Some(before) => before.after(cell).0,
@@ -80,14 +88,14 @@ impl Free for Start<'_> {
     }
 
     fn unknown(&mut self, cell: Cell) -> u16 {
-        let power_up = &self.program.power_up;
+        let program = self.outside.program;
+        let power_up = &program.power_up;
         let is_in = |regions: &[Region]| regions.iter().any(|region| region.holds(cell));
-        if is_set(self.program, &self.written, cell) || power_up.first_scan.contains(&cell) {
+        if self.outside.sets(cell) || power_up.first_scan.contains(&cell) {
             return 0;
         }
         // What others write comes to the program as they please.
-        if is_in(&self.program.volatile)
-            || self.program.networks.iter().any(|(region, _)| region.holds(cell))
+        if is_in(&program.volatile) || program.networks.iter().any(|(region, _)| region.holds(cell))
         {
             return u16::MAX;
         }
@@ -101,12 +109,6 @@ impl Free for Start<'_> {
     fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
         self.given.choices.get(key).copied().unwrap_or(0)
     }
-}
-
-fn is_set(program: &Program, written: &[Region], cell: Cell) -> bool {
-    let inputs = &program.power_up.inputs;
-    inputs.iter().any(|region| region.holds(cell))
-        && !written.iter().any(|region| region.holds(cell))
 }
 
 /// What the program may write where inputs are; words of which a bit is written count whole.

@@ -6,6 +6,7 @@ use super::word::Words;
 use crate::base::ring::Ring;
 use crate::scan::model::{self, Atom, Circuit, Lit, VarId};
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::cell::RefCell;
 use std::rc::Rc;
 
 /// So many parts of a condition are looked at.
@@ -31,6 +32,8 @@ pub struct Implied {
     words: FxHashMap<Word, Ring>,
     /// What holds in every scan.
     always: Option<Rc<Implied>>,
+    /// What literals were found to be surely, or not.
+    asked: RefCell<FxHashMap<Lit, Option<bool>>>,
 }
 
 impl Implied {
@@ -227,6 +230,7 @@ impl Implied {
         let known: Vec<(Word, Ring)> =
             self.words.iter().map(|(&word, &ring)| (word, ring)).collect();
         for (short, ring) in known {
+            self.asked.get_mut().clear();
             if let Some(&(word, under)) = before.get(&short)
                 && self.holds(circuit, words, under)
             {
@@ -336,7 +340,17 @@ impl Implied {
 
     /// Whether this surely holds.
     pub fn holds(&self, circuit: &Circuit, words: &Words, lit: Lit) -> bool {
-        self.value(circuit, words, lit, DEEPEST) == Some(true)
+        self.surely(circuit, words, lit) == Some(true)
+    }
+
+    /// What a literal surely is, each worked out once.
+    fn surely(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Option<bool> {
+        if let Some(&known) = self.asked.borrow().get(&lit) {
+            return known;
+        }
+        let value = self.value(circuit, words, lit, DEEPEST);
+        self.asked.borrow_mut().insert(lit, value);
+        value
     }
 
     /// What a literal surely is.
@@ -386,7 +400,7 @@ impl Implied {
     pub fn within(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Lit {
         let mut lit = lit;
         for _ in 0..MOST_CHOICES {
-            if let Some(value) = self.value(circuit, words, lit, DEEPEST) {
+            if let Some(value) = self.surely(circuit, words, lit) {
                 return Lit::constant(value);
             }
             let model::Node::And(a, b) = circuit.node(lit) else { return lit };

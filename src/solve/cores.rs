@@ -33,10 +33,10 @@ use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// How many variables the smallest partitions have.
-const SMALLEST: usize = 100;
+const SMALLEST: usize = 300;
 
 /// By how much the partitions grow from round to round.
-const GROWTH: usize = 3;
+const GROWTH: usize = 6;
 
 /// How many mode bits are tried with both values when the partitions' scans are combined.
 const MODES: usize = 16;

@@ -1,6 +1,9 @@
 //! What a word may be is told by few values, strides, and what guards say where they hold and where they do not.
 
-use super::{most, none};
+use super::{counts, most, none, with_facts};
+use scanbound::audit::{Request, follow};
+use scanbound::base::facts::Facts;
+use scanbound::passes::values::Trust;
 
 /// What a loop changes grows to what the program compares it with, and is then taken closer.
 #[test]
@@ -109,4 +112,76 @@ fn an_index_with_a_stride_spares_what_lies_between() {
     };
     assert_eq!((block(3, "D112"), block(3, "D113")), (65_535, 19));
     assert_eq!((block(10, "D113"), block(9, "D119")), (65_535, 19));
+}
+
+/// The most units that an instruction of an OMRON CJ handles.
+fn of_omron(text: &str) -> u64 {
+    let lines = crate::common::audited::listed(text.replace("; ", "\n") + "\n");
+    let facts = Facts::default();
+    let request =
+        Request { dialect: Some("omron-cx"), cpu: Some("CJ2M"), ..Request::new(&lines, &facts) };
+    let followed = follow(&request).unwrap_or_else(|why| panic!("{text}\n{why:?}"));
+    let counted = followed.program.instructions.iter().filter_map(|one| one.counted());
+    counted.map(|counted| counted.most).max().expect("something is counted")
+}
+
+/// Numbers below 0 go down where they are shifted to the right, and comparisons may be of unsigned words.
+#[test]
+fn signs_are_read_as_instructions_read_them() {
+    // -3 becomes -2: 10 - -2 words are moved.
+    let shifted = "LD P_On; MOV(021) #FFFD D0; NASR(581) D0 #8001; -(410) &10 D0 D1; XFER(070) D1 D100 D2000; END(001)";
+    assert!(of_omron(shifted) >= 12, "{}", of_omron(shifted));
+    // Where it is 3 it is followed.
+    assert_eq!(of_omron(&shifted.replace("#FFFD", "#0003")), 9);
+    let compared = |relation: &str| {
+        of_omron(&format!("LD P_On; {relation} D50 &20; XFER(070) D50 D100 D2000; END(001)"))
+    };
+    assert_eq!((compared("AND>(320)"), compared("AND<=(315)")), (32_768, 20));
+}
+
+/// What the first scan starts with counts where later ones start from less.
+#[test]
+fn what_power_up_leaves_is_kept_where_a_range_is_taken_closer() {
+    let text = "LD SM400; - K5000 D50 D60; FMOV D0 D100 D60; LD> D50 K4000; MOV K0 D50; LD SM400; INC D50; END";
+    assert_eq!(counts(text), 5_000);
+    // What is in words of the system or of a module at power-up nobody says.
+    let later = |word: &str| {
+        counts(&format!("FOR {word}; LD X0; Op1; NEXT; LD SM400; MOV K19 {word}; END"))
+    };
+    let all = ["D50", "SD1000", "SW50", "U0\\G50"].map(later);
+    assert_eq!(all, [19, 32_767, 32_767, 32_767]);
+}
+
+/// A loop that is left after its first iteration leaves what that one wrote.
+#[test]
+fn what_a_first_iteration_leaves_is_not_forgotten() {
+    let text = "LD SM400; MOV K0 D10; MOV K200 D11; LIMIT K1 K3000 D0 D1; FOR D1; LD SM400; MOV D11 D50; MOV K5 D11; \
+        INC D10; LD> D10 K50; MOV K0 D10; NEXT; LD SM400; FMOV D0 D100 D50; END";
+    assert_eq!(none(text), 200);
+}
+
+/// One value is unequal to another, and no more are.
+#[test]
+fn single_values_and_bits_are_no_more_than_that() {
+    let unequal = "LD SM400; LIMIT K0 K6 D0 D50; LD<> D50 K5; FMOV D0 D100 D50; END";
+    assert_eq!(none(unequal), 6);
+    // Perhaps the bit is off, and 20 - 0 words are moved.
+    let bit =
+        "LD SM400; MOV K8 D50; LD X0; OUT D50.3; LD SM400; - K20 D50 D51; FMOV D0 D100 D51; END";
+    assert_eq!(none(bit), 20);
+    // A number of five digits is an error, which leaves what was there.
+    let digits =
+        |value: u32| none(&format!("LD SM400; MOV K{value} D1; BCD D1 D50; FMOV D0 D100 D50; END"));
+    assert_eq!((digits(1_234), digits(12_000)), (0x1234, 65_535));
+}
+
+/// An index may be all that is stated of it.
+#[test]
+fn a_stated_index_reaches_to_its_ends() {
+    let text = "LD SM400; MOV K19 D50; MOV D9 D40Z0; FOR D50; LD X0; Op1; NEXT; END";
+    let stated = |most: u32| {
+        let facts = format!("[index]\nZ0 = [0, {most}]\n");
+        with_facts(Trust::None, &facts, text).map(|found| found.0)
+    };
+    assert_eq!((stated(9), stated(10)), (Ok(19), Ok(32_767)));
 }

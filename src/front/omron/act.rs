@@ -6,9 +6,10 @@ use super::extent::length;
 use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
+use super::source::Family;
 use super::{data, exact};
 use crate::front::builder::fired;
-use crate::program::{AreaId, Region, Units, When, Write};
+use crate::program::{AreaId, Counted, Region, Units, When, WordSource, Write};
 
 /// An application instruction with one condition.
 pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
@@ -79,8 +80,10 @@ fn is_written(slot: &Slot) -> bool {
 fn units(asm: &Assembly, item: &Item<'_>) -> Units {
     let Some(row) = item.row else { return Units::None };
     let most = u64::from(asm.memory.size(AreaId(4)));
-    let of = |length: Option<u32>| {
-        length.map_or(Units::AtMost(most), |count| Units::Exactly(u64::from(count)))
+    let of = |length: Option<u32>, (operand, unit): (usize, u32)| match length {
+        Some(count) => Units::Exactly(u64::from(count)),
+        None => counted(asm, item, operand, unit)
+            .map_or(Units::AtMost(most), |words| Units::Counted(Counted { most, ..words })),
     };
     let amounts = row.operands.iter().filter_map(Slot::written_words);
     let ranged = amounts.clone().find(|amount| amount.counter().is_some());
@@ -90,12 +93,17 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
             let count = item.operands.last().and_then(|bits| bits.count(asm.memory.family));
             count.map_or(Units::AtMost(65_535), |count| Units::Exactly(u64::from(count)))
         }
-        (Some(amount), ..) => of(length(asm.memory, item, amount)),
+        (Some(amount @ Amount::Counted { unit, operand }), ..) => {
+            of(length(asm.memory, item, amount), (operand, unit))
+        }
+        (Some(amount), ..) => length(asm.memory, item, amount)
+            .map_or(Units::AtMost(most), |count| Units::Exactly(u64::from(count))),
         (None, "search", "TCMP" | "MCMP") => Units::Exactly(16),
         (None, "search", "BCMP") => Units::Exactly(32),
         (None, "search", "BCMP2") => Units::Exactly(512),
         (None, "search", _) => {
-            of(item.operands.first().and_then(|operand| operand.count(asm.memory.family)))
+            let first = item.operands.first();
+            of(first.and_then(|operand| operand.count(asm.memory.family)), (0, 1))
         }
         // Strings hold 4095 characters at most.
         (None, "string" | "compare-string", _) => Units::AtMost(4095),
@@ -106,6 +114,29 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
         }
         _ => Units::None,
     }
+}
+
+/// A count that stands in a word, of which no more is said than where it is read. On the C series it is a decimal number,
+/// of which words are not followed.
+fn counted(asm: &Assembly, item: &Item<'_>, operand: usize, unit: u32) -> Option<Counted> {
+    let Operand::Word(count) = *item.operands.get(operand)? else { return None };
+    // `!` reads an input anew before.
+    if asm.memory.family == Family::C || item.raw.immediate {
+        return None;
+    }
+    // Surely carried out is what lies within its areas.
+    let room = |(at, other): (usize, &Operand)| match *other {
+        _ if at == operand => None,
+        Operand::Word(first) => Some(asm.memory.size(first.area).saturating_sub(first.index)),
+        _ => Some(0),
+    };
+    let room = item.operands.iter().enumerate().filter_map(room).min().unwrap_or(0);
+    Some(Counted {
+        words: vec![WordSource::Cell(count)],
+        each: u64::from(unit),
+        most: u64::MAX,
+        executes_up_to: u64::from(room / unit.max(1)),
+    })
 }
 
 /// Input words that `!` reads anew before the instruction runs.
