@@ -241,6 +241,28 @@ fn words_of_an_area_and_bits_of_words_add_what_they_cost() {
     assert_eq!(&*prices.instructions[1].as_ref().unwrap().row, "LD + @+wordbit + @+ZR");
 }
 
+/// Wherever an index leads, an instruction writes as many cells as it says.
+#[test]
+fn what_is_written_by_an_index_is_charged_once() {
+    let mut moved = instruction(1, 1, "FMOV K0 ZR0Z0 K300", "block");
+    moved.timing.as_mut().unwrap().units = Units::Exactly(300);
+    let write = Write::Havoc(Region::Range { first: cell(ZR, 0), count: 30_000 }, ChoiceId(0));
+    moved.effects = vec![Effect { when: When::Fired, write }];
+    let mut indexed = program(vec![moved]);
+    let readings = vec![vec![WordSource::Cell(cell(D, 0))]];
+    let (stated, found) = (None, Vec::new());
+    let length = crate::program::Length::Exactly(300);
+    let reached = crate::program::Indexed { first: cell(ZR, 0), readings, length, stated, found };
+    let of = |program: &Program| {
+        let table = table("FMOV,1,\n@+ZR,10,0\n");
+        price(program, &table, &Facts::default()).unwrap().times()[0].on
+    };
+    // Of what is not known to be written by an index twice as many are charged.
+    assert_eq!(of(&indexed), us(6_001));
+    indexed.indexed.insert(ChoiceId(0), reached);
+    assert_eq!(of(&indexed), us(3_001));
+}
+
 #[test]
 fn a_rung_costs_at_its_first_priced_instruction() {
     let mut label = instruction(1, 1, "P50", "nothing");

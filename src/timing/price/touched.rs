@@ -1,8 +1,8 @@
 //! Which cells an instruction reads and writes, as far as its meaning shows them.
 
 use crate::program::{
-    AreaId, BitSource, BitTarget, Cell, ChoiceId, Indexed, Instruction, Region, Source, Touched,
-    WordSource, WordTarget, Write,
+    AreaId, BitSource, BitTarget, Cell, ChoiceId, Indexed, Instruction, Length, Region, Source,
+    Touched, WordSource, WordTarget, Write,
 };
 use std::collections::BTreeMap;
 
@@ -61,16 +61,23 @@ impl Cells {
                         }
                     }
                 }
-                Write::Havoc(region @ Region::Range { first, count }, choice)
-                    if indexed.get(choice).is_some_and(|one| one.shares_area(*region)) =>
-                {
+                Write::Havoc(region, choice) => {
+                    let written = indexed.get(choice).filter(|one| one.shares_area(*region));
+                    let (Some(written), Region::Range { first, count }) = (written, *region) else {
+                        cells.region(*region);
+                        continue;
+                    };
+                    // Wherever they lie, no more cells are written than the instruction says.
+                    let most = match written.length {
+                        Length::Exactly(length) => length.into(),
+                        Length::Counted(..) | Length::Unknown => cells.most_of_range(),
+                    };
                     let before = counted.iter().filter(|(own, _)| own == choice);
                     let before = before.fold(0, |all: u64, (_, count)| all.saturating_add(*count));
-                    let left = cells.most_of_range().saturating_sub(before);
-                    cells.range(*first, *count, u64::from(*count).min(left));
-                    counted.push((*choice, (*count).into()));
+                    let left = most.saturating_sub(before);
+                    cells.range(first, count, u64::from(count).min(left));
+                    counted.push((*choice, count.into()));
                 }
-                Write::Havoc(region, _) => cells.region(*region),
             }
         }
         if let Some(key) = &instruction.timing {
