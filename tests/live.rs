@@ -131,3 +131,56 @@ fn a_plc_in_stop_is_told_of() {
     assert_eq!((code, &*stdout), (Some(0), ""), "{stderr}");
     assert!(stderr.contains("the CPU is in STOP"), "{stderr}");
 }
+
+#[test]
+fn a_connection_that_is_lost_is_told_of_and_made_again() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    let first = served(at, &["--slmp", "0"]);
+    let address = first.address.clone();
+    let (_, port) = address.rsplit_once(':').expect("a port");
+    let mut live = program();
+    live.args(["live", "--slmp", &address, "--cpu", "Q26UDV", "--for", "4s", "-o", "s.csv"]);
+    live.args(["--timeout", "500ms"]).current_dir(at);
+    let live = live.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+    // It has read something.
+    let file = at.join("s.csv");
+    let begun = std::time::Instant::now();
+    let rows = || std::fs::read_to_string(&file).unwrap_or_default().lines().count();
+    while begun.elapsed() < std::time::Duration::from_secs(2) && rows() < 3 {
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    drop(first);
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let second = served(at, &["--slmp", port]);
+    let ended = live.wait_with_output().expect("it ends");
+    let stderr = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(0), "{stderr}");
+    assert!(stderr.contains("the connection was lost after"), "{stderr}");
+    assert!(stderr.contains("connected again after"), "{stderr}");
+    let text = std::fs::read_to_string(&file).expect("the readings");
+    let gap = text.lines().position(|line| line.starts_with("# gap: ")).expect("a gap");
+    assert!(gap > 1 && text.lines().count() > gap + 2, "{text}");
+    drop(second);
+}
+
+#[test]
+fn a_connection_that_stays_lost_is_a_failure_with_what_was_read() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    // It answers for half a second alone.
+    let served = served(at, &["--slmp", "0"]);
+    let address = served.address.clone();
+    let killer = std::thread::spawn(move || {
+        std::thread::sleep(std::time::Duration::from_millis(700));
+        drop(served);
+    });
+    let arguments = ["--slmp", &address, "--cpu", "Q26UDV", "--for", "2s", "-o", "s.csv"];
+    let (code, stdout, stderr) = live(at, &arguments);
+    killer.join().expect("it ended");
+    assert_eq!(code, Some(2), "{stderr}");
+    assert!(stderr.contains("trying again"), "{stderr}");
+    assert!(stdout.contains("3.1 ms") || stdout.contains("3.100 ms"), "{stdout}");
+    let text = std::fs::read_to_string(at.join("s.csv")).expect("the readings");
+    assert!(text.lines().last().is_some_and(|line| line.starts_with("# gap: ")), "{text}");
+}

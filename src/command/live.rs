@@ -14,7 +14,7 @@ use scanbound::link::device::Device;
 use scanbound::link::registers::{self, Registers};
 use scanbound::link::slmp::Code;
 use scanbound::link::{Fault, State};
-use scanbound::measured::live::{How, Notice, Watch, head, row};
+use scanbound::measured::live::{How, Notice, Watch, gap, head, row};
 use scanbound::measured::{Bounds, Comparison, Measurements};
 use scanbound::report::compare;
 use scanbound::report::live::screen;
@@ -100,9 +100,10 @@ pub struct PlcOptions {
 }
 
 impl PlcOptions {
-    /// Connects, and gives the family that a CPU has which is spoken with so, where nothing else says it.
-    pub fn connect(&self) -> Result<(Plc, &'static str), Failure> {
-        let (protocol, peer, family) = match (&self.slmp, &self.fins, &self.hostlink) {
+    /// How the PLC is spoken with, its name, and the family that a CPU has which is spoken with so, where nothing else
+    /// says it.
+    fn peer(&self) -> Result<(Protocol, String, &'static str), Fault> {
+        Ok(match (&self.slmp, &self.fins, &self.hostlink) {
             (Some(peer), ..) => {
                 let code = if self.ascii { Code::Ascii } else { Code::Binary };
                 (Protocol::Slmp(code), peer.clone(), "q")
@@ -116,10 +117,19 @@ impl PlcOptions {
             (.., Some(peer)) => {
                 (Protocol::HostLink(self.unit, self.line.stated()), peer.clone(), "c")
             }
-            _ => return Err(anyhow!("say which PLC: --slmp, --fins or --hostlink").into()),
-        };
-        let plc = Plc::connect(protocol, &peer, self.timeout).map_err(fault)?;
-        Ok((plc, family))
+            _ => return Err(Fault::Usage("say which PLC: --slmp, --fins or --hostlink".to_owned())),
+        })
+    }
+
+    fn reach(&self) -> Result<Plc, Fault> {
+        let (protocol, peer, _) = self.peer()?;
+        Plc::connect(protocol, &peer, self.timeout)
+    }
+
+    /// Connects, and gives the family that a CPU has which is spoken with so, where nothing else says it.
+    pub fn connect(&self) -> Result<(Plc, &'static str), Failure> {
+        let (_, _, family) = self.peer().map_err(fault)?;
+        Ok((self.reach().map_err(fault)?, family))
     }
 }
 
@@ -196,6 +206,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         longest: Picos::ZERO,
         drawn: 0,
         stopped: false,
+        answered: false,
         at_longest: Vec::new(),
     };
     let ended = watching.read(&mut plc, &mut sink, &stop);
@@ -225,6 +236,37 @@ fn devices(audit: &Audit, plc: &Plc) -> Vec<(String, Device, u16)> {
         .collect()
 }
 
+/// How often the state is asked for, what is drawn is drawn anew, and a lost connection is tried again.
+const OFTEN: Duration = Duration::from_millis(500);
+
+fn unwritten(error: std::io::Error) -> Failure {
+    anyhow!("the readings cannot be written: {error}").into()
+}
+
+fn seconds(time: Duration) -> String {
+    format!("{}.{} s", time.as_secs(), time.subsec_millis() / 100)
+}
+
+/// What ends a reading.
+enum Trouble {
+    /// The PLC did not tell.
+    Plc(Fault),
+    /// Anything else.
+    Other(Failure),
+}
+
+impl From<Fault> for Trouble {
+    fn from(why: Fault) -> Trouble {
+        Trouble::Plc(why)
+    }
+}
+
+impl From<Failure> for Trouble {
+    fn from(why: Failure) -> Trouble {
+        Trouble::Other(why)
+    }
+}
+
 /// What is being read.
 struct Watching<'a> {
     arguments: &'a Arguments,
@@ -235,6 +277,8 @@ struct Watching<'a> {
     /// How many lines are drawn.
     drawn: usize,
     stopped: bool,
+    /// Whether it told all that it was asked, once at least.
+    answered: bool,
     /// What the devices held at the longest scan.
     at_longest: Vec<(String, u16)>,
 }
@@ -246,38 +290,29 @@ impl Watching<'_> {
         sink: &mut Option<Sink>,
         stop: &AtomicBool,
     ) -> Result<(), Failure> {
-        const OFTEN: Duration = Duration::from_millis(500);
-        let written = |error| Failure::from(anyhow!("the readings cannot be written: {error}"));
         if let Some(sink) = sink {
-            head(sink).map_err(written)?;
+            head(sink).map_err(unwritten)?;
         }
         let begun = Instant::now();
         let (mut asked, mut shown) = (None::<Instant>, None::<Instant>);
         let late = |last: Option<Instant>| last.is_none_or(|last| last.elapsed() >= OFTEN);
         while begun.elapsed() < self.arguments.duration && !stop.load(Ordering::Relaxed) {
-            if late(asked) {
+            let ask_state = late(asked);
+            if ask_state {
                 asked = Some(Instant::now());
-                self.state(plc)?;
+            }
+            match self.round(plc, sink, begun, ask_state) {
+                Ok(()) => self.answered = true,
+                Err(Trouble::Plc(why)) if self.answered && why.may_pass() => {
+                    self.reconnect(plc, sink, begun, stop, why)?;
+                    asked = None;
+                }
+                Err(Trouble::Plc(why)) => return Err(fault(why)),
+                Err(Trouble::Other(why)) => return Err(why),
             }
             if self.stopped {
                 std::thread::sleep(OFTEN.min(self.arguments.duration));
                 continue;
-            }
-            let told = plc.scan_times(self.registers).map_err(fault)?;
-            let readings = self.watch.take(begun.elapsed(), told).to_vec();
-            for reading in &readings {
-                let mut held = Vec::new();
-                if reading.time > self.longest {
-                    self.longest = reading.time;
-                    held = self.held(plc)?;
-                    self.at_longest.clone_from(&held);
-                }
-                if let Some(sink) = sink {
-                    row(sink, reading, &held).map_err(written)?;
-                }
-                if let Some(notice) = self.watch.notice(reading.time) {
-                    self.notice(&notice, reading.time, reading.how);
-                }
             }
             if late(shown) {
                 shown = Some(Instant::now());
@@ -288,13 +323,94 @@ impl Watching<'_> {
         Ok(())
     }
 
+    /// Reads once.
+    fn round(
+        &mut self,
+        plc: &mut Plc,
+        sink: &mut Option<Sink>,
+        begun: Instant,
+        ask_state: bool,
+    ) -> Result<(), Trouble> {
+        if ask_state {
+            self.state(plc)?;
+        }
+        if self.stopped {
+            return Ok(());
+        }
+        let told = plc.scan_times(self.registers)?;
+        let readings = self.watch.take(begun.elapsed(), told).to_vec();
+        for reading in &readings {
+            // What was read is kept, even where the devices cannot be read any more.
+            let held = match reading.time > self.longest {
+                true => self.held(plc),
+                false => Ok(Vec::new()),
+            };
+            let devices = held.as_ref().map_or(&[][..], Vec::as_slice);
+            if let Some(sink) = sink {
+                row(sink, reading, devices).map_err(unwritten)?;
+            }
+            if let Some(notice) = self.watch.notice(reading.time) {
+                self.notice(&notice, reading.time, reading.how);
+            }
+            if reading.time > self.longest {
+                self.longest = reading.time;
+                self.at_longest = held?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Connects again after the connection was lost, and marks the gap in the record. Gives up where the time is over, and
+    /// where the PLC answers that it will not.
+    fn reconnect(
+        &mut self,
+        plc: &mut Plc,
+        sink: &mut Option<Sink>,
+        begun: Instant,
+        stop: &AtomicBool,
+        why: Fault,
+    ) -> Result<(), Failure> {
+        let lost = begun.elapsed();
+        self.clear();
+        say(&format!("the connection was lost after {}: {why}; trying again\n", seconds(lost)));
+        let mut ended = Err(fault(why));
+        while begun.elapsed() < self.arguments.duration && !stop.load(Ordering::Relaxed) {
+            let left = self.arguments.duration.saturating_sub(begun.elapsed());
+            std::thread::sleep(OFTEN.min(left));
+            let again = self.arguments.plc.reach().and_then(|mut new| {
+                let state = new.state(self.registers.family);
+                match state {
+                    Ok(_) | Err(Fault::EndCode { .. }) => Ok(new),
+                    Err(why) => Err(why),
+                }
+            });
+            match again {
+                Ok(new) => {
+                    *plc = new;
+                    say(&format!("connected again after {}\n", seconds(begun.elapsed() - lost)));
+                    ended = Ok(());
+                    break;
+                }
+                Err(why) if why.may_pass() => {}
+                Err(why) => {
+                    ended = Err(fault(why));
+                    break;
+                }
+            }
+        }
+        if let Some(sink) = sink {
+            gap(sink, lost, begun.elapsed()).map_err(unwritten)?;
+        }
+        ended
+    }
+
     /// Asks whether the CPU runs, and says so where that has changed.
-    fn state(&mut self, plc: &mut Plc) -> Result<(), Failure> {
+    fn state(&mut self, plc: &mut Plc) -> Result<(), Fault> {
         let state = match plc.state(self.registers.family) {
             Ok(state) => state,
             // A CPU that refuses this may tell its scan times all the same.
             Err(Fault::EndCode { .. }) => State::Run,
-            Err(why) => return Err(fault(why)),
+            Err(why) => return Err(why),
         };
         let stopped = state == State::Stop;
         if stopped != self.stopped {
@@ -309,10 +425,11 @@ impl Watching<'_> {
     }
 
     /// What the devices of the worst scan hold.
-    fn held(&self, plc: &mut Plc) -> Result<Vec<(String, u16)>, Failure> {
-        let held = self.devices.iter().map(|(name, device, _)| {
-            plc.value(*device).map(|value| (name.clone(), value)).map_err(fault)
-        });
+    fn held(&self, plc: &mut Plc) -> Result<Vec<(String, u16)>, Fault> {
+        let held = self
+            .devices
+            .iter()
+            .map(|(name, device, _)| plc.value(*device).map(|value| (name.clone(), value)));
         held.collect()
     }
 

@@ -73,6 +73,22 @@ pub enum Fault {
     },
 }
 
+impl Fault {
+    /// Whether it may be gone when the PLC is asked again: the way there failed, and the PLC did not refuse.
+    #[must_use]
+    pub fn may_pass(&self) -> bool {
+        match self {
+            Fault::Refused { .. }
+            | Fault::Unreachable { .. }
+            | Fault::TimedOut { .. }
+            | Fault::Half { .. }
+            | Fault::Closed { .. }
+            | Fault::NoAnswer { .. } => true,
+            Fault::Usage(_) | Fault::EndCode { .. } => false,
+        }
+    }
+}
+
 /// What is wrong with an answer, before it is known from whom it came.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Wrong {

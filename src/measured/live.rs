@@ -139,6 +139,15 @@ pub fn row(out: &mut dyn Write, reading: &Reading, devices: &[(String, u16)]) ->
     )
 }
 
+/// Marks in that file when nothing could be read: a comment, which `compare` passes over.
+///
+/// # Errors
+/// Of the writer.
+pub fn gap(out: &mut dyn Write, from: Duration, to: Duration) -> io::Result<()> {
+    let seconds = |time: Duration| format!("{}.{:03}", time.as_secs(), time.subsec_millis());
+    writeln!(out, "# gap: nothing was read from {} s to {} s", seconds(from), seconds(to))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,11 +197,16 @@ mod tests {
         };
         head(&mut out).expect("written");
         row(&mut out, &reading, &[("X0".to_owned(), 1), ("D5".to_owned(), 7)]).expect("written");
+        gap(&mut out, Duration::from_millis(1300), Duration::from_millis(2050)).expect("written");
+        row(&mut out, &reading, &[]).expect("written");
+        gap(&mut out, Duration::from_secs(3), Duration::from_secs(4)).expect("written");
         let text = String::from_utf8(out.clone()).expect("text");
         let head = "at_s,scan_ms,longest_ms,how,devices";
-        assert_eq!(text, format!("{head}\n1.250,3.400,5.000,read,X0=1 D5=7\n"));
+        let lines: Vec<&str> = text.lines().take(3).collect();
+        let gap = "# gap: nothing was read from 1.300 s to 2.050 s";
+        assert_eq!(lines, [head, "1.250,3.400,5.000,read,X0=1 D5=7", gap]);
         let selection = crate::measured::Selection::default();
         let read = crate::measured::capture::read("a.csv", &out, &selection).expect("it is read");
-        assert_eq!(read.times, [Picos(3_400_000_000)]);
+        assert_eq!(read.times, [Picos(3_400_000_000); 2]);
     }
 }
