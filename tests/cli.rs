@@ -313,12 +313,19 @@ fn messages_name_options_that_there_are() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let help =
         |arguments: &[&str]| String::from_utf8(scanbound(arguments, root).stdout).expect("text");
+    let commands = |text: &str| -> Vec<String> {
+        let rows = text.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
+        let rows = rows.take_while(|line| line.starts_with("  "));
+        rows.filter_map(|line| line.split_whitespace().next().map(str::to_owned)).collect()
+    };
     let all = help(&["--help"]);
-    let commands = all.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
-    let commands = commands.take_while(|line| line.starts_with("  "));
     let mut known = options(&all);
-    for command in commands.filter_map(|line| line.split_whitespace().next()) {
-        known.extend(options(&help(&[command, "--help"])));
+    for command in commands(&all) {
+        let own = help(&[&command, "--help"]);
+        known.extend(options(&own));
+        for action in commands(&own).iter().filter(|action| *action != "help") {
+            known.extend(options(&help(&[&command, action, "--help"])));
+        }
     }
     assert!(known.contains("time") && known.contains("facts"));
     let mut files = Vec::new();

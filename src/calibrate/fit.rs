@@ -2,6 +2,8 @@
 
 use super::language::RESULTS;
 use super::plan::{Measure, Part, Plan, State};
+pub use super::resolve::Interval;
+use super::resolve::resolved;
 use super::result::Words;
 use crate::base::time::Picos;
 use std::collections::BTreeMap;
@@ -10,15 +12,6 @@ use std::collections::BTreeMap;
 const STEP: i128 = 100_000_000;
 /// What is added, in percent, where the time depends on data that may be worse than what was measured.
 pub const MARGIN: u64 = 20;
-
-/// Where a time lies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Interval {
-    /// It takes at least this.
-    pub low: Picos,
-    /// It takes at most this.
-    pub high: Picos,
-}
 
 /// What was found of a row.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -81,6 +74,8 @@ impl Check {
 pub struct Fit {
     /// The rows, in the order in which they were measured.
     pub rows: Vec<Found>,
+    /// What a scan takes that does nothing: the largest counts.
+    pub empty: Option<Interval>,
     /// How each part's run is to be trusted.
     pub checks: Vec<Check>,
 }
@@ -149,9 +144,11 @@ pub fn fit(plan: &Plan, results: &[Words]) -> Result<Fit, Unfit> {
         measured.extend(part.measures.iter().map(|measure| (measure, each(measure))));
         checks.push((part, readings));
     }
-    without_coils(&mut measured);
+    let measured = resolved(measured);
+    let empty = checks.iter().flat_map(|(part, readings)| &readings[..part.empty as usize]);
+    let empty = empty.map(|one| scan_of(*one)).reduce(slower);
     let checks = checks.iter().map(|(part, readings)| check(part, readings, &measured)).collect();
-    Ok(Fit { rows: rows(&measured), checks })
+    Ok(Fit { rows: rows(&measured), empty, checks })
 }
 
 fn readings(part: &Part, words: &Words) -> Result<Vec<Reading>, Unfit> {
@@ -170,6 +167,12 @@ fn readings(part: &Part, words: &Words) -> Result<Vec<Reading>, Unfit> {
     (0..part.steps).map(step).collect()
 }
 
+/// A scan's own time: the register may be a step off either way.
+fn scan_of(reading: Reading) -> Interval {
+    let picos = |time: i128| Picos(u64::try_from(time.max(0)).unwrap_or(u64::MAX));
+    Interval { low: picos((reading.least - 1) * STEP), high: picos((reading.most + 1) * STEP) }
+}
+
 /// What one of so many executions takes that the first step has beyond the second. What disturbs a scan only makes it
 /// longer, and the register may be a step off either way.
 fn each(full: Reading, base: Reading, times: u64) -> Interval {
@@ -180,24 +183,6 @@ fn each(full: Reading, base: Reading, times: u64) -> Interval {
     let high = (high + times - 1) / times;
     let picos = |time: i128| Picos(u64::try_from(time).unwrap_or(u64::MAX));
     Interval { low: picos(low), high: picos(high) }
-}
-
-/// Takes off what the coils take that copies bring along.
-fn without_coils(measured: &mut [(&Measure, Interval)]) {
-    let is_coil = |measure: &Measure| measure.line.starts_with("OUT ") && !measure.with_coil;
-    let coils: Vec<(bool, Interval)> = measured
-        .iter()
-        .filter(|(measure, _)| is_coil(measure))
-        .map(|(measure, interval)| (measure.state == State::Off, *interval))
-        .collect();
-    for (measure, interval) in measured.iter_mut().filter(|(measure, _)| measure.with_coil) {
-        let off = measure.state == State::Off;
-        let coil = coils.iter().find(|(state, _)| *state == off).map(|(_, coil)| *coil);
-        // Where no coil was measured it may take no time, or all of it.
-        let coil = coil.unwrap_or(Interval { low: Picos::ZERO, high: interval.high });
-        interval.low = Picos(interval.low.0.saturating_sub(coil.high.0));
-        interval.high = Picos(interval.high.0.saturating_sub(coil.low.0));
-    }
 }
 
 /// Rows from what was measured of each.
@@ -214,14 +199,14 @@ fn rows(measured: &[(&Measure, Interval)]) -> Vec<Found> {
 }
 
 /// The slower of two.
-fn slower(one: Interval, other: Interval) -> Interval {
+pub(super) fn slower(one: Interval, other: Interval) -> Interval {
     Interval { low: one.low.max(other.low), high: one.high.max(other.high) }
 }
 
 fn found(row: &str, measured: &[(&Measure, Interval)]) -> Option<Found> {
     let (first, _) = measured.first()?;
     let off = measured.iter().filter(|(one, _)| one.state == State::Off).map(|(_, time)| *time);
-    let off = off.reduce(slower)?;
+    let mut off = off.reduce(slower)?;
     // By the number of units, the slowest of all data and forms.
     let mut by_units: BTreeMap<u64, Interval> = BTreeMap::new();
     for (one, time) in measured.iter().filter(|(one, _)| one.state != State::Off) {
@@ -243,6 +228,10 @@ fn found(row: &str, measured: &[(&Measure, Interval)]) -> Option<Found> {
             (base, Some(Interval { low: Picos(low), high: Picos(high) }))
         }
     };
+    // What stands in a routine is not executed while it is not called: it has one time.
+    if first.own != first.line {
+        off = on;
+    }
     let mut lines: Vec<String> = Vec::new();
     for (one, _) in measured {
         if !lines.contains(&one.line) {

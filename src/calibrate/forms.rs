@@ -1,25 +1,15 @@
 //! Which instructions are measured, and how their copies are written: lines that a front shows, tried in rungs.
 
-use super::Language;
+use super::rung::{ROUTINE, Special, special, special_names};
+use super::{Language, Rung, Spare, variants};
 use crate::base::facts::Facts;
 use crate::base::time::Picos;
 use crate::front::{Fronts, Input, Options};
-use crate::program::{Instruction, Join, Program, Step, Units};
+use crate::program::{Instruction, Join, Program, Step, TimingKey, Units};
 use crate::timing::price::{Tags, price_of};
 use crate::timing::table::{Evidence, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-
-/// How copies of an instruction stand in rungs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Shape {
-    /// Behind one contact, one below the other.
-    Action,
-    /// In series behind one contact, before a coil.
-    Series,
-    /// Each begins a rung that ends in a coil.
-    Start,
-}
 
 /// An instruction that is measured.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,12 +18,16 @@ pub struct Form {
     pub row: String,
     /// A copy of it.
     pub line: String,
+    /// The instruction in it, or in the routine that it calls.
+    pub own: String,
     /// Its timing class.
     pub class: &'static str,
     /// How many units the copy handles; 0 where nothing is counted.
     pub units: u64,
     /// How copies stand in rungs.
-    pub shape: Shape,
+    pub rung: Rung,
+    /// How often a copy executes it.
+    pub runs: u64,
     /// What it takes at most, by the table that is to be replaced.
     pub assumed: Picos,
     /// Its part of all instructions' time in the programs, in thousandths.
@@ -134,108 +128,139 @@ pub fn operands(class: &str) -> &'static [&'static [(u32, u16)]] {
     }
 }
 
-/// What the programs use of a mnemonic.
+/// What programs use: a mnemonic, and the kind of its operands or its coil's device where that tells it from others.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct Asked {
+    name: String,
+    variant: Option<String>,
+}
+
+impl Asked {
+    /// That of a price's key.
+    fn of(key: &TimingKey, table: &Table) -> Asked {
+        let name = key.names.last().cloned().unwrap_or_default();
+        let variant = key.names.first().and_then(|name| name.split_once(':')).map(|(_, kind)| kind);
+        let matters = |kind: &&str| {
+            KINDS.contains(kind)
+                || ["timer", "counter"].contains(&key.class)
+                || (["coil", "set"].contains(&key.class)
+                    && (*kind == "M"
+                        || table.row(&format!("{name}:{kind}")).is_some()
+                        || *kind == "Y"))
+        };
+        Asked { variant: variant.filter(matters).map(str::to_owned), name }
+    }
+
+    /// As tables name its row.
+    fn text(&self) -> String {
+        match &self.variant {
+            Some(variant) => format!("{}:{variant}", self.name),
+            None => self.name.clone(),
+        }
+    }
+}
+
+/// The kinds of operands that have rows of their own.
+const KINDS: [&str; 3] = ["indexed", "digits", "module"];
+
+/// Where lines come from, and what they may write.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub(super) table: &'a Table,
+    pub(super) language: Language,
+    pub(super) fronts: Fronts,
+    pub(super) spare: &'a Spare,
+}
+
+/// What is used, and the part of the programs' time, in thousandths.
 struct Used {
-    time: u128,
+    asked: Asked,
     class: &'static str,
+    share: u64,
 }
 
 /// The instructions that programs use, or where none are named all that the table has a row of its own for; the dearest
 /// part of the programs first.
 #[must_use]
-pub fn choose(
-    program: Option<&Program>,
-    table: &Table,
-    language: Language,
-    fronts: Fronts,
-) -> (Vec<Form>, Vec<Left>) {
-    let mut used: BTreeMap<String, Used> = BTreeMap::new();
-    let mut total: u128 = 0;
-    match program {
-        Some(program) => {
-            for instruction in &program.instructions {
-                let Some(key) = instruction.timing.as_deref() else { continue };
-                let Ok(price) = price_of(table, key, &Tags::new()) else { continue };
-                // A row of somebody's own that is measured or published needs no other.
-                if price.evidence != Evidence::Assumed {
-                    continue;
-                }
-                let name = key.names.last().cloned().unwrap_or_default();
-                let time = u128::from(price.on.max(price.off).0);
-                total += time;
-                let one = used.entry(name).or_insert(Used { time: 0, class: key.class });
-                one.time += time;
-            }
-        }
-        None => {
-            let own = table.rows().iter().filter(|row| !row.name.starts_with('@'));
-            for row in own.filter(|row| row.evidence == Evidence::Assumed) {
-                let name = row.name.split(':').next().unwrap_or_default().to_owned();
-                used.entry(name).or_insert(Used { time: 0, class: "" });
-            }
-        }
-    }
-    let mut used: Vec<(String, Used)> = used.into_iter().collect();
-    used.sort_by(|(a, one), (b, other)| other.time.cmp(&one.time).then_with(|| a.cmp(b)));
+pub(super) fn choose(program: Option<&Program>, source: Source<'_>) -> (Vec<Form>, Vec<Left>) {
+    let used = match program {
+        Some(program) => used(program, source.table),
+        None => rows_of(source.table, source.language),
+    };
     let (mut forms, mut left) = (Vec::new(), Vec::new());
-    for (name, Used { time, class }) in used {
-        let share = u64::try_from((time * 1000).checked_div(total).unwrap_or(0)).unwrap_or(1000);
-        match forms_of(&name, class, table, language, fronts) {
+    for Used { asked, class, share } in used {
+        // What ends a program is part of a scan that does nothing.
+        if ENDS.contains(&&*asked.name) {
+            continue;
+        }
+        match forms_of(&asked, class, source) {
             Ok(found) => forms.extend(found.into_iter().map(|form| Form { share, ..form })),
-            Err(why) => left.push(Left { row: name, why: why.to_owned(), share }),
+            Err(why) => left.push(Left { row: asked.text(), why: why.to_owned(), share }),
         }
     }
-    left.extend(other_rows(program, table, &forms, total));
     // Different names may be shown by the same line.
     let mut seen = std::collections::BTreeSet::new();
-    forms.retain(|form| seen.insert(form.line.clone()));
+    forms.retain(|form| seen.insert((form.line.clone(), form.own.clone(), form.row.clone())));
     (forms, left)
 }
 
-/// Rows of their own that price instructions of the programs, and that no form gives: coils of outputs beside those of
-/// relays.
-fn other_rows(program: Option<&Program>, table: &Table, forms: &[Form], total: u128) -> Vec<Left> {
-    let mut times: BTreeMap<String, u128> = BTreeMap::new();
-    for instruction in program.iter().flat_map(|program| &program.instructions) {
+/// What ends a program.
+pub(super) const ENDS: [&str; 2] = ["END", "FEND"];
+
+/// What a program uses of which the time is assumed, the dearest first.
+fn used(program: &Program, table: &Table) -> Vec<Used> {
+    let mut times: BTreeMap<Asked, (u128, &'static str)> = BTreeMap::new();
+    for instruction in &program.instructions {
         let Some(key) = instruction.timing.as_deref() else { continue };
         let Ok(price) = price_of(table, key, &Tags::new()) else { continue };
-        let row = price.row.split(" + ").next().unwrap_or_default();
-        let plain = key.names.last().is_some_and(|name| name == row);
-        let measured = forms.iter().any(|form| form.row == row);
-        // What is not measured by its plain name is told of under that.
-        let named = forms.iter().any(|form| {
-            key.names.last() == form.line.split(' ').next().map(str::to_owned).as_ref()
-        });
-        if !row.starts_with('@')
-            && !plain
-            && !measured
-            && named
-            && price.evidence == Evidence::Assumed
-        {
-            *times.entry(row.to_owned()).or_default() += u128::from(price.on.max(price.off).0);
+        // A row of somebody's own that is measured or published needs no other.
+        if price.evidence == Evidence::Assumed {
+            let one = times.entry(Asked::of(key, table)).or_insert((0, key.class));
+            one.0 += u128::from(price.on.max(price.off).0);
         }
     }
-    let left = times.into_iter().map(|(row, time)| {
-        let share = u64::try_from((time * 1000).checked_div(total).unwrap_or(0)).unwrap_or(1000);
-        let why = "only other operands are measured, which have a row of their own".to_owned();
-        Left { row, why, share }
-    });
-    left.collect()
+    let total: u128 = times.values().map(|(time, _)| time).sum();
+    let mut times: Vec<_> = times.into_iter().collect();
+    times.sort_by(|(a, one), (b, other)| other.0.cmp(&one.0).then_with(|| a.cmp(b)));
+    let share = |time: u128| {
+        let share = (time * 1000).checked_div(total).unwrap_or(0);
+        u64::try_from(share).unwrap_or(1000)
+    };
+    let used = times.into_iter();
+    used.map(|(asked, (time, class))| Used { asked, class, share: share(time) }).collect()
+}
+
+/// What a table has rows of its own for, and what has rungs of its own here.
+fn rows_of(table: &Table, language: Language) -> Vec<Used> {
+    let own = table.rows().iter().filter(|row| !row.name.starts_with('@'));
+    let own = own.filter(|row| row.evidence == Evidence::Assumed).map(|row| &*row.name);
+    let mut seen = std::collections::BTreeSet::new();
+    let all = own.chain(special_names(language).iter().copied());
+    let mut used = Vec::new();
+    for row in all.filter(|row| seen.insert((*row).to_owned())) {
+        let (name, variant) = match row.split_once(':') {
+            Some((name, variant)) => (name, Some(variant.to_owned())),
+            None => (row, None),
+        };
+        used.push(Used { asked: Asked { name: name.to_owned(), variant }, class: "", share: 0 });
+    }
+    used
 }
 
 /// The forms of an instruction, or why it is not measured.
-fn forms_of(
-    name: &str,
-    class: &str,
-    table: &Table,
-    language: Language,
-    fronts: Fronts,
-) -> Result<Vec<Form>, &'static str> {
+fn forms_of(asked: &Asked, class: &str, source: Source<'_>) -> Result<Vec<Form>, &'static str> {
+    let variant = asked.variant.as_deref();
+    let special = special(&asked.name, variant, source.language, source.spare);
+    if !special.is_empty() && !variant.is_some_and(|kind| KINDS.contains(&kind)) {
+        let found: Vec<Form> =
+            special.into_iter().filter_map(|special| special_form(special, source)).collect();
+        return if found.is_empty() { Err(why_not(class)) } else { Ok(found) };
+    }
     if !class.is_empty() && !HARMLESS.contains(&class) {
         return Err(why_not(class));
     }
-    let family = table.family.as_deref().unwrap_or_default();
-    let specimens = fronts.0.iter().find_map(|front| front.specimens(name, family));
+    let family = source.table.family.as_deref().unwrap_or_default();
+    let specimens = source.fronts.0.iter().find_map(|front| front.specimens(&asked.name, family));
     let Some(specimens) = specimens else { return Err("no line of it is known here") };
     let mut found = Vec::new();
     for form in specimens.forms {
@@ -245,67 +270,104 @@ fn forms_of(
                 lines.push(one.line.clone());
             }
         }
-        let tried = lines.iter().find_map(|line| of_line(line, table, language, fronts));
-        let Some(form) = tried else { continue };
-        // What counts is measured with few units and with many.
-        if form.units > 0
-            && let Some(counts) = with_counts(&form, table, language, fronts)
-        {
-            found.extend(counts);
-        } else {
-            found.push(form);
+        let changes = variants::of(variant, source.language, source.spare);
+        for change in changes {
+            let tried = lines.iter().filter_map(|line| with_own_devices(line, source.language));
+            let tried = tried.filter_map(|line| change.apply(&line, source.language));
+            let Some(form) = tried.into_iter().find_map(|line| of_line(&line, source)) else {
+                continue;
+            };
+            // Another variant of the same name.
+            if variant.is_some_and(|kind| form.row != format!("{}:{kind}", asked.name)) {
+                continue;
+            }
+            // What counts is measured with few units and with many.
+            if form.units > 0
+                && let Some(counts) = with_counts(&form, source)
+            {
+                found.extend(counts);
+            } else {
+                found.push(form);
+            }
         }
     }
-    if found.is_empty() { Err(why_not(class)) } else { Ok(found) }
+    match (found.is_empty(), variant) {
+        (false, _) => Ok(found),
+        (true, Some("module")) => {
+            Err("it reaches beyond the CPU: name buffer memory with --spare U4\\G100")
+        }
+        (true, Some(kind)) if !KINDS.contains(&kind) => {
+            Err("it writes devices that are not the program's own: name one with --spare")
+        }
+        (true, _) => Err(why_not(class)),
+    }
+}
+
+/// A form with rungs of its own, if the front takes it.
+fn special_form(special: Special, source: Source<'_>) -> Option<Form> {
+    let Special { own, line, rung, runs } = special;
+    let mut label = 10;
+    let next = || {
+        label += 1;
+        label
+    };
+    let mut lines = rung.lines(&line, [1, 2], 5, next);
+    let routine = rung.routine.iter().map(|line| line.replace(ROUTINE, "5"));
+    if !rung.routine.is_empty() && source.language != Language::Cs {
+        lines.push("FEND".to_owned());
+    }
+    lines.extend(routine);
+    let program = decoded(&(lines.join("\n") + "\nEND\n"), source)?;
+    let name = own.split(' ').next()?;
+    let named = |one: &&Instruction| one.text.split(' ').next() == Some(name);
+    let exact = program.instructions.iter().find(|one| *one.text == *own);
+    let key = exact.or_else(|| program.instructions.iter().find(named))?.timing.as_deref()?;
+    let price = price_of(source.table, key, &Tags::new()).ok()?;
+    let units = match key.units {
+        Units::Exactly(units) if table_counts(source.table, key.class, &price.row) => units,
+        _ => 0,
+    };
+    let device = ["timer", "counter"].contains(&key.class);
+    let row = if device { key.names.first() } else { key.names.last() }?.clone();
+    let assumed = price.on.max(price.off);
+    Some(Form { row, line, own, class: key.class, units, rung, runs, assumed, share: 0 })
 }
 
 /// Why an instruction of a class is not measured.
 fn why_not(class: &str) -> &'static str {
     match class {
         "jump" | "call" | "loop" | "master" | "interrupt" | "nothing" => {
-            "it changes how the program runs"
+            "it changes how the program runs, in a way that no block here can have"
         }
         "timer" | "counter" | "pulse" | "contact" => "what it takes hangs on the scans before",
         "stack" => "it stands only where rungs branch",
-        "module" | "dedicated" | "clock" | "special" => "it reaches beyond the CPU",
+        "module" => "it reaches beyond the CPU: name buffer memory with --spare U4\\G100",
+        "dedicated" | "clock" | "special" => "it reaches beyond the CPU, or takes many scans",
         _ => "no line is known here that does no harm",
     }
 }
 
 /// The same form with one unit and with many.
-fn with_counts(
-    form: &Form,
-    table: &Table,
-    language: Language,
-    fronts: Fronts,
-) -> Option<[Form; 2]> {
+fn with_counts(form: &Form, source: Source<'_>) -> Option<[Form; 2]> {
     // As fronts write a count in the lines that they show.
-    let shown = if language == Language::Cs { "#4" } else { "K4" };
+    let shown = if source.language == Language::Cs { "#4" } else { "K4" };
     let words: Vec<&str> = form.line.split(' ').collect();
     let at = words.iter().rposition(|word| *word == shown)?;
     let many = 64;
     let counted = |count: u32| {
-        let number =
-            if language == Language::Cs { format!("&{count}") } else { format!("K{count}") };
+        let number = source.language.number(count);
         let mut words = words.clone();
         words[at] = &number;
-        of_line(&words.join(" "), table, language, fronts)
+        of_line(&words.join(" "), source)
     };
     let both = [counted(1)?, counted(many)?];
     (both[0].units < both[1].units).then_some(both)
 }
 
-/// The form that a line shows, in the first shape in which the front takes it.
-pub(super) fn of_line(
-    line: &str,
-    table: &Table,
-    language: Language,
-    fronts: Fronts,
-) -> Option<Form> {
-    let line = with_own_devices(line, language)?;
-    [Shape::Action, Shape::Series, Shape::Start]
-        .into_iter()
-        .find_map(|shape| shaped(&line, shape, table, language, fronts))
+/// The form that a line shows, in the first plain rungs in which the front takes it.
+pub(super) fn of_line(line: &str, source: Source<'_>) -> Option<Form> {
+    let rungs = Rung::plain(source.language);
+    rungs.into_iter().find_map(|rung| shaped(line, rung, source))
 }
 
 /// A line whose inputs are the relay of the step's state; none where it would write an output, or a timer.
@@ -340,46 +402,24 @@ fn is_contact(name: &str) -> bool {
     ["LD", "AND", "OR", "LDI", "ANI", "ORI", "LDNOT", "ANDNOT", "ORNOT", "INV"].contains(&name)
 }
 
-/// The rungs of so many copies of a line.
-#[must_use]
-pub fn rungs(line: &str, shape: Shape, copies: u32, language: Language) -> Vec<String> {
-    let copies = (0..copies).map(|_| line.to_owned());
-    let coil = format!("OUT {}", language.coil());
-    match shape {
-        Shape::Action => {
-            std::iter::once(format!("LD {}", language.state())).chain(copies).collect()
-        }
-        Shape::Series => std::iter::once(format!("LD {}", language.always()))
-            .chain(copies)
-            .chain([coil])
-            .collect(),
-        Shape::Start => copies.flat_map(|line| [line, coil.clone()]).collect(),
-    }
-}
-
-/// The form in this shape, if the front takes it so and it does what such rungs need.
-fn shaped(
-    line: &str,
-    shape: Shape,
-    table: &Table,
-    language: Language,
-    fronts: Fronts,
-) -> Option<Form> {
-    let mut text = rungs(line, shape, 2, language).join("\n");
-    text += "\nEND\n";
-    let program = decoded(&text, table, language, fronts)?;
+/// The form in these rungs, if the front takes it so and it does what such rungs need.
+fn shaped(line: &str, rung: Rung, source: Source<'_>) -> Option<Form> {
+    let table = source.table;
+    let lines = rung.lines(line, [1, 2], 0, || 0);
+    let program = decoded(&(lines.join("\n") + "\nEND\n"), source)?;
     let own: Vec<&Instruction> =
         program.instructions.iter().filter(|one| *one.text == *line).collect();
     let [first, _] = own[..] else { return None };
-    let fits = matches!(
-        (&first.step, shape),
-        (Step::Act { .. } | Step::Nothing, Shape::Action)
-            | (Step::Logic { join: Join::And | Join::Or | Join::Replace, .. }, Shape::Series,)
-            | (Step::Logic { join: Join::Start | Join::Load, .. }, Shape::Start)
-    );
+    let [action, series, _] = Rung::plain(source.language);
+    let fits = match &first.step {
+        Step::Act { .. } | Step::Nothing => rung == action,
+        Step::Logic { join: Join::And | Join::Or | Join::Replace, .. } => rung == series,
+        Step::Logic { join: Join::Start | Join::Load, .. } => rung != action && rung != series,
+        _ => false,
+    };
     let key = first.timing.as_deref().filter(|_| fits)?;
     let name = line.split(' ').next().unwrap_or_default();
-    // Edges fire in one scan alone.
+    // Edges have rungs of their own.
     if !HARMLESS.contains(&key.class) || (key.class == "contact" && !is_contact(name)) {
         return None;
     }
@@ -389,13 +429,15 @@ fn shaped(
         Units::None | Units::Exactly(_) => 0,
         Units::AtMost(_) | Units::Counted(_) => return None,
     };
-    // Its own row if the table has one, else the name that holds for all its variants.
-    let own = key.names.iter().find(|name| table.row(name).is_some());
-    let row = own.or(key.names.last())?.clone();
+    // The name that holds for all its variants, but where it was measured as one of them.
+    let asked = Asked::of(key, table);
+    let row = match &asked.variant {
+        Some(_) => asked.text(),
+        None => key.names.last()?.clone(),
+    };
     let assumed = price.on.max(price.off);
-    let class = key.class;
-    let line = line.to_owned();
-    Some(Form { row, line, class, units, shape, assumed, share: 0 })
+    let (class, line) = (key.class, line.to_owned());
+    Some(Form { row, own: line.clone(), line, class, units, rung, runs: 1, assumed, share: 0 })
 }
 
 /// Whether the rows that price an instruction have times per unit.
@@ -405,12 +447,8 @@ fn table_counts(table: &Table, class: &str, row: &str) -> bool {
 }
 
 /// A program in the language's dialect; none where it has a fault.
-pub(super) fn decoded(
-    text: &str,
-    table: &Table,
-    language: Language,
-    fronts: Fronts,
-) -> Option<Program> {
+fn decoded(text: &str, source: Source<'_>) -> Option<Program> {
+    let Source { table, language, fronts, .. } = source;
     let dialect = |front: &&'static dyn crate::front::Front| {
         front.dialects().iter().find(|one| one.name == language.dialect()).map(|one| (*front, one))
     };

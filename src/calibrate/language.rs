@@ -5,7 +5,7 @@ use std::fmt::Write;
 /// The families for which programs are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
-    /// MELSEC-Q and L, with special registers of their own.
+    /// MELSEC-Q, L, iQ-R and FX5, with special registers of their own.
     Q,
     /// MELSEC-F.
     Fx,
@@ -19,6 +19,8 @@ pub const STEP: u32 = 1000;
 pub const RESULTS: u32 = 1100;
 /// The label behind the head's rungs that store: the C series gives number 0 a meaning of its own.
 const HEAD: u32 = 1;
+/// The label before the end, where the scans go that run no block.
+const LAST_LABEL: u32 = 2;
 /// How many scans the step has had.
 const SCAN: u32 = 1001;
 /// The least and the largest reading of the step.
@@ -34,7 +36,7 @@ impl Language {
     #[must_use]
     pub fn of(family: &str) -> Option<Language> {
         match family {
-            "q" | "l" => Some(Language::Q),
+            "q" | "l" | "iqr" | "fx5" => Some(Language::Q),
             "fx" => Some(Language::Fx),
             "cs" => Some(Language::Cs),
             _ => None,
@@ -68,6 +70,22 @@ impl Language {
         }
     }
 
+    /// The relay that changes each time round where edges are measured.
+    #[must_use]
+    pub fn changing(self) -> &'static str {
+        match self {
+            Language::Q | Language::Fx => "M992",
+            Language::Cs => "W501.02",
+        }
+    }
+
+    /// Rungs that change it while the step's state is on.
+    pub(super) fn changes(self) -> [String; 3] {
+        let not = if self == Language::Cs { "ANDNOT" } else { "ANI" };
+        let relay = self.changing();
+        [format!("LD {}", self.state()), format!("{not} {relay}"), format!("OUT {relay}")]
+    }
+
     /// The relay that is on in the scan in which a step's readings are stored.
     fn stores(self) -> &'static str {
         match self {
@@ -87,7 +105,7 @@ impl Language {
     }
 
     /// A constant.
-    fn number(self, number: u32) -> String {
+    pub(super) fn number(self, number: u32) -> String {
         match self {
             Language::Q | Language::Fx => format!("K{number}"),
             Language::Cs => format!("&{number}"),
@@ -160,8 +178,8 @@ impl Language {
     /// The label of the block of that number.
     #[must_use]
     pub fn label(self, number: u32) -> u32 {
-        // Behind that of the head. On the FX, P63 is the program's end.
-        let label = HEAD + 1 + number;
+        // Behind those of the head and the end. On the FX, P63 is the program's end.
+        let label = LAST_LABEL + 1 + number;
         if self == Language::Fx && label >= 63 { label + 1 } else { label }
     }
 
@@ -203,7 +221,7 @@ impl Language {
     /// What stands before the blocks: reads the scan time, keeps the least and the largest of each of `steps` steps over
     /// `scans` scans, and goes on to the next.
     #[must_use]
-    pub fn head(self, steps: u32, scans: u32) -> Vec<String> {
+    pub fn head(self, empty: u32, steps: u32, scans: u32) -> Vec<String> {
         const NOTHING: [(u32, u32); 3] = [(SCAN, 0), (LEAST, 32_767), (MOST, 0)];
         let settled = SETTLING + 1;
         let mut lines = self.reads();
@@ -240,7 +258,21 @@ impl Language {
             Language::Q | Language::Fx => format!("P{HEAD}"),
             Language::Cs => format!("JME {}", self.number(HEAD)),
         });
+        // The first steps measure a scan that does nothing else.
+        let [skip, _] = self.only(empty, 32_767, LAST_LABEL);
+        lines.extend(skip);
         lines
+    }
+
+    /// What stands behind the blocks: routines that they call.
+    #[must_use]
+    pub fn tail(self, routines: &[String]) -> Vec<String> {
+        let end = |name: &str| vec![name.to_owned()];
+        let (label, before) = match self {
+            Language::Q | Language::Fx => (format!("P{LAST_LABEL}"), end("FEND")),
+            Language::Cs => (format!("JME {}", self.number(LAST_LABEL)), Vec::new()),
+        };
+        [vec![label], before, routines.to_vec(), end("END")].concat()
     }
 
     /// The steps of program memory that a line takes, estimated high.
@@ -262,12 +294,12 @@ impl Language {
         let last = RESULTS + 2 * steps - 1;
         let mut text = format!("D0 to D899, D{STEP} to D{LAST}, D{RESULTS} to D{last}");
         let _ = match self {
-            Language::Q => write!(text, ", M0 to M999"),
+            Language::Q => write!(text, ", M0 to M999, T0, C0, Z0"),
             Language::Fx => write!(
                 text,
-                ", M0 to M999 (of these D200 and up, and M500 and up, are latched unless parameters say otherwise)"
+                ", M0 to M999, T0, C0, Z0 (of these D200 and up, and M500 and up, are latched unless parameters say otherwise)"
             ),
-            Language::Cs => write!(text, ", W0 to W9, W500, W501 (all D are held)"),
+            Language::Cs => write!(text, ", W0 to W9, W500, W501, T0 (all D are held)"),
         };
         text
     }

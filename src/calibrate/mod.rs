@@ -12,12 +12,18 @@ pub mod forms;
 pub mod language;
 pub mod plan;
 pub mod program;
+mod resolve;
 pub mod result;
+mod rung;
+mod spare;
 pub mod table;
+mod variants;
 
-pub use forms::{Form, Left, Shape};
+pub use forms::{Form, Left};
 pub use language::Language;
 pub use plan::{Measure, Part, Plan, Settings, State};
+pub use rung::Rung;
+pub use spare::Spare;
 
 use crate::front::Fronts;
 use crate::program::Program;
@@ -30,6 +36,8 @@ pub struct Written {
     pub plan: Plan,
     /// Each part's program, as it is loaded.
     pub files: Vec<Vec<u8>>,
+    /// The same as lists of instructions.
+    pub lists: Vec<Vec<u8>>,
 }
 
 /// Writes a calibration for a CPU: of what programs use, or of the table's own instructions. None where the family's
@@ -40,24 +48,39 @@ pub fn write(
     table: &Table,
     cpu: &str,
     settings: Settings,
+    spare: &Spare,
     fronts: Fronts,
 ) -> Option<Written> {
     let language = Language::of(table.family.as_deref()?)?;
     let mut bare = table.clone();
     bare.factor = None;
-    let (mut forms, left) = forms::choose(program, &bare, language, fronts);
-    // What brings coils along needs to know what a coil takes.
-    if forms.iter().any(|form| form.shape == Shape::Start) {
-        let coil = format!("OUT {}", language.coil());
-        let form = forms::of_line(&coil, &bare, language, fronts);
-        forms.retain(|form| !form.line.starts_with("OUT "));
-        forms.extend(form);
+    let source = forms::Source { table: &bare, language, fronts, spare };
+    let (mut forms, left) = forms::choose(program, source);
+    // What copies bring along needs to be known, too.
+    let mut wanted: Vec<String> = Vec::new();
+    for form in &forms {
+        wanted.extend(form.rung.besides(&form.line, &form.own));
+        // Contacts bring a coil along.
+        wanted.extend(form.rung.close.iter().cloned());
     }
-    let (plan, blocks) = plan::lay_out(&forms, left, &bare, language, cpu, settings);
-    let files = plan.parts.iter().zip(&blocks).map(|(part, blocks)| {
-        let lines = program::lines(language, blocks, part.steps, settings.scans);
-        program::file(language, cpu, &lines)
-    });
-    let files: Vec<Vec<u8>> = files.collect();
-    (!files.is_empty()).then_some(Written { plan, files })
+    if !wanted.is_empty() {
+        wanted.push(format!("OUT {}", language.coil()));
+    }
+    for line in wanted {
+        if !forms.iter().any(|form| form.line == line) {
+            forms.extend(forms::of_line(&line, source));
+        }
+    }
+    let (plan, laid) = plan::lay_out(&forms, left, &bare, language, cpu, settings);
+    let all: Vec<Vec<String>> = plan
+        .parts
+        .iter()
+        .zip(&laid)
+        .map(|(part, laid)| {
+            program::lines(language, laid, [part.empty, part.steps], settings.scans)
+        })
+        .collect();
+    let files: Vec<Vec<u8>> = all.iter().map(|lines| program::file(language, cpu, lines)).collect();
+    let lists = all.iter().map(|lines| program::text(lines)).collect();
+    (!files.is_empty()).then_some(Written { plan, files, lists })
 }

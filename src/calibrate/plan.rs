@@ -1,8 +1,8 @@
 //! What a calibration measures: blocks, how often they go round, and which step measures what.
 
-use super::forms::{BY_DATA, Form, Left, Shape, operands, rungs};
+use super::forms::{BY_DATA, Form, Left, operands};
 use super::language::{Language, SETTLING};
-use super::program::Block;
+use super::program::{Block, LaidOut};
 use crate::base::time::Picos;
 use crate::timing::table::Table;
 use serde::{Deserialize, Serialize};
@@ -38,7 +38,7 @@ pub struct Plan {
 }
 
 /// The kind of file that plans are. `calibrate fit` alone reads them, so no schema of them is published.
-pub const SCHEMA: &str = "calibration/1";
+pub const SCHEMA: &str = "calibration/2";
 
 /// A program that measures, and what its results mean.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -47,6 +47,8 @@ pub struct Part {
     pub file: String,
     /// How many steps it measures.
     pub steps: u32,
+    /// The first so many measure a scan that does nothing else.
+    pub empty: u32,
     /// How many steps of program memory it takes, estimated high.
     pub memory: u32,
     /// How long it takes by the table, in milliseconds.
@@ -68,6 +70,8 @@ pub struct Measure {
     pub row: String,
     /// The line of which there are copies.
     pub line: String,
+    /// The instruction that is measured: the line, or what stands in the routine that it calls.
+    pub own: String,
     /// Whether its time depends on its data.
     pub by_data: bool,
     /// How many units a copy handles; 0 where nothing is counted.
@@ -78,12 +82,23 @@ pub struct Measure {
     pub copies: u64,
     /// How often these are run in a scan.
     pub loops: u64,
-    /// Whether each copy brings a coil along.
-    pub with_coil: bool,
+    /// How often each copy executes the instruction.
+    pub runs: u64,
+    /// What each copy brings along.
+    pub besides: Vec<Beside>,
     /// The step with many copies.
     pub full: u32,
     /// The step with few.
     pub base: u32,
+}
+
+/// What a copy brings along.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Beside {
+    /// The instruction.
+    pub line: String,
+    /// Whether it fires.
+    pub on: bool,
 }
 
 /// Whether an instruction fires.
@@ -114,6 +129,12 @@ const IN_RUNG: u64 = 20;
 const MOST_COPIES: u64 = 400;
 /// The most times round a loop.
 const MOST_LOOPS: u64 = 32_767;
+/// Copies that have labels of their own, in a rung.
+const LABELLED: u64 = 10;
+/// So many labels do the blocks of such copies need.
+const LABELS: u32 = 16;
+/// Steps at the beginning that measure a scan that does nothing else: what END takes varies.
+const EMPTY: u32 = 5;
 /// The most steps of a part: their results are words of one area.
 const MOST_STEPS: u32 = 400;
 
@@ -123,7 +144,9 @@ const AHEAD: u32 = 16;
 /// A part that is being laid out.
 struct Building {
     language: Language,
-    blocks: Vec<Block>,
+    laid: LaidOut,
+    /// How many labels are used.
+    labels: u32,
     part: Part,
     /// What all its scans take, by the table.
     time: u128,
@@ -139,10 +162,12 @@ pub fn lay_out(
     language: Language,
     cpu: &str,
     settings: Settings,
-) -> (Plan, Vec<Vec<Block>>) {
+) -> (Plan, Vec<LaidOut>) {
+    // The FX2N has no more labels.
+    let most_labels = if cpu.starts_with("FX2") || cpu.starts_with("FX1") { 120 } else { 1000 };
     let costs = Costs::of(table, settings);
     let mut left = left;
-    let mut done: Vec<(Part, Vec<Block>)> = Vec::new();
+    let mut done: Vec<(Part, LaidOut)> = Vec::new();
     let mut building = Building::new(language);
     for form in forms {
         if form.assumed.0.saturating_mul(2) > settings.scan_time.0 {
@@ -152,7 +177,8 @@ pub fn lay_out(
         }
         let added = building.sized(form, &costs) + building.besides(settings);
         let full = building.part.memory + added > settings.memory
-            || building.part.steps + AHEAD > MOST_STEPS;
+            || building.part.steps + AHEAD > MOST_STEPS
+            || building.labels + AHEAD + if form.rung.labels() { LABELS } else { 0 } > most_labels;
         if full && !building.forms.is_empty() {
             let ended = std::mem::replace(&mut building, Building::new(language));
             done.push(ended.end(&costs, settings));
@@ -163,11 +189,11 @@ pub fn lay_out(
         done.push(building.end(&costs, settings));
     }
     let mut parts = Vec::new();
-    let mut blocks = Vec::new();
+    let mut laid = Vec::new();
     for (number, (part, own)) in (1..).zip(done) {
         let suffix = if language == Language::Cs { "il" } else { "csv" };
         parts.push(Part { file: format!("part{number}.{suffix}"), ..part });
-        blocks.push(own);
+        laid.push(own);
     }
     let plan = Plan {
         schema: SCHEMA.to_owned(),
@@ -178,7 +204,7 @@ pub fn lay_out(
         parts,
         left,
     };
-    (plan, blocks)
+    (plan, laid)
 }
 
 /// What is reckoned with besides the instructions that are measured, by the table.
@@ -189,6 +215,8 @@ struct Costs {
     rung: u64,
     /// What a scan takes besides.
     scan: u64,
+    /// A block that is passed over.
+    skip: u64,
     /// What a scan is to take at most.
     most: u64,
 }
@@ -196,11 +224,13 @@ struct Costs {
 impl Costs {
     fn of(table: &Table, settings: Settings) -> Costs {
         let on = |name: &str| table.row(name).map_or(0, |row| row.on.0);
-        let rows = ["@end", "@program"].map(on);
+        let ends = table.rows().iter().filter(|row| row.name.starts_with("@end:"));
+        let ends: u64 = ends.map(|row| row.on.0).sum();
         Costs {
             round: 2 * on("FOR").max(on("@loop")),
             rung: on("LD") + on("OUT").max(on("OUT:M")),
-            scan: rows.iter().sum(),
+            scan: on("@end") + on("@program") + ends,
+            skip: 2 * on("@compare") + on("@jump").max(on("CJ")).max(on("JMP")),
             most: settings.scan_time.0,
         }
     }
@@ -208,7 +238,10 @@ impl Costs {
     /// How many copies of an instruction go into a block, by tens and twenties: as many as take what a time round the loop
     /// takes.
     fn copies(&self, form: &Form) -> [u64; 2] {
-        let each = form.assumed.0.max(1);
+        let each = form.assumed.0.saturating_mul(form.runs).max(1);
+        if form.rung.labels() {
+            return [1, (self.most / each / 2).clamp(1, LABELLED)];
+        }
         let wanted = self.round.div_ceil(each).clamp(IN_RUNG, MOST_COPIES);
         // One more of each rung is in both blocks.
         let fits = (self.most / each / 2).max(1);
@@ -229,7 +262,8 @@ impl Building {
     fn new(language: Language) -> Building {
         let part = Part {
             file: String::new(),
-            steps: 0,
+            steps: EMPTY,
+            empty: EMPTY,
             memory: 0,
             takes_ms: 0,
             longest_us: 0,
@@ -237,74 +271,121 @@ impl Building {
             reference: [0, 0],
             sum: None,
         };
-        let mut building =
-            Building { language, blocks: Vec::new(), part, time: 0, forms: Vec::new() };
+        let mut building = Building {
+            language,
+            laid: LaidOut::default(),
+            labels: 0,
+            part,
+            time: 0,
+            forms: Vec::new(),
+        };
         building.reference();
         building
     }
 
+    /// A label that is not used yet.
+    fn label(&mut self) -> u32 {
+        self.labels += 1;
+        self.language.label(self.labels - 1)
+    }
+
     /// Adds a block, and gives its first step.
-    fn add(&mut self, rungs: Vec<String>, loops: u64, operands: Vec<Vec<(u32, u16)>>) -> u32 {
+    fn add(
+        &mut self,
+        rungs: Vec<String>,
+        loops: u64,
+        operands: Vec<Vec<(u32, u16)>>,
+        changes: bool,
+    ) -> u32 {
         let first = self.part.steps;
         let states = 1 + u32::try_from(operands.len()).unwrap_or(0);
         self.part.steps += states;
-        let label = self.language.label(u32::try_from(self.blocks.len()).unwrap_or(0));
+        let label = self.label();
         let loops = u32::try_from(loops).unwrap_or(1);
-        let block = Block { first, states, label, loops, operands, rungs };
+        let block = Block { first, states, label, loops, operands, rungs, changes };
         self.part.memory += block.size(self.language);
-        self.blocks.push(block);
+        self.laid.blocks.push(block);
         first
     }
 
     /// A loop with nothing in it, which shows whether two moments are alike.
     fn reference(&mut self) -> u32 {
-        self.add(Vec::new(), 1000, Vec::new())
+        self.add(Vec::new(), 1000, Vec::new(), false)
     }
 
     /// What measuring a form takes of the program memory.
     fn sized(&self, form: &Form, costs: &Costs) -> u32 {
         let [rungs, copies] = costs.copies(form);
-        let lines = u32::try_from(rungs * (copies + 2)).unwrap_or(u32::MAX);
-        let each = self.language.size(&form.line) + 1;
-        lines * each + 32 * 16
+        let size =
+            |lines: &[String]| lines.iter().map(|line| self.language.size(line)).sum::<u32>();
+        let rung = &form.rung;
+        let number = |number: u64| u32::try_from(number).unwrap_or(u32::MAX);
+        let copy = self.language.size(&form.line) + size(&rung.before) + size(&rung.after);
+        let around = size(&rung.open) + size(&rung.close);
+        number(rungs * (copies + 2)) * copy + number(2 * rungs) * around + 32 * 16
     }
 
     /// What the head and the sum take of the program memory when all is laid out.
     fn besides(&self, settings: Settings) -> u32 {
         let size =
             |lines: &[String]| lines.iter().map(|line| self.language.size(line)).sum::<u32>();
-        let head = self.language.head(self.part.steps + AHEAD, settings.scans);
+        let head = self.language.head(EMPTY, self.part.steps + AHEAD, settings.scans);
         let each: Vec<String> = self.forms.iter().map(|form| form.line.clone()).collect();
         size(&head) + 2 * size(&each) + 200
     }
 
     fn measure(&mut self, form: &Form, costs: &Costs, settings: Settings) {
         let [count, copies] = costs.copies(form);
-        let own = |copies: u64| -> Vec<String> {
-            let copies = u32::try_from(copies).unwrap_or(1);
-            (0..count).flat_map(|_| rungs(&form.line, form.shape, copies, self.language)).collect()
+        let routine = match form.rung.routine.is_empty() {
+            true => 0,
+            false => self.label(),
         };
-        let (many, few) = (own(copies + 1), own(1));
-        let with_coil = form.shape == Shape::Start;
-        let each = form.assumed.0 + if with_coil { costs.rung } else { 0 };
+        let own = |building: &mut Building, copies: u64| {
+            form.rung.lines(&form.line, [count, copies], routine, || building.label())
+        };
+        let (many, few) = (own(self, copies + 1), own(self, 1));
+        let lines = form.rung.routine.iter();
+        let lines = lines.map(|line| line.replace(super::rung::ROUTINE, &routine.to_string()));
+        self.laid.routines.extend(lines);
+        let others = form.rung.besides(&form.line, &form.own);
+        // What others take is not known here: no more than a rung, or as much as this instruction.
+        let besides = others.len() as u64 * costs.rung.max(form.assumed.0);
+        let each = form.assumed.0.saturating_mul(form.runs) + besides;
         let once = count * ((copies + 1) * each + costs.rung);
-        let loops = costs.loops(once);
+        let changes = form.rung.changes;
+        // Every other time round it fires.
+        let loops = match (costs.loops(once), changes) {
+            (loops, true) => loops.next_multiple_of(2).min(MOST_LOOPS - 1),
+            (loops, false) => loops,
+        };
         let data: Vec<Vec<(u32, u16)>> =
             operands(form.class).iter().map(|one| one.to_vec()).collect();
         let states = data.len();
-        let full = self.add(many, loops, data.clone());
-        let base = self.add(few, loops, data);
+        let full = self.add(many, loops, data.clone(), changes);
+        let base = self.add(few, loops, data, changes);
         let on = (0..states).map(State::On);
         for (state, at) in std::iter::once(State::Off).chain(on).zip(0..) {
+            let fires = state != State::Off;
+            let with = |on: bool| others.iter().map(move |line| Beside { line: line.clone(), on });
+            let mut besides: Vec<Beside> = with(fires).collect();
+            let mut rounds = loops;
+            if changes && fires {
+                // Two times round count as one: with the edge, and without.
+                besides.extend(with(false));
+                besides.push(Beside { line: form.own.clone(), on: false });
+                rounds = loops / 2;
+            }
             self.part.measures.push(Measure {
                 row: form.row.clone(),
                 line: form.line.clone(),
+                own: form.own.clone(),
                 by_data: BY_DATA.contains(&form.class),
                 units: form.units,
                 state,
                 copies: count * copies,
-                loops,
-                with_coil,
+                loops: rounds,
+                runs: form.runs,
+                besides,
                 full: full + at,
                 base: base + at,
             });
@@ -326,7 +407,9 @@ impl Building {
     /// A block of a copy of each instruction that stands behind a contact.
     fn sum(&mut self, costs: &Costs, settings: Settings) {
         let plain = |form: &&Form| {
-            form.shape == Shape::Action
+            form.rung.is_action(self.language)
+                && form.runs == 1
+                && form.own == form.line
                 && operands(form.class) == operands("")
                 && form.assumed.0.saturating_mul(4) < costs.most
         };
@@ -350,8 +433,8 @@ impl Building {
         }
         let loops = costs.loops(once);
         let data = vec![operands("")[0].to_vec()];
-        let full = self.add(all, loops, data.clone());
-        let base = self.add(few, loops, data);
+        let full = self.add(all, loops, data.clone(), false);
+        let base = self.add(few, loops, data, false);
         // Only the state in which they fire is looked at.
         self.part.sum = Some(Sum { lines, loops, full: full + 1, base: base + 1 });
         let scan = u128::from(loops * (once + costs.round) + costs.scan);
@@ -360,15 +443,18 @@ impl Building {
     }
 
     /// The part, and its blocks.
-    fn end(mut self, costs: &Costs, settings: Settings) -> (Part, Vec<Block>) {
+    fn end(mut self, costs: &Costs, settings: Settings) -> (Part, LaidOut) {
         self.sum(costs, settings);
         let last = self.reference();
-        self.part.reference = [0, last];
-        self.time += u128::from(2 * (1000 * costs.round + costs.scan))
-            * u128::from(settings.scans + SETTLING);
-        let head = self.language.head(self.part.steps, settings.scans);
+        self.part.reference = [EMPTY, last];
+        // Each scan passes the other blocks, and the head takes about as long as a few of them.
+        let passed = costs.skip * (self.laid.blocks.len() as u64 + 8) * u64::from(self.part.steps);
+        let others = passed + 2 * (1000 * costs.round + costs.scan) + u64::from(EMPTY) * costs.scan;
+        self.time += u128::from(others) * u128::from(settings.scans + SETTLING);
+        let head = self.language.head(EMPTY, self.part.steps, settings.scans);
         self.part.memory += head.iter().map(|line| self.language.size(line)).sum::<u32>();
+        self.part.longest_us += (costs.skip * self.laid.blocks.len() as u64).div_ceil(1_000_000);
         self.part.takes_ms = u64::try_from(self.time / 1_000_000_000).unwrap_or(u64::MAX);
-        (self.part, self.blocks)
+        (self.part, self.laid)
     }
 }

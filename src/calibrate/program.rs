@@ -13,6 +13,8 @@ pub struct Block {
     /// The words that are set in each step in which it is on.
     pub(super) operands: Vec<Vec<(u32, u16)>>,
     pub(super) rungs: Vec<String>,
+    /// Whether a relay changes each time round.
+    pub(super) changes: bool,
 }
 
 impl Block {
@@ -26,8 +28,17 @@ impl Block {
             let moves = operands.iter();
             lines.extend(moves.map(|(word, bits)| format!("MOV {} D{word}", language.bits(*bits))));
         }
+        let indexed =
+            |line: &String| line.split(' ').skip(1).any(|operand| operand.ends_with("Z0"));
+        if self.rungs.iter().any(indexed) {
+            lines.push(format!("LD {}", language.always()));
+            lines.push("MOV K0 Z0".to_owned());
+        }
         let [begin, next] = language.looped(self.loops);
         lines.push(begin);
+        if self.changes {
+            lines.extend(language.changes());
+        }
         lines.extend(self.rungs.iter().cloned());
         lines.push(next);
         lines.extend(end);
@@ -40,21 +51,50 @@ impl Block {
     }
 }
 
-/// All lines of a part.
-pub(super) fn lines(language: Language, blocks: &[Block], steps: u32, scans: u32) -> Vec<String> {
-    let mut lines = language.head(steps, scans);
-    lines.extend(blocks.iter().flat_map(|block| block.lines(language)));
-    lines.push("END".to_owned());
+/// What a part's program is made of.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct LaidOut {
+    pub(super) blocks: Vec<Block>,
+    /// What stands behind the program's end.
+    pub(super) routines: Vec<String>,
+}
+
+/// All lines of a part that measures so many steps, the first so many of them nothing.
+pub(super) fn lines(
+    language: Language,
+    laid: &LaidOut,
+    [empty, steps]: [u32; 2],
+    scans: u32,
+) -> Vec<String> {
+    let mut lines = language.head(empty, steps, scans);
+    lines.extend(laid.blocks.iter().flat_map(|block| block.lines(language)));
+    lines.extend(language.tail(&laid.routines));
     lines
+}
+
+/// The lines as text.
+#[must_use]
+pub fn text(lines: &[String]) -> Vec<u8> {
+    (lines.join("\n") + "\n").into_bytes()
 }
 
 /// The file of a part, as programming software takes it.
 #[must_use]
 pub fn file(language: Language, cpu: &str, lines: &[String]) -> Vec<u8> {
     match language {
-        Language::Q => exported(language, "QCPU (Q mode)", cpu, lines),
+        Language::Q => exported(language, series(cpu), cpu, lines),
         Language::Fx => exported(language, "FXCPU", &format!("{cpu}/{cpu}C"), lines),
-        Language::Cs => (lines.join("\n") + "\n").into_bytes(),
+        Language::Cs => text(lines),
+    }
+}
+
+/// The series as GX Works2 and 3 name it.
+fn series(cpu: &str) -> &'static str {
+    match cpu {
+        _ if cpu.starts_with("FX5") => "FX5CPU",
+        _ if cpu.starts_with('R') => "RCPU",
+        _ if cpu.starts_with('L') => "LCPU",
+        _ => "QCPU (Q mode)",
     }
 }
 

@@ -11,7 +11,7 @@ use scanbound::base::time::Picos;
 use scanbound::calibrate::fit::{Check, Fit, fit};
 use scanbound::calibrate::language::{RESULTS, STEP};
 use scanbound::calibrate::table::Origin;
-use scanbound::calibrate::{Language, Left, Plan, Settings, Written, result, table};
+use scanbound::calibrate::{Language, Left, Plan, Settings, Spare, Written, result, table};
 use scanbound::front::FRONTS;
 use scanbound::timing::table::Table;
 use std::path::{Path, PathBuf};
@@ -61,6 +61,10 @@ struct WriteArguments {
     /// How many steps of program memory a part may take
     #[arg(long, value_name = "N", default_value_t = 15_000, value_parser = clap::value_parser!(u32).range(1000..))]
     memory: u32,
+    /// Devices that nothing hangs on, which the program may write besides its own: an output (Y1F0), a latched relay
+    /// (L100), 64 words of a module's buffer memory (U4\G100; TO writes there what stands there)
+    #[arg(long, value_name = "DEVICE", value_delimiter = ',')]
+    spare: Vec<String>,
     #[command(flatten)]
     project: ProjectOptions,
 }
@@ -98,6 +102,9 @@ struct FitArguments {
     /// The CPU's serial number, for the table
     #[arg(long, value_name = "TEXT", default_value = "")]
     serial: String,
+    /// The modules stay as they were: the refresh of their points is in the scan that was measured, and not added again
+    #[arg(long)]
+    fitted: bool,
     /// The day of the measurement [default: today]
     #[arg(long, value_name = "YYYY-MM-DD")]
     date: Option<String>,
@@ -129,7 +136,7 @@ fn write(arguments: &WriteArguments) -> Result<Outcome, Failure> {
     let (table, cpu) = table_of(&arguments.project)?;
     let family = table.family.clone().unwrap_or_default();
     let Some(language) = Language::of(&family) else {
-        return Err(anyhow!("calibration programs are written for MELSEC-Q, L and F and for OMRON CS, CJ and CP, not for family {family}").into());
+        return Err(anyhow!("calibration programs are written for MELSEC-Q, L, iQ-R, FX5 and F and for OMRON CS, CJ and CP, not for family {family}: it has no loops in which short times add up to a step of its scan-time register").into());
     };
     let third = table.watchdog().map_or(u64::MAX, |watchdog| watchdog.0 / 3);
     let usual = Picos(third.min(100_000_000_000));
@@ -142,24 +149,30 @@ fn write(arguments: &WriteArguments) -> Result<Outcome, Failure> {
         true => None,
         false => Some(arguments.project.with_request(|request| Ok(read(request)?))?),
     };
-    let written = scanbound::calibrate::write(program.as_ref(), &table, &cpu, settings, FRONTS);
-    let Some(Written { plan, files }) = written else {
+    let spare = Spare::new(&arguments.spare).map_err(|device| {
+        anyhow!("--spare: {device} is no device; write it as Y1F0, L100 or U4\\G100")
+    })?;
+    let program = program.as_ref();
+    let written = scanbound::calibrate::write(program, &table, &cpu, settings, &spare, FRONTS);
+    let Some(Written { plan, files, lists }) = written else {
         return Err(anyhow!("nothing is left to be measured: all times of these programs are measured, published or stated, or cannot be measured").into());
     };
     let directory = &arguments.output;
     let cannot = || format!("{} cannot be written", directory.display());
     std::fs::create_dir_all(directory).with_context(cannot)?;
-    for (part, bytes) in plan.parts.iter().zip(files) {
-        std::fs::write(directory.join(&part.file), bytes).with_context(cannot)?;
+    for ((part, bytes), list) in plan.parts.iter().zip(files).zip(lists) {
+        let file = directory.join(&part.file);
+        std::fs::write(&file, bytes).with_context(cannot)?;
+        std::fs::write(file.with_extension("il"), list).with_context(cannot)?;
     }
     let json = serde_json::to_string_pretty(&plan).context("the plan cannot be written")?;
     std::fs::write(directory.join(PLAN), json + "\n").with_context(cannot)?;
-    Target::new(None)?.write(&told(&plan, language, directory, &table))?;
+    Target::new(None)?.write(&told(&plan, language, directory, &table, &spare))?;
     Ok(Outcome::Done)
 }
 
 /// What the calibration takes, before it is loaded.
-fn told(plan: &Plan, language: Language, directory: &Path, table: &Table) -> String {
+fn told(plan: &Plan, language: Language, directory: &Path, table: &Table, spare: &Spare) -> String {
     let mut text = format!("calibration of {} in {}\n", plan.cpu, directory.display());
     for part in &plan.parts {
         let last = RESULTS + 2 * part.steps - 1;
@@ -174,6 +187,10 @@ fn told(plan: &Plan, language: Language, directory: &Path, table: &Table) -> Str
             part.steps,
             language.writes(part.steps),
         );
+    }
+    if !spare.devices().is_empty() {
+        text +=
+            &format!("  what writes {} is measured on these, too\n", spare.devices().join(", "));
     }
     let mut rows: Vec<&str> = Vec::new();
     for measure in plan.parts.iter().flat_map(|part| &part.measures) {
@@ -269,7 +286,12 @@ fn make_table(arguments: &FitArguments) -> Result<Outcome, Failure> {
     let found = fit(&plan, &results).map_err(|unfit| anyhow!(unfit.to_string()))?;
     let date = arguments.date.clone().unwrap_or_else(today);
     let origin = Origin { date, serial: arguments.serial.clone() };
-    Target::new(Some(&arguments.output))?.write(&table::write(&plan, &found, &origin))?;
+    Target::new(Some(&arguments.output))?.write(&table::write(
+        &plan,
+        &found,
+        &origin,
+        arguments.fitted,
+    ))?;
     Target::new(None)?.write(&summary(&plan, &found))?;
     for check in found.checks.iter().filter(|check| !check.is_good()) {
         say(&doubt(check));
@@ -280,6 +302,13 @@ fn make_table(arguments: &FitArguments) -> Result<Outcome, Failure> {
 /// What was found, in rows.
 fn summary(plan: &Plan, found: &Fit) -> String {
     let mut text = format!("{} rows measured on {}\n", found.rows.len(), plan.cpu);
+    if let Some(empty) = found.empty {
+        text += &format!(
+            "  a scan that does nothing: {} to {} us\n",
+            empty.low.us_text(),
+            empty.high.us_text()
+        );
+    }
     for row in &found.rows {
         let units = match row.per_unit {
             Some(unit) => format!(", {} to {} us a unit", unit.low.us_text(), unit.high.us_text()),

@@ -117,7 +117,9 @@ impl PlcOptions {
             (.., Some(peer)) => {
                 (Protocol::HostLink(self.unit, self.line.stated()), peer.clone(), "c")
             }
-            _ => return Err(Fault::Usage("say which PLC: --slmp, --fins or --hostlink".to_owned())),
+            _ => {
+                return Err(Fault::Usage("say which PLC: --slmp, --fins or --hostlink".to_owned()));
+            }
         })
     }
 

@@ -494,6 +494,11 @@ fn overhead(
         let why = format!("{count} x {} us; {}", row.on.us_text(), row.source);
         charge(row, count, "program starts".to_owned(), why)?;
     }
+    let further = program.mains.len().saturating_sub(1) as u64;
+    if let Some(row) = table.row("@further-program").filter(|_| further > 0) {
+        let why = format!("{further} x {} us; {}", row.on.us_text(), row.source);
+        charge(row, further, "further programs".to_owned(), why)?;
+    }
     let refresh = refresh::refresh(program, table, facts)?;
     terms.extend(refresh.terms.iter().cloned());
     terms.extend(networks::terms(table, facts)?);

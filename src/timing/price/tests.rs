@@ -301,13 +301,14 @@ const BESIDE_SCANS: [&str; 3] = ["@watchdog", "@input-delay", "@output-delay"];
 
 #[test]
 fn every_kind_of_row_is_charged() {
-    // It has all that a row may be for: rungs, an interrupt, a main routine, points of both sides.
+    // It has all that a row may be for: rungs, an interrupt, two main routines, points of both sides.
     let mut program = program(vec![
         load(1, 1, cell(X, 3)),
         load(2, 1, cell(Y, 3)),
         instruction(3, 2, "I0", "interrupt"),
     ]);
     program.interrupts = vec![Interrupt { name: "I0".into(), entry: 2, times: 1, stated: true }];
+    program.mains.push(3..3);
     let found = |rows: &str| {
         let table = table(&format!("LD,0,\nI0,0,\n{rows}"));
         let prices = price(&program, &table, &Facts::default()).unwrap();

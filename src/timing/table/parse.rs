@@ -77,8 +77,9 @@ impl Column {
 }
 
 /// Rows with one number. What a scan is charged for each, `price` says; a test holds it to all of them.
-pub(crate) const SINGLE: [&str; 14] = [
+pub(crate) const SINGLE: [&str; 15] = [
     "@end",
+    "@further-program",
     "@network",
     "@program",
     "@rung",
