@@ -15,6 +15,10 @@ fn bound(text: &str) -> Result<u64, Vec<Code>> {
 
 /// What a scan takes, where a store takes a microsecond and nothing else anything.
 fn audited(text: &str) -> Result<Audit, Vec<Code>> {
+    trusting(Trust::None, text)
+}
+
+fn trusting(trust: Trust, text: &str) -> Result<Audit, Vec<Code>> {
     let mut rows = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES {
         rows += &format!("@{class},0,0\n");
@@ -24,8 +28,7 @@ fn audited(text: &str) -> Result<Audit, Vec<Code>> {
         Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
     let inputs = [Input { name: "main.st".to_owned(), bytes: text.as_bytes().to_vec() }];
     let facts = Facts::default();
-    let request =
-        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+    let request = Request { table: Some(&table), trust, ..Request::new(&inputs, &facts) };
     match audit(&request) {
         Ok(found) => Ok(found),
         Err(Failure::Input(faults)) => Err(faults.into_iter().map(|fault| fault.code).collect()),
@@ -67,7 +70,8 @@ fn loops_count_their_turns() {
         of("i : INT;", "FOR i := 1 TO 5 DO IF i = 3 THEN EXIT; END_IF x := TRUE; END_FOR"),
         Ok(5)
     );
-    assert_eq!(of("n : INT;", "WHILE n > 0 DO n := n - 1; END_WHILE"), Err(vec![Code::LoopCount]));
+    // As often as a number of 16 bits can be.
+    assert_eq!(of("n : INT;", "WHILE n > 0 DO n := n - 1; END_WHILE"), Ok(32_767));
 }
 
 #[test]
@@ -191,4 +195,79 @@ fn shared_memory_and_unknown_names_are_refused() {
     assert_eq!(of("m AT %QX0.0 : BOOL;", "%QX0.0 := TRUE;"), Err(vec![Code::NotModelled]));
     assert_eq!(of("", "q := TRUE;"), Err(vec![Code::UnknownName]));
     assert_eq!(of("t : FB_Pump;", "x := TRUE;"), Err(vec![Code::UnknownType]));
+}
+
+#[test]
+fn loops_on_conditions_go_round_as_often_as_what_they_count_says() {
+    // The first store, then two in each turn.
+    let turns = |start: i32, body: &str| of("i : INT;", &format!("i := {start}; {body}"));
+    let up = "WHILE i < 5 DO x := TRUE; i := i + 1; END_WHILE";
+    for (start, stores) in [(0, 11), (3, 5), (5, 1), (9, 1), (-2, 15)] {
+        assert_eq!(turns(start, up), Ok(stores), "{start}");
+    }
+    let down = "WHILE a AND (0 <= i) DO x := TRUE; i := i - 2; END_WHILE";
+    for (start, stores) in [(0, 3), (1, 3), (2, 5), (-1, 1), (7, 9)] {
+        assert_eq!(turns(start, down), Ok(stores), "{start}");
+    }
+    let until = "REPEAT x := TRUE; i := i + 3; UNTIL i > 6 OR a END_REPEAT";
+    for (start, stores) in [(0, 7), (3, 5), (4, 3), (100, 3)] {
+        assert_eq!(turns(start, until), Ok(stores), "{start}");
+    }
+    for unknown in [
+        "WHILE a DO x := TRUE; END_WHILE",
+        "WHILE i < 5 DO IF a THEN i := i + 1; END_IF END_WHILE",
+        "WHILE i < 5 DO i := i + 1; i := 0; END_WHILE",
+        "WHILE i < 5 DO IF a THEN CONTINUE; END_IF i := i + 1; END_WHILE",
+        "WHILE i < 5 DO i := i - 1; END_WHILE",
+        "WHILE i < n DO i := i + 1; n := n + 1; END_WHILE",
+        "REPEAT i := i + 1; UNTIL i = 5 END_REPEAT",
+        "REPEAT i := i + 1; UNTIL i > 5 AND a END_REPEAT",
+    ] {
+        assert_eq!(of("i, n : INT;", unknown), Err(vec![Code::LoopCount]), "{unknown}");
+    }
+}
+
+#[test]
+fn loops_that_never_pass_their_end_have_no_count() {
+    let to = |end: i32| of("i : USINT;", &format!("FOR i := 250 TO {end} DO x := TRUE; END_FOR"));
+    // The start, and in each of five turns the body's store and the loop's own.
+    assert_eq!(to(254), Ok(11));
+    assert_eq!(to(255), Err(vec![Code::LoopCount]));
+    let moved = "FOR i := 1 TO n DO n := n + 1; END_FOR";
+    assert_eq!(of("i, n : INT;", moved), Err(vec![Code::LoopCount]));
+    let wide = "FOR i := 0 TO n DO x := TRUE; END_FOR";
+    assert_eq!(of("i, n : UDINT;", wide), Err(vec![Code::LoopCount]));
+    // What a loop counts may be changed where it is handed over.
+    let handed = "FUNCTION_BLOCK g VAR_IN_OUT v : INT; END_VAR v := 0; END_FUNCTION_BLOCK
+        PROGRAM main VAR f : g; i : INT; END_VAR FOR i := 0 TO 3 DO f(v := i); END_FOR END_PROGRAM";
+    assert_eq!(bound(handed), Err(vec![Code::LoopCount]));
+}
+
+#[test]
+fn names_and_first_values_are_taken_for_no_others() {
+    // A range that does not hold 0 does not begin with it.
+    let text = "PROGRAM main VAR n : INT (5..10); x, y : BOOL; END_VAR
+                IF n = 5 THEN x := TRUE; y := TRUE; END_IF IF y THEN n := 0; END_IF END_PROGRAM";
+    let found = trusting(Trust::All, text).expect("a sound program");
+    assert_eq!(found.bound.upper, Picos(3_000_000));
+    // Two enumerations have the same name with different numbers.
+    let types = "TYPE A : (p, q, r); B : (r, q, p); END_TYPE ";
+    let end = |end: &str| {
+        bound(&format!(
+            "{types} PROGRAM main VAR i : INT; x : BOOL; END_VAR FOR i := 0 TO {end} DO x := TRUE; END_FOR END_PROGRAM"
+        ))
+    };
+    assert!(end("r").is_err());
+    assert_eq!((end("A#r"), end("B.p"), end("q")), (Ok(7), Ok(7), Ok(5)));
+}
+
+#[test]
+fn a_block_without_a_body_may_or_may_not_carry_out_that_of_its_base() {
+    let units =
+        "FUNCTION_BLOCK base VAR x, on : BOOL; END_VAR x := TRUE; on := TRUE; END_FUNCTION_BLOCK
+                 FUNCTION_BLOCK own EXTENDS base VAR z : BOOL; END_VAR END_FUNCTION_BLOCK ";
+    let main = "PROGRAM main VAR f : own; x, y : BOOL; END_VAR f.on := FALSE; f();
+                IF NOT f.on THEN x := TRUE; y := TRUE; x := FALSE; END_IF END_PROGRAM";
+    // Not carried out: one store and three; carried out: one and two.
+    assert_eq!(bound(&format!("{units}{main}")), Ok(4));
 }

@@ -176,7 +176,8 @@ fn every_key_of_an_audit_is_documented() {
     let apart = apart.to_str().expect("a plain path");
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 21] = [
+    let runs: [&[&str]; 22] = [
+        &["audit", "samples/sfc/line.st"],
         &["audit", line[0], line[1], line[2], "--time-limit", "1us"],
         &["audit", "samples/paper/program.il", "--table", "samples/paper/table.csv"],
         &["audit", line[0], line[1], line[2], "--time", "NONE=1us"],

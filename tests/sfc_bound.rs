@@ -5,7 +5,7 @@
 mod charts;
 
 use charts::{Dice, chart};
-use scanbound::audit::{Request, audit};
+use scanbound::audit::{Concluded, Request, audit, coactivity, conclude, follow};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::Input;
@@ -182,4 +182,27 @@ fn no_scan_of_a_long_run_takes_longer_than_the_bound() {
             now += i64::try_from(dice.below(6)).expect("small") * 5 * MS;
         }
     }
+}
+
+#[test]
+fn what_co_activity_takes_off_is_told_with_what_is_active() {
+    let source = "PROGRAM main VAR v : BOOL; i0 AT %IX0.0 : BOOL; END_VAR
+        INITIAL_STEP s: m0(N); END_STEP STEP t: m1(N); END_STEP STEP u: m2(N); END_STEP
+        TRANSITION FROM s TO t := i0; END_TRANSITION TRANSITION FROM t TO u := i0; END_TRANSITION
+        TRANSITION FROM u TO s := i0; END_TRANSITION
+        ACTION m0: v := TRUE; END_ACTION ACTION m1: v := TRUE; v := TRUE; END_ACTION
+        ACTION m2: v := TRUE; v := TRUE; v := TRUE; v := TRUE; END_ACTION END_PROGRAM";
+    let inputs = [Input { name: "main.st".to_owned(), bytes: source.as_bytes().to_vec() }];
+    let (facts, table) = (Facts::default(), table());
+    let request = Request { table: Some(&table), ..Request::new(&inputs, &facts) };
+    let followed = follow(&request).unwrap_or_else(|fault| panic!("{fault:?}"));
+    let mut concluded: Concluded =
+        conclude(followed, &request).unwrap_or_else(|fault| panic!("{fault:?}"));
+    coactivity(&mut concluded, &request).unwrap_or_else(|fault| panic!("{fault:?}"));
+    let found = concluded.audit.coactivity.expect("a chart");
+    // The step that is entered, and the final scan of the one that is left; else all three.
+    assert_eq!(concluded.audit.bound.upper, Picos(6_000_000));
+    assert_eq!(found.without, Picos(7_000_000));
+    assert!(found.active.iter().any(|name| name == "main.t.X"), "{:?}", found.active);
+    assert!(found.active.iter().any(|name| name == "main.action m1.on"), "{:?}", found.active);
 }

@@ -178,6 +178,7 @@ impl Findings<'_> {
             assumptions: Assumption::all(self.program),
             unknowns: self.unknowns(bound.upper),
             what_if: None,
+            coactivity: None,
             ladder: None,
             bound,
             overhead,

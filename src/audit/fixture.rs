@@ -193,6 +193,7 @@ pub fn fixture() -> Audit {
             fact: "\"a.il:6\" = [0, 20]".to_owned(),
         }],
         what_if: None,
+        coactivity: None,
         ladder: None,
         approximations: [
             (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),

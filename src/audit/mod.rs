@@ -7,6 +7,7 @@ pub mod breakdown;
 #[cfg(test)]
 mod charge_tests;
 mod closing;
+mod coactivity;
 mod condition;
 mod confirmed;
 mod counts;
@@ -49,6 +50,7 @@ pub mod verdict;
 mod weight;
 mod what_if;
 
+pub use coactivity::{Coactivity, coactivity};
 pub use doubt::Doubt;
 pub use fact::{Fact, Status};
 pub use failure::Failure;
@@ -132,6 +134,8 @@ pub struct Audit {
     pub unknowns: Vec<Unknown>,
     /// What these and the assumptions are worth, if it was asked for.
     pub what_if: Option<WhatIf>,
+    /// What it is worth that steps and stored actions of charts exclude each other, where there are charts.
+    pub coactivity: Option<Coactivity>,
     /// The rungs as they are drawn, if they were asked for.
     pub ladder: Option<ladder::Ladder>,
     /// What is over-approximated.

@@ -123,6 +123,10 @@ impl Prepared {
         let start = Instant::now();
         let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
         let mut understood = Understood::of(request)?;
+        if !request.apart {
+            let apart = std::mem::take(&mut understood.program.charts.apart);
+            understood.program.invariants.drain(..apart);
+        }
         let settings = passes::Settings { trust: request.trusted(), budget: Some(&budget) };
         let told = |name| (request.progress)(Progress::Stage(name));
         request.passes.run(&mut understood.program, &settings, told)?;

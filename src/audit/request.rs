@@ -38,6 +38,8 @@ pub struct Request<'a> {
     pub incomplete: bool,
     /// Whose writes between scans are reckoned with.
     pub trust: Trust,
+    /// Whether what charts say excludes each other is used.
+    pub apart: bool,
     /// Whether assumed times are refused.
     pub strict_times: bool,
     /// Which search to use.
@@ -83,6 +85,7 @@ impl<'a> Request<'a> {
             facts,
             trust: Trust::default(),
             incomplete: false,
+            apart: true,
             strict_times: false,
             method: Method::Auto,
             trace: false,

@@ -401,6 +401,7 @@ impl ProjectOptions {
             times: &self.time,
             clock: self.clock.as_ref(),
             facts: &facts,
+            apart: true,
             incomplete: false,
             trust: match self.trust {
                 TrustName::None => Trust::None,

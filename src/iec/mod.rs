@@ -30,6 +30,8 @@ pub enum TypeRef {
     Struct(Vec<Variable>),
     /// One of these names, with their numbers.
     Enumeration(Vec<(String, Option<Expr>)>),
+    /// A range of a type's numbers, which a variable may leave at run time; it begins with one of them.
+    Subrange(Box<TypeRef>, Box<(Expr, Expr)>),
     /// A reference or pointer to something.
     Pointer(Box<TypeRef>),
 }

@@ -33,6 +33,7 @@
 mod approximation;
 mod area;
 pub mod cell_budget;
+mod charts;
 pub mod flow;
 mod indexed;
 pub mod ladder;
@@ -48,6 +49,7 @@ mod timing;
 
 pub use approximation::{Approximated, Approximation, Unfollowed};
 pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
+pub use charts::Charts;
 pub use indexed::{Indexed, Length};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
@@ -696,6 +698,8 @@ pub struct Program {
     pub counts: BTreeMap<usize, (i64, i64)>,
     /// What holds in the state in which every scan starts; no choice and no condition occurs in it.
     pub invariants: Vec<Logic>,
+    /// What charts among its routines tell.
+    pub charts: Charts,
 }
 
 impl Program {

@@ -44,7 +44,7 @@ pub(super) struct Report<'a> {
     program: made_from::Program<'a>,
     inputs: Vec<made_from::Input<'a>>,
     table: Table<'a>,
-    scan: Scan,
+    scan: Scan<'a>,
     groups: Vec<Group<'a>>,
     witness: Values<'a>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -211,7 +211,7 @@ struct Unverified<'a> {
 }
 
 #[derive(Serialize, JsonSchema)]
-struct Scan {
+struct Scan<'a> {
     upper_ps: u64,
     lower_ps: u64,
     lower_kind: &'static str,
@@ -222,6 +222,14 @@ struct Scan {
     naive_ps: u64,
     always_ps: u64,
     overhead_ps: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coactivity: Option<Coactivity<'a>>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Coactivity<'a> {
+    without_ps: u64,
+    active: &'a [String],
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -438,6 +446,10 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
             naive_ps: audit.bound.naive.0,
             always_ps: audit.bound.always.0,
             overhead_ps: audit.bound.overhead.0,
+            coactivity: audit
+                .coactivity
+                .as_ref()
+                .map(|found| Coactivity { without_ps: found.without.0, active: &found.active }),
         },
         groups: audit.groups.iter().map(group).collect(),
         witness: Values(

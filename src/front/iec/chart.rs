@@ -30,7 +30,11 @@ impl Emit<'_> {
         let is_read = |flag: &str| Self::part(&self.instances[instance].place, flag).is_some();
         let always_acts = !self.actions_first && !is_read("SFCInit");
         let invariants = super::invariant::of(chart, &own, always_acts);
-        self.program().invariants.extend(invariants);
+        let program = self.program();
+        program.invariants.extend(invariants);
+        program.charts.apart = program.invariants.len();
+        let actions = own.actions.iter().map(|action| action.on);
+        program.charts.active.extend(own.steps.iter().copied().chain(actions));
         Some(tag)
     }
 

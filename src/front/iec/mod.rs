@@ -12,6 +12,7 @@ mod emit;
 mod expr;
 mod function;
 mod invariant;
+mod loops;
 mod memory;
 mod resolve;
 mod statement;

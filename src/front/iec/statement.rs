@@ -3,7 +3,7 @@
 use super::emit::{Emit, Place, What};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, lineage};
-use super::value::{Value, constant};
+use super::value::Value;
 use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Kind as Statements, Operator, Path, Selector, Statement};
 use crate::iec::fault::Fault;
@@ -13,11 +13,11 @@ use std::collections::BTreeMap;
 
 /// Where jumps of a body lead: labels, and the ends of loops.
 #[derive(Default)]
-struct Ways {
+pub(super) struct Ways {
     labels: BTreeMap<String, Vec<usize>>,
     seen: Vec<String>,
     /// For each loop around: jumps to its end of an iteration, and jumps out of it.
-    loops: Vec<[Vec<usize>; 2]>,
+    pub(super) loops: Vec<[Vec<usize>; 2]>,
 }
 
 impl<'p> Emit<'p> {
@@ -66,6 +66,14 @@ impl<'p> Emit<'p> {
             _ => None,
         };
         let context = Context { instance, locals };
+        // Whether a block without a body of its own carries out that of its base is not the same on all controllers.
+        let own = &self.project.pous[self.instances[instance].pou];
+        let inherits = *what == What::Body && !std::ptr::eq(own, pou);
+        let inherited = inherits.then(|| {
+            let why = "whether a block without a body carries out that of its base: it may, or not";
+            let carries = self.any_bit(why);
+            self.jump(carries.not(), None)
+        });
         match body {
             Body::Code(_, statements) => {
                 let mut ways = Ways::default();
@@ -86,12 +94,15 @@ impl<'p> Emit<'p> {
                 self.faults.push((self.file, fault));
             }
         }
+        if let Some(inherited) = inherited {
+            self.land(inherited);
+        }
         self.landing();
         self.builder.add(None, Vec::new(), Step::Return);
         entry
     }
 
-    fn statements(&mut self, at: &Context, statements: &[Statement], ways: &mut Ways) {
+    pub(super) fn statements(&mut self, at: &Context, statements: &[Statement], ways: &mut Ways) {
         for statement in statements {
             let text = show::statements(std::slice::from_ref(statement), 0);
             self.at(statement.line, text.lines().next().unwrap_or_default());
@@ -144,13 +155,8 @@ impl<'p> Emit<'p> {
             Statements::For(variable, from, to, by, body) => {
                 self.counted(at, variable, (from, to, by.as_ref()), body, line, ways)
             }
-            Statements::While(..) | Statements::Repeat(..) => {
-                let help =
-                    "write it as FOR with EXIT: how often it goes round is not known otherwise";
-                Err(Fault::new(line, "how often WHILE or REPEAT goes round is not known")
-                    .code(Code::LoopCount)
-                    .help(help))
-            }
+            Statements::While(condition, body) => self.while_true(at, condition, body, line, ways),
+            Statements::Repeat(body, until) => self.repeated(at, body, until, line, ways),
             Statements::Exit | Statements::Continue => {
                 let jump = self.jump(Logic::Const(true), Some(Self::key(&["JMP"], "jump")));
                 let side = usize::from(one.kind == Statements::Exit);
@@ -273,147 +279,11 @@ impl<'p> Emit<'p> {
         Ok(())
     }
 
-    fn copies(&mut self, number: Number, kind: Kind) -> Vec<WordSource> {
+    pub(super) fn copies(&mut self, number: Number, kind: Kind) -> Vec<WordSource> {
         let first = self.words_between(kind.words());
         let targets = (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
         self.write(vec![Write::Words(targets, number)]);
         (0..kind.words()).map(|at| WordSource::Cell(first.plus(at))).collect()
-    }
-
-    fn counted(
-        &mut self,
-        at: &Context,
-        variable: &Path,
-        (from, to, by): (&Expr, &Expr, Option<&Expr>),
-        body: &[Statement],
-        line: u32,
-        ways: &mut Ways,
-    ) -> Result<(), Fault> {
-        let by = by.map_or(Some(1), |by| self.constant(at, by)).filter(|&by| by != 0);
-        let Some(by) = by else {
-            return Err(Fault::new(line, "the step of FOR is no constant")
-                .code(Code::LoopCount)
-                .help("write a number"));
-        };
-        let calls = makes_calls(body);
-        let called = |pou: &Pou| {
-            let actions = pou.actions.iter().map(|one| &one.body);
-            actions.chain(pou.methods.iter().map(|one| &one.body)).any(
-                |own| matches!(own, Body::Code(_, statements) if writes_to(statements, variable)),
-            )
-        };
-        let units = lineage(self.project, self.instances[at.instance].pou);
-        if writes_to(body, variable) || (calls && units.into_iter().any(called)) {
-            let message = format!("the loop writes to its own variable {}", show::path(variable));
-            let help = "use EXIT to leave a loop, and a variable that nothing called in it writes";
-            return Err(Fault::new(line, message).code(Code::LoopCount).help(help));
-        }
-        let start = self.value(at, from, line)?;
-        self.assign(at, variable, start, line)?;
-        let known = self.constant(at, from).zip(self.constant(at, to));
-        let (count, least, most) = match known {
-            Some((from, to)) => {
-                let turns = (to - from).div_euclid(by) + 1;
-                let turns = if (by > 0 && from > to) || (by < 0 && from < to) { 0 } else { turns };
-                let Ok(turns) = u16::try_from(turns) else {
-                    return Err(Fault::new(line, format!("the loop goes round {turns} times"))
-                        .code(Code::LoopCount));
-                };
-                if turns > i16::MAX.cast_unsigned() {
-                    return Err(Fault::new(line, format!("the loop goes round {turns} times"))
-                        .code(Code::LoopCount));
-                }
-                (WordSource::Const(turns), u32::from(turns), u32::from(turns))
-            }
-            None => {
-                let (from, to) =
-                    (self.number(at, from, DINT, line)?, self.number(at, to, DINT, line)?);
-                let (high, low) = if by > 0 { (to, from) } else { (from, to) };
-                let [high, low] = [high, low].map(|end| self.copies(end, DINT));
-                let ends = [&high, &low].map(|end| Value::Number(DINT, Number::Words(end.clone())));
-                let [high, low] = [high, low].map(|end| Box::new(Number::Words(end)));
-                let apart = self.copies(Number::Sub(high, low), DINT);
-                let difference = Number::Words(apart.clone());
-                let count = match by.abs() {
-                    1 => Number::Add(Box::new(difference), Box::new(constant(1, 2))),
-                    step => {
-                        let steps = constant(step, 2);
-                        let Value::Number(_, turns) =
-                            self.arithmetic(Operator::Divide, DINT, difference, steps)?
-                        else {
-                            return Err(Fault::new(line, "the loop's count is not followed")
-                                .code(Code::LoopCount));
-                        };
-                        Number::Add(Box::new(turns), Box::new(constant(1, 2)))
-                    }
-                };
-                // A count of more than 16 bits is the largest there is: beyond that, nothing is bounded.
-                let words = self.copies(count, DINT);
-                let limit = self.combined(
-                    Operator::Greater,
-                    Value::Number(DINT, Number::Words(words.clone())),
-                    Value::Constant(i64::from(i16::MAX)),
-                    line,
-                )?;
-                let Value::Bit(none) =
-                    self.combined(Operator::Less, ends[0].clone(), ends[1].clone(), line)?
-                else {
-                    return Err(
-                        Fault::new(line, "the loop's count is not followed").code(Code::LoopCount)
-                    );
-                };
-                // A difference that does not fit 31 bits comes out below 0.
-                let wraps = self.combined(
-                    Operator::Less,
-                    Value::Number(DINT, Number::Words(apart)),
-                    Value::Constant(0),
-                    line,
-                )?;
-                if let (Value::Bit(limit), Value::Bit(wraps)) = (limit, wraps) {
-                    let beyond =
-                        Logic::All(vec![none.clone().not(), Logic::Any(vec![limit, wraps])]);
-                    let skip = self.jump(beyond.not(), None);
-                    let here = self.builder.next();
-                    self.builder.add(None, Vec::new(), Step::Unbounded { from: here });
-                    self.land(skip);
-                    self.landing();
-                }
-                if let WordSource::Cell(cell) = words[0] {
-                    let zero = Write::Words(vec![WordTarget::Cell(cell)], constant(0, 1));
-                    self.write_if(none, vec![zero], None);
-                }
-                (words[0], 0, i16::MAX.cast_unsigned().into())
-            }
-        };
-        if most == 0 {
-            return Ok(());
-        }
-        let begin = self.builder.add(
-            Some(Self::key(&["FOR"], "loop")),
-            Vec::new(),
-            Step::ForBegin { count, least, most, end: 0 },
-        );
-        ways.loops.push([Vec::new(), Vec::new()]);
-        self.statements(at, body, ways);
-        let [again, out] = ways.loops.pop().unwrap_or_default();
-        for jump in again {
-            self.land(jump);
-        }
-        self.at(line, "END_FOR");
-        self.landing();
-        let now = self.value(at, &Expr::Variable(variable.clone()), line)?;
-        let next = self.combined(Operator::Add, now, Value::Constant(by), line)?;
-        self.assign(at, variable, next, line)?;
-        let end = self.builder.add(Some(Self::key(&["END_FOR"], "loop")), Vec::new(), Step::ForEnd);
-        if let Step::ForBegin { end: own, .. } = &mut self.builder.program.instructions[begin].step
-        {
-            *own = end;
-        }
-        for jump in out {
-            self.land(jump);
-        }
-        self.landing();
-        Ok(())
     }
 
     /// A call as a statement.
@@ -539,34 +409,6 @@ fn named(kind: &str, given: &[Argument]) -> Vec<Argument> {
 
 fn is_empty(body: &Body) -> bool {
     matches!(body, Body::Code(_, statements) if statements.is_empty())
-}
-
-/// Whether statements assign to a variable.
-fn writes_to(body: &[Statement], variable: &Path) -> bool {
-    let mut found = false;
-    crate::iec::ast::visit(body, &mut |one| {
-        found |= match &one.kind {
-            Statements::Assign(target, _)
-            | Statements::Latch(target, ..)
-            | Statements::For(target, ..) => {
-                same(&target.first, &variable.first) && target.rest == variable.rest
-            }
-            Statements::Call(_, given) | Statements::CallIf(_, _, given) => given
-                .iter()
-                .any(|one| one.is_output && one.value == Expr::Variable(variable.clone())),
-            _ => false,
-        };
-    });
-    found
-}
-
-/// Whether statements call something.
-fn makes_calls(body: &[Statement]) -> bool {
-    let mut found = false;
-    crate::iec::ast::visit(body, &mut |one| {
-        found |= matches!(one.kind, Statements::Call(..) | Statements::CallIf(..));
-    });
-    found
 }
 
 /// Values that are kept on one way only hold what they held, or nothing, on the other.

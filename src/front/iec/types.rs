@@ -170,6 +170,7 @@ impl<'p> Types<'p> {
             TypeRef::Text => Ok(Ty::Text),
             TypeRef::Pointer(_) => Ok(Ty::Pointer),
             TypeRef::Enumeration(_) => Ok(Ty::Number(INT)),
+            TypeRef::Subrange(of, ..) => self.resolve(of, line),
             TypeRef::Struct(parts) => self.parts(parts.iter()).map(Ty::Parts),
             TypeRef::Array(dimensions, of) => {
                 let bound = |one: &Expr| {
@@ -246,8 +247,14 @@ impl<'p> Types<'p> {
             Expr::Literal(Literal::Int(value, _)) => i64::try_from(*value).ok(),
             Expr::Negate(inner) => self.constant(inner)?.checked_neg(),
             Expr::Variable(path) => {
-                let name = path.as_name().or_else(|| path.split_last().map(|(_, last)| last))?;
-                self.named_constant(name)
+                if let Some(name) = path.as_name() {
+                    return self.named_constant(name);
+                }
+                // A value of an enumeration by its type's name, or a constant by its list's.
+                let (owner, last) = path.split_last()?;
+                let of = owner.as_name()?;
+                let is_type = self.project.types.iter().any(|one| same(&one.name, of));
+                self.named_constant(&if is_type { format!("{of}#{last}") } else { last.to_owned() })
             }
             Expr::Binary(operator, left, right) => {
                 let (left, right) = (self.constant(left)?, self.constant(right)?);
@@ -269,20 +276,29 @@ impl<'p> Types<'p> {
             Some((of, value)) => (Some(of), value),
             None => (None, name),
         };
+        let mut found: Vec<i64> = Vec::new();
         for one in self.project.types.iter().filter(|one| of.is_none_or(|of| same(&one.name, of))) {
             let TypeRef::Enumeration(values) = &one.of else { continue };
             let mut next = 0;
             for (own, number) in values {
-                next = number.as_ref().and_then(|number| self.constant(number)).unwrap_or(next);
+                next = match number {
+                    Some(number) => self.constant(number)?,
+                    None => next,
+                };
                 if same(own, value) {
-                    return Some(next);
+                    found.push(next);
                 }
                 next += 1;
             }
         }
         let globals = self.project.globals.iter().flat_map(|(_, list)| list);
-        let own = globals.filter(|one| one.constant).find(|one| same(&one.name, value))?;
-        self.constant(own.initial.as_ref()?)
+        let own = globals.filter(|one| of.is_none() && one.constant && same(&one.name, value));
+        for one in own {
+            found.push(self.constant(one.initial.as_ref()?)?);
+        }
+        // A name that several types have with different numbers says none by itself.
+        let first = *found.first()?;
+        found.iter().all(|one| *one == first).then_some(first)
     }
 }
 

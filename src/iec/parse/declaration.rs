@@ -195,11 +195,13 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
     // A range of numbers, which a variable may leave at run time.
     if cursor.is_sign("(") {
         cursor.next();
-        expression(cursor)?;
-        if cursor.take_sign("..") {
-            expression(cursor)?;
-        }
+        let least = expression(cursor)?;
+        let most = match cursor.take_sign("..") {
+            true => expression(cursor)?,
+            false => least.clone(),
+        };
         cursor.sign(")")?;
+        return Ok(TypeRef::Subrange(Box::new(TypeRef::Named(name)), Box::new((least, most))));
     }
     cursor.take_word("R_EDGE");
     cursor.take_word("F_EDGE");

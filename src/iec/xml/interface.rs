@@ -87,7 +87,15 @@ pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
             };
             TypeRef::Enumeration(values.filter_map(value).collect())
         }
-        "subrangeSigned" | "subrangeUnsigned" => base().unwrap_or_else(any),
+        "subrangeSigned" | "subrangeUnsigned" => {
+            let bound = |name| {
+                let written = child(of, "range").and_then(|range| range.attribute(name));
+                parse::expression(written.unwrap_or_default(), text.line(of))
+                    .unwrap_or_else(|_| Expr::name(""))
+            };
+            let range = Box::new((bound("lower"), bound("upper")));
+            TypeRef::Subrange(Box::new(base().unwrap_or_else(any)), range)
+        }
         name => TypeRef::Named(name.to_owned()),
     }
 }

@@ -471,6 +471,16 @@ fn type_of(of: &TypeRef) -> Result<String, String> {
                 format!("<derived name=\"{}\"/>", escaped(name))
             }
         }
+        TypeRef::Subrange(of, range) => {
+            let unsigned =
+                matches!(&**of, TypeRef::Named(name) if name.to_ascii_uppercase().starts_with('U'));
+            let kind = if unsigned { "subrangeUnsigned" } else { "subrangeSigned" };
+            let [lower, upper] = [&range.0, &range.1].map(|bound| escaped(&show::expr(bound)));
+            format!(
+                "<{kind}><range lower=\"{lower}\" upper=\"{upper}\"/><baseType>{}</baseType></{kind}>",
+                type_of(of)?
+            )
+        }
         TypeRef::Text => "<string/>".to_owned(),
         TypeRef::Array(dimensions, of) => {
             let mut text = "<array>".to_owned();

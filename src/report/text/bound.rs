@@ -58,6 +58,21 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
             Share::of(bound.saved(), bound.naive)
         ),
     );
+    if let Some(found) = &audit.coactivity {
+        let saved = found.without.checked_sub(bound.upper).unwrap_or(Picos::ZERO);
+        let active = match found.active.is_empty() {
+            true => "no step is active and no action on".to_owned(),
+            false => format!("active and on are {}", found.active.join(", ")),
+        };
+        row(
+            "without charts",
+            time(found.without),
+            format!(
+                "if their steps and stored actions did not exclude each other: co-activity takes off {saved} ({}); when the longest scan starts, {active}",
+                Share::of(saved, found.without)
+            ),
+        );
+    }
     if let Some(first) = audit.networks.iter().map(|one| one.first).min() {
         let what: Vec<&str> = audit.networks.iter().map(|one| one.what.as_str()).collect();
         rows.push(vec![
