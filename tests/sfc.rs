@@ -183,3 +183,43 @@ fn deep_and_wide_drawings_end() {
     let text = format!("PROGRAM p {} END_PROGRAM", "IF a THEN ".repeat(100_000));
     assert!(iec::read("a.st", &text).is_err());
 }
+
+#[test]
+fn a_step_and_branches_that_jump_converge_before_a_transition() {
+    let at = |kind: &str, id: u32, more: &str, from: &[u32], inner: &str| {
+        let from: String = from
+            .iter()
+            .map(|id| {
+                format!("<connectionPointIn><connection refLocalId=\"{id}\"/></connectionPointIn>")
+            })
+            .collect();
+        format!("<{kind} localId=\"{id}\" {more}>{from}{inner}</{kind}>")
+    };
+    let clears = |id, from| {
+        at("transition", id, "", &[from], "<condition><inline><ST>TRUE</ST></inline></condition>")
+    };
+    let body = [
+        at("step", 1, "name=\"s\" initialStep=\"true\"", &[], ""),
+        at("selectionDivergence", 2, "", &[1], ""),
+        clears(3, 2),
+        at("step", 4, "name=\"t\"", &[3], ""),
+        clears(5, 2),
+        at("jumpStep", 6, "targetName=\"s\"", &[5], ""),
+        at("selectionConvergence", 7, "", &[4, 6], ""),
+        clears(8, 7),
+        at("jumpStep", 9, "targetName=\"s\"", &[8], ""),
+    ];
+    let text = format!(
+        "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><dataTypes/><pous>\
+         <pou name=\"main\" pouType=\"program\"><body><SFC>{}</SFC></body></pou></pous></types></project>",
+        body.concat()
+    );
+    let read = iec::read("a.xml", &text).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let charts = read.charts();
+    let ways: Vec<_> =
+        charts[0].2.transitions.iter().map(|one| (one.from.clone(), one.to.clone())).collect();
+    assert_eq!(ways.len(), 3);
+    for way in [(vec![0], vec![1]), (vec![0], vec![0]), (vec![1], vec![0])] {
+        assert!(ways.contains(&way), "{way:?} of {ways:?}");
+    }
+}

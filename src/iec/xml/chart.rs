@@ -164,8 +164,7 @@ fn before<'a>(
                 open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
             }
             // A branch that ends in a jump converges into nothing.
-            ("jumpStep", Sought::Transitions)
-                if behind.tag_name().name() == "selectionConvergence" => {}
+            ("jumpStep", _) if behind.tag_name().name() == "selectionConvergence" => {}
             // A selection that converges right in front of the next one.
             ("selectionConvergence", Sought::Steps) if is_of_steps(drawing, one) => {
                 open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
@@ -181,13 +180,13 @@ fn before<'a>(
     Ok(found)
 }
 
-/// Whether what converges comes from one step alone, so that nothing is joined.
+/// Whether what converges comes from one step alone, beside branches that end in jumps, so that nothing is joined.
 fn is_of_steps(drawing: &Drawing<'_, '_>, node: Node<'_, '_>) -> bool {
-    let all = inputs(node);
-    all.len() == 1
-        && all
-            .iter()
-            .all(|(id, _)| drawing.nodes.get(id).is_some_and(|one| one.tag_name().name() == "step"))
+    let kind = |(id, _): &(&str, Option<&str>)| {
+        drawing.nodes.get(id).map_or("", |one| one.tag_name().name())
+    };
+    let all: Vec<&str> = inputs(node).iter().map(kind).filter(|kind| *kind != "jumpStep").collect();
+    all == ["step"]
 }
 
 fn steps_before(
