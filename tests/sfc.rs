@@ -198,6 +198,17 @@ fn a_step_and_branches_that_jump_converge_before_a_transition() {
     let clears = |id, from| {
         at("transition", id, "", &[from], "<condition><inline><ST>TRUE</ST></inline></condition>")
     };
+    let read = |body: &[String]| {
+        let text = format!(
+            "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><dataTypes/><pous>\
+             <pou name=\"main\" pouType=\"program\"><body><SFC>{}</SFC></body></pou></pous></types></project>",
+            body.concat()
+        );
+        let project = iec::read("a.xml", &text).ok()?;
+        let charts = project.charts();
+        let all = charts.first()?.2.transitions.iter();
+        Some(all.map(|one| (one.from.clone(), one.to.clone())).collect::<Vec<_>>())
+    };
     let body = [
         at("step", 1, "name=\"s\" initialStep=\"true\"", &[], ""),
         at("selectionDivergence", 2, "", &[1], ""),
@@ -209,17 +220,28 @@ fn a_step_and_branches_that_jump_converge_before_a_transition() {
         clears(8, 7),
         at("jumpStep", 9, "targetName=\"s\"", &[8], ""),
     ];
-    let text = format!(
-        "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><dataTypes/><pous>\
-         <pou name=\"main\" pouType=\"program\"><body><SFC>{}</SFC></body></pou></pous></types></project>",
-        body.concat()
-    );
-    let read = iec::read("a.xml", &text).unwrap_or_else(|faults| panic!("{faults:?}"));
-    let charts = read.charts();
-    let ways: Vec<_> =
-        charts[0].2.transitions.iter().map(|one| (one.from.clone(), one.to.clone())).collect();
+    let ways = read(&body).expect("a chart");
     assert_eq!(ways.len(), 3);
     for way in [(vec![0], vec![1]), (vec![0], vec![0]), (vec![1], vec![0])] {
         assert!(ways.contains(&way), "{way:?} of {ways:?}");
     }
+    // A join does not wait for a branch that jumps, and needs another one.
+    let join = |ends: &[u32]| {
+        let body = [
+            at("step", 1, "name=\"s\" initialStep=\"true\"", &[], ""),
+            clears(2, 1),
+            at("simultaneousDivergence", 3, "", &[2], ""),
+            at("step", 4, "name=\"t\"", &[3], ""),
+            at("step", 5, "name=\"u\"", &[3], ""),
+            clears(6, 5),
+            at("jumpStep", 7, "targetName=\"u\"", &[6], ""),
+            at("simultaneousConvergence", 8, "", ends, ""),
+            clears(9, 8),
+            at("jumpStep", 10, "targetName=\"s\"", &[9], ""),
+        ];
+        read(&body)
+    };
+    let ways = join(&[4, 7]).expect("a chart");
+    assert!(ways.contains(&(vec![1], vec![0])) && ways.contains(&(vec![2], vec![2])), "{ways:?}");
+    assert_eq!(join(&[7]), None);
 }

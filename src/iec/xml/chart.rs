@@ -163,8 +163,10 @@ fn before<'a>(
             | ("selectionConvergence" | "simultaneousDivergence", Sought::Transitions) => {
                 open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
             }
-            // A branch that ends in a jump converges into nothing.
-            ("jumpStep", _) if behind.tag_name().name() == "selectionConvergence" => {}
+            // A branch that ends in a jump converges into nothing: a join does not wait for it.
+            ("jumpStep", _)
+                if ["selectionConvergence", "simultaneousConvergence"]
+                    .contains(&behind.tag_name().name()) => {}
             // A selection that converges right in front of the next one.
             ("selectionConvergence", Sought::Steps) if is_of_steps(drawing, one) => {
                 open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
@@ -194,7 +196,12 @@ fn steps_before(
     drawing: &Drawing<'_, '_>,
     node: Node<'_, '_>,
 ) -> Result<Vec<String>, Fault> {
-    let found = before(reading, drawing, node, &inputs(node), Sought::Steps)?;
+    let from = inputs(node);
+    let found = before(reading, drawing, node, &from, Sought::Steps)?;
+    if found.is_empty() && !from.is_empty() {
+        let message = format!("{}: only branches that end in jumps lead to it", called(node));
+        return Err(reading.text.fault(node, message).code(Code::Chart));
+    }
     let name = |id: &&str| drawing.nodes[*id].attribute("name").unwrap_or_default().to_owned();
     Ok(found.iter().map(name).collect())
 }
