@@ -27,6 +27,7 @@ mod sfc;
 mod sheet;
 mod show;
 mod sink;
+mod snet;
 mod tables;
 mod values;
 mod version;
@@ -66,6 +67,8 @@ enum Command {
     Show(show::Arguments),
     /// Analyse sequential function charts: what runs together; rewrite them with explicit parallels
     Sfc(sfc::Arguments),
+    /// Nets for sequence control: study them, make code of them
+    Snet(snet::Arguments),
     /// Hold measured scan times against the bound; the last file holds them
     Compare(compare::Arguments),
     /// Hold two versions of a project against each other: what each change costs
@@ -234,6 +237,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Show(arguments) => show::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Sfc(arguments) => sfc::run(arguments),
+        Command::Snet(arguments) => snet::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments),

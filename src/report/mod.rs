@@ -16,6 +16,7 @@ pub mod formats;
 pub mod ladder;
 pub mod live;
 pub mod method;
+pub mod netcheck;
 pub mod page;
 mod path;
 pub mod render;

@@ -2,7 +2,7 @@
 //! docs/json.md and taken from there.
 
 use super::json::projects;
-use super::{advice, compare, cpus, diff, doctor, explain, json, sfc};
+use super::{advice, compare, cpus, diff, doctor, explain, json, netcheck, sfc};
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde_json::Value;
@@ -89,6 +89,13 @@ pub const SCHEMAS: &[Published] = &[
         about: "sfc",
         heading: "## sfc",
         of: of::<sfc::json::Report<'static>>,
+    },
+    Published {
+        name: "snet",
+        id: "scanbound.snet/1",
+        about: "snet check",
+        heading: "## snet",
+        of: of::<netcheck::json::Report<'static>>,
     },
 ];
 

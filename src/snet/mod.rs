@@ -5,6 +5,7 @@
 //! The net and its rules follow Nishimi and Kinoshita's paper; `docs/snet.md` says how.
 
 pub mod address;
+pub mod check;
 mod diagram;
 pub mod faults;
 pub mod rules;

@@ -86,6 +86,10 @@ pub(super) struct Rule {
     pub(super) needs: Mask,
     /// None of these may be.
     pub(super) bars: Mask,
+    /// Of these the marks of its output boxes.
+    room: Mask,
+    /// Of these what inhibiting gates look at.
+    inhibits: Mask,
     /// Of an emergency stop: one of these must be.
     any: Option<Mask>,
     /// What it clears.
@@ -103,6 +107,15 @@ pub(super) struct Rule {
 }
 
 impl Rule {
+    /// Whether its firing may keep the other from firing, or undo what that did.
+    pub(super) fn hinders(&self, other: &Rule) -> bool {
+        self.clears.meets(&other.needs)
+            || other.any.as_ref().is_some_and(|any| self.clears.meets(any))
+            || self.sets.meets(&other.bars)
+            || self.fills.meets(&other.bars)
+            || self.clears.meets(&other.sets)
+    }
+
     /// Whether it writes what the other reads or writes.
     pub(super) fn touches(&self, other: &Rule) -> bool {
         let any = other.any.as_ref();
@@ -199,6 +212,7 @@ impl Rules {
                 }
                 Direction::OutOf => {
                     rule.bars.add(self.marks[place]);
+                    rule.room.add(self.marks[place]);
                     match self.counter[place] {
                         Some(counter) => {
                             rule.sets.add(self.counters[counter].begun);
@@ -218,7 +232,10 @@ impl Rules {
         }
         for gate in diagram.gates_of(transition) {
             match gate.signal {
-                Signal::Place(place) if gate.is_inhibiting => rule.bars.add(self.signal(place)),
+                Signal::Place(place) if gate.is_inhibiting => {
+                    rule.bars.add(self.signal(place));
+                    rule.inhibits.add(self.signal(place));
+                }
                 Signal::Place(place) => rule.needs.add(self.signal(place)),
                 Signal::Outer(outer) => rule.gates.push((outer, gate.is_inhibiting)),
             }
@@ -252,6 +269,14 @@ impl Rules {
     #[must_use]
     pub fn transitions(&self) -> usize {
         self.rules.len()
+    }
+
+    /// Leaves outer gates and arbiters out.
+    pub(super) fn forget_gates(&mut self) {
+        for rule in &mut self.rules {
+            rule.gates.clear();
+            rule.before.clear();
+        }
     }
 
     /// Whether an arbiter lets some transitions go first.
@@ -354,6 +379,34 @@ impl Rules {
             assume(&mut more, outer, inhibits).then_some(())?;
             self.held_back(rest, more)
         })
+    }
+
+    /// Whether only marks in its output boxes keep a transition from firing.
+    #[must_use]
+    pub fn is_held_back(&self, state: &[u64], transition: usize) -> bool {
+        let rule = &self.rules[transition];
+        rule.room.any(state) && rule.needs.all(state) && !rule.inhibits.any(state)
+    }
+
+    /// The outer gates of a transition.
+    pub(super) fn outers_of(&self, transition: usize) -> impl Iterator<Item = usize> + '_ {
+        self.rules[transition].gates.iter().map(|&(outer, _)| outer)
+    }
+
+    /// Whether the outer gates that are known keep a transition from firing.
+    pub(super) fn is_shut(&self, transition: usize, outers: &[Option<bool>]) -> bool {
+        let shuts = |&(outer, inhibits): &(usize, bool)| outers[outer] == Some(inhibits);
+        self.rules[transition].gates.iter().any(shuts)
+    }
+
+    /// Whether a place is a counter.
+    pub(super) fn is_counter(&self, place: usize) -> bool {
+        self.counter[place].is_some()
+    }
+
+    /// Whether a place is a counter whose input fired in the scan before.
+    pub(super) fn has_just_fired(&self, state: &[u64], place: usize) -> bool {
+        self.counter[place].is_some_and(|at| has(state, self.counters[at].fired))
     }
 
     /// The state after a transition has fired.

@@ -14,6 +14,48 @@ impl Rules {
         all.filter(|&at| self.is_ready(state, at) && self.is_open(at, outers)).collect()
     }
 
+    /// Of these transitions, whose marks and inner gates let them fire, those whose outer gates do, too.
+    pub(super) fn fired_of(&self, ready: &[usize], outers: &[bool]) -> Vec<usize> {
+        ready.iter().copied().filter(|&at| self.is_open(at, outers)).collect()
+    }
+
+    /// An order of these transitions with all arbiters left out.
+    pub(super) fn order_of(&self, state: &[u64], fired: &[usize]) -> Option<Vec<usize>> {
+        let mut bare = self.clone();
+        bare.forget_gates();
+        bare.order(state, &[], fired)
+    }
+
+    /// Whether marks, inner gates or outer gates never let both fire in one scan.
+    pub(super) fn exclude_each_other(&self, one: usize, other: usize) -> bool {
+        let (one, other) = (&self.rules[one], &self.rules[other]);
+        let opposite =
+            |&(outer, inhibits): &(usize, bool)| other.gates.contains(&(outer, !inhibits));
+        one.needs.meets(&other.bars)
+            || other.needs.meets(&one.bars)
+            || one.gates.iter().any(opposite)
+    }
+
+    /// Sets of transitions of which each has to be before another, round in a circle; `apart` says which never fire in one
+    /// scan.
+    pub(super) fn circles(&self, apart: &impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+        let mut graph = petgraph::graphmap::DiGraphMap::<usize, ()>::new();
+        for one in 0..self.transitions() {
+            for other in (0..self.transitions()).filter(|&other| other != one) {
+                // What changes what the other looks at comes behind it.
+                if self.rules[one].hinders(&self.rules[other]) && !apart(one, other) {
+                    graph.add_edge(other, one, ());
+                }
+            }
+        }
+        let sets = petgraph::algo::tarjan_scc(&graph).into_iter().filter(|set| set.len() > 1);
+        sets.map(|mut set| {
+            set.sort_unstable();
+            set
+        })
+        .collect()
+    }
+
     /// The state behind a scan in which the relays of these transitions are on. Timers that run out do so by
     /// [`Rules::run_out`].
     #[must_use]

@@ -13,4 +13,5 @@ pub mod passed;
 pub mod plc;
 pub mod real;
 pub mod search;
+pub mod snet;
 pub mod tape;

@@ -1,0 +1,56 @@
+//! `scanbound snet`: nets for sequence control, and the PLCs that run their code.
+
+mod check;
+
+use super::{Failure, Outcome};
+use anyhow::Context;
+use clap::{Args, Subcommand, ValueEnum};
+use scanbound::snet::faults::faults;
+use scanbound::snet::{Diagram, text};
+use std::path::Path;
+
+/// The arguments of `snet`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// What is done with a net.
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Study a net: deadlocks, what never fires, where its code does something else
+    Check(check::Arguments),
+}
+
+/// How the code comes by the initial marks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Initial {
+    /// It does not: somebody sets them
+    #[default]
+    LeftOut,
+    /// The PLC's first scan sets them
+    FirstScan,
+}
+
+/// Does it.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    match &arguments.command {
+        Command::Check(arguments) => check::run(arguments),
+    }
+}
+
+/// Reads a net from a file.
+fn read(file: &Path) -> Result<Diagram, Failure> {
+    let name = file.display().to_string();
+    let bytes = std::fs::read(file).with_context(|| format!("{name} cannot be read"))?;
+    let input = scanbound::front::Input { name: name.clone(), bytes };
+    let text = scanbound::front::decoded(&input, &[]).map_err(|fault| vec![fault])?.into_owned();
+    Ok(text::read(&name, &text)?)
+}
+
+/// Refuses a net that cannot be.
+fn refuse_faults(diagram: &Diagram) -> Result<(), Failure> {
+    let found = faults(diagram);
+    if found.is_empty() { Ok(()) } else { Err(found.into()) }
+}

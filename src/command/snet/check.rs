@@ -1,0 +1,71 @@
+//! `scanbound snet check`.
+
+use super::{Initial, read, refuse_faults};
+use crate::command::output::{Target, apart};
+use crate::command::{Failure, Outcome};
+use clap::{Args, ValueEnum};
+use scanbound::report::netcheck::{Study, json, text};
+use scanbound::snet::check::{Options, check};
+use std::path::PathBuf;
+
+const ABOUT: &str = "\
+Study a net: deadlocks, what never fires, and where its code does something else than the net
+
+By the net's rule one transition fires after another; by the code's all are looked at on the marks as they are when the \
+scan begins, then all that fire do so at once. Each finding comes with the shortest run that shows it.";
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound snet check line.snet
+  scanbound snet check line.snet --initial first-scan --format json
+
+Exit codes: 0 sound, 1 something was found, 2 bad usage or input, 70 internal error";
+
+/// The arguments of `snet check`.
+#[derive(Debug, Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A net
+    #[arg(value_name = "NET")]
+    net: PathBuf,
+    /// How the code comes by the initial marks
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    initial: Initial,
+    /// How many markings are looked at
+    #[arg(long, value_name = "COUNT", default_value_t = Options::default().limit)]
+    markings: usize,
+    /// How it is shown
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    format: Option<Format>,
+    /// Where it is written; a suffix names the format (.json .txt)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// A format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Text,
+    Json,
+}
+
+/// Studies the net.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
+    let target = Target::new(arguments.output.as_deref())?;
+    let diagram = read(&arguments.net)?;
+    refuse_faults(&diagram)?;
+    let options = Options {
+        limit: arguments.markings,
+        initial_in_first_scan: arguments.initial == Initial::FirstScan,
+    };
+    let found = check(&diagram, options);
+    let study = Study { diagram: &diagram, check: &found };
+    let suffix = arguments.output.as_ref().and_then(|file| file.extension()?.to_str());
+    let is_json = suffix == Some("json");
+    match arguments.format.unwrap_or(if is_json { Format::Json } else { Format::Text }) {
+        Format::Text => target.write(&text::render(&study))?,
+        Format::Json => target.fill(|out| json::write(&study, out))?,
+    }
+    Ok(if found.is_sound() { Outcome::Done } else { Outcome::Refuted })
+}
