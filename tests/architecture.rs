@@ -74,7 +74,7 @@ const DIALECTS: &[&str] = &[
 
 /// The modules that may know dialects: those before the program's end, the emulator of one machine, what writes programs,
 /// and those that talk to the user.
-const KNOW_DIALECTS: &[&str] = &["front", "minasec", "calibrate", "command", "main"];
+const KNOW_DIALECTS: &[&str] = &["front", "minasec", "snet", "calibrate", "command", "main"];
 
 /// Where floating point may be used: to show shares and to share out the search's own time, and where the PLC
 /// itself computes with reals. Beginnings of paths.

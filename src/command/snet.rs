@@ -1,6 +1,8 @@
 //! `scanbound snet`: nets for sequence control, and the PLCs that run their code.
 
 mod check;
+mod translate;
+mod verify;
 
 use super::{Failure, Outcome};
 use anyhow::Context;
@@ -21,6 +23,10 @@ pub struct Arguments {
 enum Command {
     /// Study a net: deadlocks, what never fires, where its code does something else
     Check(check::Arguments),
+    /// Make code of a net: the C200H's list, CX-Programmer, MELSEC, PLCopen XML
+    Translate(translate::Arguments),
+    /// Hold code against a net
+    Verify(verify::Arguments),
 }
 
 /// How the code comes by the initial marks.
@@ -37,6 +43,8 @@ enum Initial {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     match &arguments.command {
         Command::Check(arguments) => check::run(arguments),
+        Command::Translate(arguments) => translate::run(arguments),
+        Command::Verify(arguments) => verify::run(arguments),
     }
 }
 

@@ -11,6 +11,8 @@ pub mod faults;
 pub mod rules;
 mod scan;
 pub mod text;
+pub mod translate;
+pub mod verify;
 
 pub use diagram::{
     Arbiter, Arc, Diagram, Direction, Gate, Head, Kind, Outer, Page, Place, Point, Signal,

@@ -1,0 +1,102 @@
+//! `scanbound snet translate`.
+
+use super::{Initial, read, refuse_faults};
+use crate::command::output::{Target, apart};
+use crate::command::{Failure, Outcome};
+use clap::{Args, ValueEnum};
+use scanbound::snet::translate::{assign, assignment, c200h, cx, gates, listing, melsec, plcopen};
+use std::path::PathBuf;
+
+const ABOUT: &str = "\
+Make code of a net: emergency stops, transitions, boxes, timers and counters, in this order
+
+Initial marks and arbiters are left out; `--initial first-scan` has the first scan put the marks in. `snet check` tells where \
+such code does something else than the net.";
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound snet translate line.snet --to c200h                 gates, addresses and the list, as on paper
+  scanbound snet translate line.snet --to c200h --only code -o line.il
+  scanbound snet translate line.snet --to cx -o line.cx         CX-Programmer, for CS, CJ and CP
+  scanbound snet translate line.snet --to melsec --assign       addresses for what has none
+  scanbound snet translate line.snet --to plcopen -o line.xml   a sequential function chart";
+
+/// The arguments of `snet translate`.
+#[derive(Debug, Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A net
+    #[arg(value_name = "NET")]
+    net: PathBuf,
+    /// What it becomes
+    #[arg(long, value_enum, value_name = "TARGET")]
+    to: To,
+    /// How the code comes by the initial marks
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    initial: Initial,
+    /// Give relays and numbers to what has none
+    #[arg(long)]
+    assign: bool,
+    /// Of what c200h prints, only this
+    #[arg(long, value_enum, value_name = "PART")]
+    only: Option<Part>,
+    /// Where it is written
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// What a net becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum To {
+    /// The C200H's list, with the lists of gates and addresses
+    C200h,
+    /// CX-Programmer's mnemonics for CS, CJ and CP
+    Cx,
+    /// A list for MELSEC-Q and L
+    Melsec,
+    /// A sequential function chart, PLCopen XML
+    Plcopen,
+}
+
+/// A part of what is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Part {
+    /// The list of instructions
+    Code,
+    /// Which gates each transition has
+    Gates,
+    /// Which address each element has
+    Addresses,
+}
+
+/// Translates.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
+    let target = Target::new(arguments.output.as_deref())?;
+    let mut diagram = read(&arguments.net)?;
+    refuse_faults(&diagram)?;
+    if arguments.assign {
+        assign(&mut diagram);
+    }
+    if arguments.to == To::Plcopen {
+        target.write(&plcopen(&diagram)?)?;
+        return Ok(Outcome::Done);
+    }
+    let list = listing(&diagram, arguments.initial == Initial::FirstScan)?;
+    let text = match (arguments.to, arguments.only) {
+        (To::Cx, _) => cx(&diagram, &list)?,
+        (To::Melsec, _) => melsec(&diagram, &list)?,
+        (_, Some(Part::Code)) => c200h(&diagram, &list),
+        (_, Some(Part::Gates)) => gates(&diagram),
+        (_, Some(Part::Addresses)) => assignment(&diagram),
+        (_, None) => format!(
+            "{}\n{}\nNAME: {:<40}PAGE 1\n{}",
+            gates(&diagram),
+            assignment(&diagram),
+            diagram.name,
+            c200h(&diagram, &list)
+        ),
+    };
+    target.write(&text)?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,22 @@
+//! Makes code of a net: the lists that go into a PLC, in the order of the paper's translator.
+//!
+//! Emergency stops, transitions, boxes, timers, counters, each a group of instructions that end in OUT, TIM or CNT.
+
+mod assign;
+mod c200h;
+mod cx;
+mod list;
+mod melsec;
+mod plcopen;
+mod tables;
+
+pub use assign::assign;
+pub use c200h::write as c200h;
+pub use cx::write as cx;
+pub use list::{Element, Instruction, Listing, Operand, Operation, listing};
+pub use melsec::write as melsec;
+pub use plcopen::write as plcopen;
+pub use tables::{assignment, gates};
+
+#[cfg(test)]
+mod tests;
