@@ -1,6 +1,11 @@
 //! `scanbound snet`: nets for sequence control, and the PLCs that run their code.
 
 mod check;
+mod convert;
+mod draw;
+mod monitor;
+mod simulate;
+mod terminal;
 mod translate;
 mod verify;
 
@@ -8,7 +13,7 @@ use super::{Failure, Outcome};
 use anyhow::Context;
 use clap::{Args, Subcommand, ValueEnum};
 use scanbound::snet::faults::faults;
-use scanbound::snet::{Diagram, text};
+use scanbound::snet::{Diagram, pnml, text};
 use std::path::Path;
 
 /// The arguments of `snet`.
@@ -21,6 +26,14 @@ pub struct Arguments {
 /// What is done with a net.
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Convert a net between .snet and PNML
+    Convert(convert::Arguments),
+    /// Draw a net, as SVG or for Graphviz
+    Draw(draw::Arguments),
+    /// Simulate a net: step by step on the terminal, or by a stimulus
+    Simulate(simulate::Arguments),
+    /// Watch a C200H run a net's code, over Host Link on a serial line
+    Monitor(monitor::Arguments),
     /// Study a net: deadlocks, what never fires, where its code does something else
     Check(check::Arguments),
     /// Make code of a net: the C200H's list, CX-Programmer, MELSEC, PLCopen XML
@@ -42,6 +55,10 @@ enum Initial {
 /// Does it.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     match &arguments.command {
+        Command::Convert(arguments) => convert::run(arguments),
+        Command::Draw(arguments) => draw::run(arguments),
+        Command::Simulate(arguments) => simulate::run(arguments),
+        Command::Monitor(arguments) => monitor::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Translate(arguments) => translate::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
@@ -54,7 +71,8 @@ fn read(file: &Path) -> Result<Diagram, Failure> {
     let bytes = std::fs::read(file).with_context(|| format!("{name} cannot be read"))?;
     let input = scanbound::front::Input { name: name.clone(), bytes };
     let text = scanbound::front::decoded(&input, &[]).map_err(|fault| vec![fault])?.into_owned();
-    Ok(text::read(&name, &text)?)
+    let is_pnml = pnml::is_pnml(&text);
+    Ok(if is_pnml { pnml::read(&name, &text)? } else { text::read(&name, &text)? })
 }
 
 /// Refuses a net that cannot be.

@@ -23,6 +23,7 @@ pub mod render;
 mod response;
 pub mod schema;
 pub mod sfc;
+pub mod snet;
 pub mod tables;
 mod wrap;
 

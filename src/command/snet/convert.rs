@@ -1,0 +1,62 @@
+//! `scanbound snet convert`.
+
+use super::read;
+use crate::command::output::{Target, apart};
+use crate::command::{Failure, Outcome};
+use clap::{Args, ValueEnum};
+use scanbound::snet::{pnml, text};
+use std::path::PathBuf;
+
+const ABOUT: &str = "\
+Convert a net between .snet and PNML, the form of other tools for Petri nets
+
+In PNML, boxes and outer gates are places of a place/transition net; gates are read and inhibitor arcs, and each place to \
+which a transition leads inhibits it, since it holds one mark. What such nets do not have stands in elements for this tool, \
+so that a net comes back as it was. A net of another tool becomes one of boxes and transitions.";
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound snet convert line.snet -o line.pnml
+  scanbound snet convert line.pnml > line.snet";
+
+/// The arguments of `snet convert`.
+#[derive(Debug, Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A net (.snet, .pnml)
+    #[arg(value_name = "NET")]
+    net: PathBuf,
+    /// What it becomes [default: by the suffix of the output; else the other one]
+    #[arg(long, value_enum, value_name = "FORM")]
+    to: Option<Form>,
+    /// Where it is written
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// A form of nets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Form {
+    Snet,
+    Pnml,
+}
+
+/// Converts.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
+    let target = Target::new(arguments.output.as_deref())?;
+    let diagram = read(&arguments.net)?;
+    let suffix = |file: &std::path::Path| file.extension()?.to_str().map(str::to_ascii_lowercase);
+    let written = arguments.output.as_deref().and_then(suffix);
+    let form =
+        arguments.to.unwrap_or(match (written.as_deref(), suffix(&arguments.net).as_deref()) {
+            (Some("snet"), _) => Form::Snet,
+            (Some("pnml" | "xml"), _) | (_, Some("snet")) => Form::Pnml,
+            _ => Form::Snet,
+        });
+    target.write(&match form {
+        Form::Snet => text::write(&diagram),
+        Form::Pnml => pnml::write(&diagram),
+    })?;
+    Ok(Outcome::Done)
+}

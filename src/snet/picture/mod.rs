@@ -1,0 +1,219 @@
+//! Where the elements of a net are drawn, and along which lines its arcs go: on the grid of a terminal's characters, of
+//! which a picture takes so many points each.
+//!
+//! A page whose elements all say where they are is drawn so. Any other is laid out in layers, from the marked places down;
+//! what leads back up does so between the columns.
+
+mod layers;
+mod route;
+
+use super::{Diagram, Direction, Kind, Signal};
+use unicode_width::UnicodeWidthStr;
+
+/// A point of the grid: columns to the right, rows down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Spot {
+    /// The column.
+    pub x: i32,
+    /// The row.
+    pub y: i32,
+}
+
+/// What stands somewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Node {
+    /// An index into `Diagram::places`.
+    Place(usize),
+    /// An index into `Diagram::transitions`.
+    Transition(usize),
+}
+
+/// An element with its place on the sheet.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Drawn {
+    /// What it is.
+    pub node: Node,
+    /// Whether it belongs to another page, and is shown as the end of an arc.
+    pub is_guest: bool,
+    /// The middle of its symbol's first row.
+    pub at: Spot,
+    /// How many rows it takes.
+    pub rows: i32,
+    /// How far it reaches to the left and to the right, with what is written beside it.
+    pub reach: (i32, i32),
+}
+
+/// An arc's line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Line {
+    /// An index into `Diagram::arcs`.
+    pub arc: usize,
+    /// From where the arc begins to its arrow: corners of a line that goes along the grid.
+    pub corners: Vec<Spot>,
+}
+
+/// A page as it is drawn.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sheet {
+    /// An index into `Diagram::pages`.
+    pub page: usize,
+    /// Its elements.
+    pub nodes: Vec<Drawn>,
+    /// Its arcs.
+    pub lines: Vec<Line>,
+    /// How many columns and rows it has.
+    pub size: Spot,
+}
+
+/// How far a symbol reaches to either side of its middle.
+pub const HALF: i32 = 2;
+/// The rows of a place's symbol.
+pub const ROWS: i32 = 3;
+/// Points of a drawing to a column, and to a row.
+pub const POINTS: (i32, i32) = (8, 16);
+
+/// A gate as it is written beside its transition.
+#[must_use]
+pub fn gate_text(diagram: &Diagram, signal: Signal) -> String {
+    diagram.signal_name(signal)
+}
+
+/// What is written beside an element: its name, and what a timer or counter is set to.
+#[must_use]
+pub fn label(diagram: &Diagram, node: Node, is_guest: bool) -> Vec<String> {
+    match node {
+        Node::Place(at) => {
+            let place = &diagram.places[at];
+            let name = if is_guest { diagram.place_name(at) } else { place.head.name.clone() };
+            match place.kind {
+                Kind::Box => vec![name],
+                Kind::Timer { tenths, .. } => vec![name, seconds(tenths)],
+                Kind::Counter { count, .. } => vec![name, format!("/{count}")],
+            }
+        }
+        Node::Transition(at) => {
+            let name = &diagram.transitions[at].head.name;
+            vec![if is_guest { diagram.transition_name(at) } else { name.clone() }]
+        }
+    }
+}
+
+/// Tenths of a second in words.
+#[must_use]
+pub fn seconds(tenths: u16) -> String {
+    format!("{}.{} s", tenths / 10, tenths % 10)
+}
+
+fn width(text: &str) -> i32 {
+    i32::try_from(text.width()).unwrap_or(i32::MAX / 4)
+}
+
+fn measured(diagram: &Diagram, node: Node, is_guest: bool) -> Drawn {
+    let beside = label(diagram, node, is_guest);
+    // Room for what a timer or counter stands at.
+    let room = if beside.len() > 1 { 14 } else { 0 };
+    let right = HALF + 2 + beside.iter().map(|text| width(text)).max().unwrap_or(0).max(room);
+    let (rows, left) = match node {
+        Node::Place(_) => (ROWS, HALF),
+        Node::Transition(at) => {
+            let gates: Vec<i32> =
+                diagram.gates_of(at).map(|gate| width(&gate_text(diagram, gate.signal))).collect();
+            let rows = i32::try_from(gates.len()).unwrap_or(1).max(1);
+            (rows, HALF + gates.iter().max().map_or(0, |widest| widest + 3))
+        }
+    };
+    Drawn { node, is_guest, at: Spot { x: 0, y: 0 }, rows, reach: (left, right) }
+}
+
+/// The sheets of a net, one a page.
+#[must_use]
+pub fn sheets(diagram: &Diagram) -> Vec<Sheet> {
+    (0..diagram.pages.len()).map(|page| sheet(diagram, page)).collect()
+}
+
+fn page_of(diagram: &Diagram, node: Node) -> usize {
+    match node {
+        Node::Place(at) => diagram.places[at].head.page,
+        Node::Transition(at) => diagram.transitions[at].head.page,
+    }
+}
+
+fn sheet(diagram: &Diagram, page: usize) -> Sheet {
+    let places = (0..diagram.places.len()).map(Node::Place);
+    let transitions = (0..diagram.transitions.len()).map(Node::Transition);
+    let mut nodes: Vec<Node> =
+        places.chain(transitions).filter(|node| page_of(diagram, *node) == page).collect();
+    // An arc stands on the page of its transition; what it leads to may be a guest there.
+    let arcs: Vec<usize> = (0..diagram.arcs.len())
+        .filter(|&arc| diagram.transitions[diagram.arcs[arc].transition].head.page == page)
+        .collect();
+    for &arc in &arcs {
+        let place = Node::Place(diagram.arcs[arc].place);
+        if !nodes.contains(&place) {
+            nodes.push(place);
+        }
+    }
+    let mut drawn: Vec<Drawn> =
+        nodes.iter().map(|&node| measured(diagram, node, page_of(diagram, node) != page)).collect();
+    let index = |node: Node| nodes.iter().position(|other| *other == node);
+    let ends: Vec<(usize, usize)> = arcs
+        .iter()
+        .filter_map(|&arc| {
+            let arc = diagram.arcs[arc];
+            let (place, transition) =
+                (index(Node::Place(arc.place))?, index(Node::Transition(arc.transition))?);
+            Some(match arc.direction {
+                Direction::OutOf => (transition, place),
+                Direction::Into | Direction::Stop => (place, transition),
+            })
+        })
+        .collect();
+    let stated = nodes.iter().map(|&node| {
+        let head = match node {
+            Node::Place(at) => &diagram.places[at].head,
+            Node::Transition(at) => &diagram.transitions[at].head,
+        };
+        head.at.filter(|_| head.page == page)
+    });
+    let stated: Option<Vec<_>> = stated.collect();
+    let corners = match stated.filter(|all| !all.is_empty()) {
+        Some(stated) => {
+            for (one, at) in drawn.iter_mut().zip(stated) {
+                one.at = Spot { x: at.x.div_euclid(POINTS.0), y: at.y.div_euclid(POINTS.1) };
+            }
+            shift(&mut drawn);
+            route::around(&drawn, &ends)
+        }
+        None => {
+            let first: Vec<usize> = nodes
+                .iter()
+                .enumerate()
+                .filter(
+                    |(_, node)| matches!(node, Node::Place(at) if diagram.places[*at].is_marked),
+                )
+                .map(|(at, _)| at)
+                .collect();
+            layers::laid_out(&mut drawn, &ends, &first)
+        }
+    };
+    let lines: Vec<Line> =
+        arcs.into_iter().zip(corners).map(|(arc, corners)| Line { arc, corners }).collect();
+    let ends = drawn.iter().map(|one| Spot { x: one.at.x + one.reach.1, y: one.at.y + one.rows });
+    let corners = lines.iter().flat_map(|line| line.corners.iter().copied());
+    let all: Vec<Spot> = ends.chain(corners).collect();
+    let most = |of: fn(&Spot) -> i32| all.iter().map(of).max().unwrap_or(0) + 2;
+    let size = Spot { x: most(|spot| spot.x), y: most(|spot| spot.y) };
+    Sheet { page, nodes: drawn, lines, size }
+}
+
+/// Moves all so that nothing lies beyond the left or upper edge.
+fn shift(drawn: &mut [Drawn]) {
+    let left = drawn.iter().map(|one| one.at.x - one.reach.0).min().unwrap_or(0);
+    let top = drawn.iter().map(|one| one.at.y).min().unwrap_or(0);
+    for one in drawn {
+        one.at = Spot { x: one.at.x - left + 1, y: one.at.y - top + 1 };
+    }
+}
+
+#[cfg(test)]
+mod tests;
