@@ -283,3 +283,31 @@ fn the_command_writes_lines_of_text_and_json() {
     assert_eq!(code, Some(2));
     assert!(stdout.lines().all(|line| line.contains("\"fault\":") && !line.contains("reading")));
 }
+
+#[test]
+fn a_net_is_served_by_the_code_that_is_made_of_it() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    std::fs::write(at.join("a.snet"), NET).expect("written");
+    let child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .args(["snet", "serve", "a.snet", "--pty", "plc", "--set", "GO=1", "--for", "60s"])
+        .current_dir(at)
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    let _served = Served(child);
+    let begun = Instant::now();
+    while !at.join("plc").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(30), "no line");
+        thread::sleep(Duration::from_millis(20));
+    }
+    // Four times the timer, and the counter is full: nothing leaves it before EMPTIED.
+    thread::sleep(Duration::from_secs(3));
+    let (code, stdout, stderr) = monitor(at, &["--for", "500ms", "--format", "json"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    let last = stdout.lines().last().expect("a reading");
+    let row: serde_json::Value = serde_json::from_str(last).expect("JSON");
+    assert_eq!(row["reading"]["counters"]["FOUR"]["elapsed"], 4, "{last}");
+    assert_eq!(row["reading"]["marks"]["FOUR"], true, "{last}");
+    assert_eq!(row["reading"]["outers"]["GO"], true, "{last}");
+}

@@ -117,10 +117,10 @@ fn drawings_have_every_element() {
     assert_eq!((count("rect", "bar"), count("rect", "stop")), (3, 1));
     assert_eq!((count("circle", "mark"), count("circle", "off")), (3, 1));
     let arrows = document.descendants().filter(|node| node.attribute("marker-end").is_some());
-    assert_eq!(arrows.count(), 7);
+    assert_eq!(arrows.count(), 8);
     assert!(svg.contains("充填") && svg.contains(">*</text>"));
     let (code, dot, _) = snet(at, &["draw", "a.snet", "--format", "dot"]);
     assert_eq!(code, Some(0));
-    assert_eq!(dot.matches(" -> ").count(), 7 + 3);
+    assert_eq!(dot.matches(" -> ").count(), 8 + 3);
     assert!(dot.contains("label=\"*\"") && dot.contains("arrowhead=odot"));
 }

@@ -53,7 +53,7 @@ pub struct Arguments {
 }
 
 /// How an emulated CPU runs, and whom it answers.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct ServeOptions {
     /// Answer SLMP over TCP here: a port, or address and port
     #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address)]
@@ -129,8 +129,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 impl ServeOptions {
+    /// The same with other names for devices that are set, where there are any.
+    pub fn renamed(&self, name: impl Fn(&str) -> Option<String>) -> ServeOptions {
+        let mut other = self.clone();
+        for (device, _) in &mut other.set {
+            if let Some(name) = name(device) {
+                *device = name;
+            }
+        }
+        other
+    }
+
     /// What is to be listened to over networks.
-    fn asked(&self) -> Result<Vec<(Spoken, SocketAddr)>, Failure> {
+    pub fn asked(&self) -> Result<Vec<(Spoken, SocketAddr)>, Failure> {
         let asked = [
             (Spoken::Slmp, self.slmp),
             (Spoken::FinsTcp, self.fins),

@@ -4,6 +4,7 @@ mod check;
 mod convert;
 mod draw;
 mod monitor;
+mod serve;
 mod simulate;
 mod terminal;
 mod translate;
@@ -32,6 +33,8 @@ enum Command {
     Draw(draw::Arguments),
     /// Simulate a net: step by step on the terminal, or by a stimulus
     Simulate(simulate::Arguments),
+    /// Emulate a C200H that runs a net's code, and answers Host Link
+    Serve(Box<serve::Arguments>),
     /// Watch a C200H run a net's code, over Host Link on a serial line
     Monitor(monitor::Arguments),
     /// Study a net: deadlocks, what never fires, where its code does something else
@@ -58,6 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Convert(arguments) => convert::run(arguments),
         Command::Draw(arguments) => draw::run(arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
+        Command::Serve(arguments) => serve::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Translate(arguments) => translate::run(arguments),

@@ -1,0 +1,65 @@
+//! `scanbound snet serve`: an emulated C200H that runs a net's code.
+
+use super::{Initial, read, refuse_faults};
+use crate::command::serve::ServeOptions;
+use crate::command::{Failure, Outcome};
+use clap::Args;
+use scanbound::audit::{Request, ready};
+use scanbound::base::facts::Facts;
+use scanbound::front::Input;
+use scanbound::snet::translate::{assign, c200h, listing};
+use std::path::PathBuf;
+
+const ABOUT: &str = "\
+Emulate a C200H that runs a net's code
+
+The net is translated as `snet translate --to c200h` does it, and runs scan by scan with the times of the C200H's table. It \
+answers Host Link on a pseudo-terminal (--pty) or over TCP (--hostlink), for `snet monitor` and other hosts, by those who \
+have no PLC at hand.";
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound snet serve line.snet --pty plc --set START=1
+  scanbound snet monitor line.snet --port plc          in another terminal";
+
+/// The arguments of `snet serve`.
+#[derive(Debug, Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A net (.snet, .pnml)
+    #[arg(value_name = "NET")]
+    net: PathBuf,
+    /// How the code comes by the initial marks
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    initial: Initial,
+    /// Give relays and numbers to what has none
+    #[arg(long)]
+    assign: bool,
+    #[command(flatten)]
+    serving: ServeOptions,
+}
+
+/// Serves.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    arguments.serving.asked()?;
+    let mut diagram = read(&arguments.net)?;
+    refuse_faults(&diagram)?;
+    if arguments.assign {
+        assign(&mut diagram);
+    }
+    let list = listing(&diagram, arguments.initial == Initial::FirstScan)?;
+    let name = format!("{} (its code)", arguments.net.display());
+    let inputs = [Input { name, bytes: c200h(&diagram, &list).into_bytes() }];
+    let facts = Facts::default();
+    let request = Request {
+        cpu: Some("C200H"),
+        dialect: Some("omron-c200h"),
+        ..Request::new(&inputs, &facts)
+    };
+    // Outer gates may be set by their names.
+    let address = |name: &str| {
+        let outer = diagram.outers.iter().find(|outer| outer.head.name == name)?;
+        Some(outer.head.address?.to_string())
+    };
+    arguments.serving.renamed(address).serve(&ready(&request)?, Some("C200H"))
+}
