@@ -11,6 +11,9 @@ use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::near::{meant, nearest};
 
+/// How many faults are told.
+const SHOWN: usize = 20;
+
 /// Reads a net. What it says is complete, but need not hang together: [`super::super::faults::faults`] looks at that.
 ///
 /// # Errors
@@ -459,6 +462,17 @@ impl Reader<'_> {
             self.faults.push(Diagnostic::file(Code::NetSyntax, self.file, message, help));
         }
         self.faults.sort_by_key(|fault| fault.line);
+        if self.diagram.pages.is_empty() && self.faults.len() > 1 {
+            // Nothing in it is an element: it is something else.
+            self.faults.truncate(1);
+            self.faults[0].help = "the file is no net; docs/snet.md has the grammar".to_owned();
+        }
+        if let Some(left) = self.faults.len().checked_sub(SHOWN).filter(|left| *left > 0) {
+            self.faults.truncate(SHOWN);
+            let message = format!("there are {left} faults more");
+            let help = "mend these first";
+            self.faults.push(Diagnostic::file(Code::NetSyntax, self.file, message, help));
+        }
         if self.faults.is_empty() { Ok(self.diagram) } else { Err(self.faults) }
     }
 

@@ -112,3 +112,14 @@ fn a_fault_marks_its_part_of_the_line() {
     assert_eq!(&fault.text[from..to], "00399");
     assert!(fault.help.contains("00305"));
 }
+
+#[test]
+fn a_file_that_is_no_net_is_told_once_and_many_faults_are_counted() {
+    let found = read("a.il", "LD X0\nOUT Y0\nEND\n").expect_err("no net");
+    assert_eq!(found.len(), 1);
+    assert!(found[0].line == Some(1) && found[0].help.contains("no net"));
+    let many: String = (0..30).map(|n| format!("box B{n} = 00099\n")).collect();
+    let found = read("a.snet", &many).expect_err("faults");
+    assert_eq!(found.len(), 21);
+    assert!(found[20].message.contains("10 faults more"));
+}
