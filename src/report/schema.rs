@@ -2,7 +2,7 @@
 //! docs/json.md and taken from there.
 
 use super::json::projects;
-use super::{advice, compare, cpus, diff, doctor, explain, json, netcheck, sfc};
+use super::{advice, compare, cpus, diff, doctor, explain, json, netcheck, sfc, snet};
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde_json::Value;
@@ -96,6 +96,13 @@ pub const SCHEMAS: &[Published] = &[
         about: "snet check",
         heading: "## snet",
         of: of::<netcheck::json::Report<'static>>,
+    },
+    Published {
+        name: "snet-monitor",
+        id: snet::readings::SCHEMA,
+        about: "snet monitor, a line each poll",
+        heading: "## snet monitor",
+        of: of::<snet::readings::Row<'static>>,
     },
 ];
 
