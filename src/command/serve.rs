@@ -23,6 +23,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
+#[cfg(unix)]
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 const ABOUT: &str = "\
@@ -167,14 +169,17 @@ impl ServeOptions {
         &self,
         requests: &Sender<Request>,
         over: &Arc<AtomicBool>,
-    ) -> Result<(), Failure> {
-        let Some(link) = &self.pty else { return Ok(()) };
+    ) -> Result<Option<JoinHandle<()>>, Failure> {
+        let Some(link) = &self.pty else { return Ok(None) };
         let pty = Pty::open(link.as_deref(), PAUSE).context("no pseudo-terminal can be opened")?;
         say(&format!("listening: HostLink on {}\n", pty.path().display()));
         let (requests, over, spoken) =
             (requests.clone(), Arc::clone(over), Spoken::HostLink(self.unit));
-        thread::spawn(move || answers(pty, spoken, &requests, &over));
-        Ok(())
+        let answer = move || {
+            // A line that breaks ends by itself.
+            let _ = answers(pty, spoken, &requests, &over);
+        };
+        Ok(Some(thread::spawn(answer)))
     }
 
     /// Runs a program and answers, until Ctrl-C, or as long as was said.
@@ -219,10 +224,16 @@ impl ServeOptions {
             thread::spawn(move || one.serve(requests, over));
         }
         #[cfg(unix)]
-        self.answer_on_pty(&requests, &over)?;
+        let line = self.answer_on_pty(&requests, &over)?;
         drop(requests);
         serve(arguments, &mut cpu, &waiting, &over);
         over.store(true, Ordering::Relaxed);
+        // What waits for an answer gets none; then the line is taken away with its link.
+        drop(waiting);
+        #[cfg(unix)]
+        if let Some(line) = line {
+            let _ = line.join();
+        }
         if let Some(halt) = cpu.halted() {
             let (Halt::Unknown(at) | Halt::Endless(at)) = halt;
             let text = program.instructions.get(at).map_or("", |one| &*one.text);
