@@ -271,3 +271,29 @@ fn a_block_without_a_body_may_or_may_not_carry_out_that_of_its_base() {
     // Not carried out: one store and three; carried out: one and two.
     assert_eq!(bound(&format!("{units}{main}")), Ok(4));
 }
+
+/// What is handed over in and out is the caller's own variable, so nothing called may know it by another name.
+#[test]
+fn what_is_handed_over_in_and_out_has_one_name() {
+    let called = |body: &str, call: &str| {
+        bound(&format!(
+            "FUNCTION_BLOCK f VAR_IN_OUT a, b : INT; END_VAR VAR_EXTERNAL g : INT; END_VAR VAR k : INT; END_VAR \
+             {body} END_FUNCTION_BLOCK \
+             PROGRAM main VAR u, v : INT; w : ARRAY[0..3] OF INT; i : f; END_VAR VAR_EXTERNAL g, h : INT; END_VAR \
+             {call} END_PROGRAM \
+             CONFIGURATION c VAR_GLOBAL g, h : INT; END_VAR RESOURCE r ON PLC TASK t(INTERVAL := T#10ms, PRIORITY := 1); \
+             PROGRAM inst WITH t : main; END_RESOURCE END_CONFIGURATION"
+        ))
+    };
+    // With one variable for both the loop would never end.
+    let body = "FOR a := 1 TO 3 DO b := 0; END_FOR";
+    let refused = Err(vec![Code::NotModelled]);
+    assert!(called(body, "i(a := u, b := v);").is_ok());
+    assert!(called(body, "i(a := u, b := h);").is_ok());
+    assert_eq!(called(body, "i(a := u, b := u);"), refused);
+    assert_eq!(called(body, "i(u, u);"), refused);
+    assert_eq!(called(body, "i(a := w[u], b := w[v]);"), refused);
+    // What it names itself, and what is its own.
+    assert_eq!(called("a := 1; IF g = 1 THEN b := 2; END_IF", "i(a := g, b := u);"), refused);
+    assert_eq!(called("a := 1; IF k = 1 THEN b := 2; END_IF", "i(a := i.k, b := u);"), refused);
+}

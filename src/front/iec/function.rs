@@ -63,6 +63,7 @@ impl Emit<'_> {
             }
         };
         let place = self.instances[instance].place.clone();
+        self.has_one_name(at, None, &own.variables, given, line)?;
         self.hand_over(at, &place, &own.variables, given, line)?;
         self.begin_anew(&place, &own.variables, given, line)?;
         self.call(Logic::Const(true), instance, What::Body, "CAL");
@@ -84,6 +85,8 @@ impl Emit<'_> {
         };
         let method = method.clone();
         let place = self.method_place(instance, &method.name)?;
+        let owner = self.instances[instance].place.name.clone();
+        self.has_one_name(at, Some(&owner), &method.variables, given, line)?;
         self.hand_over(at, &place, &method.variables, given, line)?;
         self.begin_anew(&place, &method.variables, given, line)?;
         self.call(
@@ -452,7 +455,7 @@ impl Emit<'_> {
 }
 
 /// Arguments with the names of the parameters that they are for: those without a name stand for the inputs in their order.
-fn parameters<'a>(
+pub(super) fn parameters<'a>(
     variables: &'a [Variable],
     given: &'a [Argument],
 ) -> impl Iterator<Item = (Option<&'a String>, &'a Argument)> {

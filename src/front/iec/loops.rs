@@ -448,7 +448,7 @@ impl Emit<'_> {
 }
 
 /// Whether two paths mean the same variable.
-fn alike(one: &Path, other: &Path) -> bool {
+pub(super) fn alike(one: &Path, other: &Path) -> bool {
     let part = |(one, other): (&Part, &Part)| match (one, other) {
         (Part::Name(one), Part::Name(other)) => same(one, other),
         (one, other) => one == other,
@@ -547,7 +547,7 @@ fn reaches(body: &[Statement], name: &str) -> bool {
 }
 
 /// The statements of a unit's actions, methods and charts, and those of its body, if it is asked for.
-fn bodies(pou: &crate::iec::Pou, with_body: bool) -> Vec<&[Statement]> {
+pub(super) fn bodies(pou: &crate::iec::Pou, with_body: bool) -> Vec<&[Statement]> {
     let own = with_body.then_some(&pou.body).into_iter();
     let own = own.chain(pou.actions.iter().map(|one| &one.body));
     let mut found: Vec<&[Statement]> = Vec::new();
@@ -568,6 +568,36 @@ fn bodies(pou: &crate::iec::Pou, with_body: bool) -> Vec<&[Statement]> {
         }
     }
     found.extend(pou.methods.iter().flat_map(|method| bodies(method, true)));
+    found
+}
+
+/// Whether statements name a variable, to read or to write it: its first name, or one behind it.
+pub(super) fn names(body: &[Statement], is_it: &dyn Fn(&str) -> bool) -> bool {
+    fn named(path: &Path, is_it: &dyn Fn(&str) -> bool) -> bool {
+        let part = |part: &Part| match part {
+            Part::Name(name) => is_it(name),
+            Part::Index(all) => {
+                let mut found = false;
+                let mut see = |path: &Path| found |= named(path, is_it);
+                all.iter().for_each(|one| variables(one, &mut see));
+                found
+            }
+            _ => false,
+        };
+        is_it(&path.first) || path.rest.iter().any(part)
+    }
+    let named = |path: &Path| named(path, is_it);
+    let mut found = false;
+    crate::iec::ast::visit(body, &mut |one| {
+        found |= match &one.kind {
+            Statements::Assign(target, _)
+            | Statements::Latch(target, ..)
+            | Statements::For(target, ..) => named(target),
+            Statements::Unread(_) => true,
+            _ => false,
+        };
+        expressions(one, &mut |expr| variables(expr, &mut |path| found |= named(path)));
+    });
     found
 }
 

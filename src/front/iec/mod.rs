@@ -6,6 +6,7 @@
 
 mod address;
 mod block;
+mod by_reference;
 mod chart;
 pub mod decode;
 mod emit;

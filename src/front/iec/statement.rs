@@ -372,6 +372,7 @@ impl<'p> Emit<'p> {
                 let all = lineage(self.project, pou);
                 let variables: Vec<_> =
                     all.into_iter().rev().flat_map(|pou| pou.variables.clone()).collect();
+                self.has_one_name(at, Some(&place.name), &variables, given, line)?;
                 self.hand_over(at, place, &variables, given, line)?;
                 self.call(Logic::Const(true), instance, What::Body, "CAL");
                 self.take_back(at, place, &variables, given, line)

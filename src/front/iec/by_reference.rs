@@ -1,0 +1,109 @@
+//! Variables that a call hands over in and out: what is called changes the caller's own variable (IEC 61131-3, VAR_IN_OUT).
+//! They are followed as copies that are given back, so a call in which one variable has two names is refused.
+
+use super::emit::Emit;
+use super::function::parameters;
+use super::loops::{alike, bodies, names};
+use super::resolve::{Context, Found};
+use super::types::lineage;
+use crate::base::code::Code;
+use crate::iec::ast::{Argument, Expr, Part, Path};
+use crate::iec::fault::Fault;
+use crate::iec::{PouKind, Section, Variable, same, show};
+
+impl Emit<'_> {
+    /// Refuses a call that hands over a variable which what is called also reaches by another name: `owner` is the place of
+    /// the instance that is called.
+    pub(super) fn has_one_name(
+        &mut self,
+        at: &Context,
+        owner: Option<&str>,
+        variables: &[Variable],
+        given: &[Argument],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let is_both = |name: &str| {
+            variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
+        };
+        let handed: Vec<&Path> = parameters(variables, given)
+            .filter(|(name, _)| name.is_some_and(|name| is_both(name)))
+            .filter_map(|(_, argument)| match &argument.value {
+                Expr::Variable(path) => Some(path),
+                _ => None,
+            })
+            .collect();
+        for (number, path) in handed.iter().enumerate() {
+            let twice = handed[..number].iter().any(|other| overlap(path, other));
+            if twice || self.is_of(at, owner, path, line)? || self.is_named_elsewhere(at, path) {
+                let message = format!(
+                    "{} is handed over in and out, and what is called may reach it by another name",
+                    show::path(path)
+                );
+                let help = "hand over a variable of its own, and assign it before and after";
+                return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a variable belongs to the instance that is called.
+    fn is_of(
+        &mut self,
+        at: &Context,
+        owner: Option<&str>,
+        path: &Path,
+        line: u32,
+    ) -> Result<bool, Fault> {
+        let Some(owner) = owner else { return Ok(false) };
+        let name = match self.find(at, path, line)? {
+            Found::Place(place) => place.name,
+            Found::Element(element) => element.place.name,
+            // No bit of a word can be handed over so.
+            _ => return Ok(false),
+        };
+        let (name, owner) = (name.to_ascii_uppercase(), owner.to_ascii_uppercase());
+        Ok(name.strip_prefix(&owner).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
+    }
+
+    /// Whether a variable is global, and a function or function block names it.
+    fn is_named_elsewhere(&self, at: &Context, path: &Path) -> bool {
+        let own = lineage(self.project, self.instances[at.instance].pou);
+        let declares = |variables: &[Variable], section: fn(Section) -> bool| {
+            variables.iter().any(|one| section(one.section) && same(&one.name, &path.first))
+        };
+        let is_own = |one: Section| one != Section::External;
+        let is_local =
+            at.locals.as_ref().is_some_and(|place| Self::part(place, &path.first).is_some());
+        if is_local || own.iter().any(|pou| declares(&pou.variables, is_own)) {
+            return false;
+        }
+        let others = self.project.pous.iter().filter(|pou| {
+            pou.kind != PouKind::Program && !own.iter().any(|one| same(&one.name, &pou.name))
+        });
+        // A list of globals may stand before the name.
+        let last = path.rest.iter().find_map(|part| match part {
+            Part::Name(name) => Some(name.as_str()),
+            _ => None,
+        });
+        let is_it =
+            |name: &str| same(name, &path.first) || last.is_some_and(|last| same(last, name));
+        others.into_iter().any(|pou| {
+            declares(&pou.variables, |one| one == Section::External)
+                || (!declares(&pou.variables, is_own)
+                    && bodies(pou, true).into_iter().any(|body| names(body, &is_it)))
+        })
+    }
+}
+
+/// Whether two paths may mean the same variable, or one a part of the other: any two indices may be the same.
+fn overlap(one: &Path, other: &Path) -> bool {
+    let shorter = one.rest.len().min(other.rest.len());
+    let cut = |path: &Path| {
+        let blank = |part: &Part| match part {
+            Part::Name(name) => Part::Name(name.clone()),
+            _ => Part::Dereference,
+        };
+        Path { first: path.first.clone(), rest: path.rest[..shorter].iter().map(blank).collect() }
+    };
+    alike(&cut(one), &cut(other))
+}
