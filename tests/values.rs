@@ -698,3 +698,15 @@ fn what_instructions_are_known_to_give_is_as_the_page_has_it() {
     }
     assert!(examples >= 10, "{examples}");
 }
+
+/// A word that is never 0 was not as power-up leaves it when the first scan started.
+#[test]
+fn what_is_stated_never_to_be_0_is_not_trusted_to_be_the_programs_own() {
+    let text = "LD X0; FMOV K0 D100 D50; LD SM400; MOV K7 D50; END";
+    let stated =
+        |trust, range: &str| with_facts(trust, &format!("[ranges]\nD50 = {range}\n"), text);
+    for trust in [Trust::Counts, Trust::All] {
+        assert_eq!(stated(trust, "[0, 20]").map(|found| found.0), Ok(7));
+        assert_eq!(stated(trust, "[1, 20]").map(|found| found.0), Ok(20));
+    }
+}

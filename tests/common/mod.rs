@@ -9,6 +9,7 @@ pub mod flowcharts;
 pub mod ir;
 pub mod list;
 pub mod melsec;
+pub mod omron_plc;
 pub mod passed;
 pub mod plc;
 pub mod real;

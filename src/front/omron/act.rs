@@ -42,6 +42,7 @@ pub(super) fn act(asm: &mut Assembly, item: &Item<'_>) {
     if widened {
         let written = written(asm, item);
         asm.note(match written.is_empty() {
+            true if item.name == "SRCH" => "IR0 and DR0 take any value".to_owned(),
             true => "what this changes takes any value".to_owned(),
             false => format!("{written} takes any value"),
         });
@@ -79,7 +80,11 @@ fn is_written(slot: &Slot) -> bool {
 /// How many words the instruction handles, for times by the word.
 fn units(asm: &Assembly, item: &Item<'_>) -> Units {
     let Some(row) = item.row else { return Units::None };
-    let most = u64::from(asm.memory.size(AreaId(4)));
+    // No manual of CS, CJ and CP says that a count is refused that leads past the end of an area.
+    let most = match asm.memory.family {
+        Family::C => u64::from(asm.memory.size(AreaId(4))),
+        Family::Cs => u64::from(u16::MAX),
+    };
     let of = |length: Option<u32>, (operand, unit): (usize, u32)| match length {
         Some(count) => Units::Exactly(u64::from(count)),
         None => counted(asm, item, operand, unit)
@@ -120,8 +125,8 @@ fn units(asm: &Assembly, item: &Item<'_>) -> Units {
 /// of which words are not followed.
 fn counted(asm: &Assembly, item: &Item<'_>, operand: usize, unit: u32) -> Option<Counted> {
     let Operand::Word(count) = *item.operands.get(operand)? else { return None };
-    // `!` reads an input anew before.
-    if asm.memory.family == Family::C || item.raw.immediate {
+    // `!` reads an input anew before; the system may change the word between what wrote it and this.
+    if asm.memory.family == Family::C || item.raw.immediate || asm.memory.is_volatile(count) {
         return None;
     }
     // Surely carried out is what lies within its areas.

@@ -58,6 +58,7 @@ pub(super) fn havoc(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Wr
             })
             .flatten()
             .chain(special_units(asm.memory, item))
+            .chain(registers(asm.memory, item))
             .collect(),
     };
     regions
@@ -81,6 +82,16 @@ fn whole(operand: &Operand, memory: Memory) -> Vec<Region> {
         other => vec![other],
     });
     all.collect()
+}
+
+/// Registers that are written without being named: where SRCH, MAX and MIN found what they looked for goes to IR0, how
+/// often SRCH did to DR0.
+fn registers(memory: Memory, item: &Item<'_>) -> Vec<Region> {
+    let found = matches!(&*item.name, "SRCH" | "MAX" | "MIN");
+    let index = memory.index_register(0).filter(|_| found);
+    let index = index.map(|first| Region::Range { first, count: 2 });
+    let times = memory.data_register(0).filter(|_| item.name == "SRCH");
+    index.into_iter().chain(times.map(|first| Region::Range { first, count: 1 })).collect()
 }
 
 /// What a refresh of special I/O units changes besides the words that name them (words 40 to 49 of the C series).

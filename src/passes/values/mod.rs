@@ -124,8 +124,11 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
     let mut kept = Vec::new();
     if let Some(end) = end.filter(|_| settings.trust != Trust::None) {
         let cell = |slot: usize| slots.cells()[slot];
-        let ours: Vec<usize> =
-            (0..slots.cells().len()).filter(|&slot| is_ours(program, cell(slot))).collect();
+        // What is stated never to be 0 somebody else set before the first scan.
+        let may_be_zero = |slot: usize| free[slot].holds(&Value::constant(0));
+        let ours: Vec<usize> = (0..slots.cells().len())
+            .filter(|&slot| is_ours(program, cell(slot)) && may_be_zero(slot))
+            .collect();
         let (alone, others): (Vec<usize>, Vec<usize>) =
             ours.into_iter().partition(|&slot| settings.trust.holds_alone(program, cell(slot)));
         let counts = |slot: &usize| counting.binary_search(&cell(*slot)).is_ok();
