@@ -297,3 +297,69 @@ fn what_is_handed_over_in_and_out_has_one_name() {
     assert_eq!(called("a := 1; IF g = 1 THEN b := 2; END_IF", "i(a := g, b := u);"), refused);
     assert_eq!(called("a := 1; IF k = 1 THEN b := 2; END_IF", "i(a := i.k, b := u);"), refused);
 }
+
+#[test]
+fn structures_and_arrays_are_copied_as_wholes() {
+    let types = "TYPE S : STRUCT x : BOOL; n : INT; END_STRUCT; END_TYPE ";
+    let given = "FUNCTION_BLOCK F VAR_IN_OUT s : S; END_VAR s.x := TRUE; END_FUNCTION_BLOCK ";
+    let taken = "FUNCTION_BLOCK G VAR_OUTPUT s : S; a : ARRAY[0..1] OF INT; END_VAR s.n := 5; a[1] := 4; END_FUNCTION_BLOCK ";
+    let main = |body: &str| {
+        bound(&format!(
+            "{types}{given}{taken}PROGRAM main VAR st, t2 : S; f : F; g : G; y : BOOL; b, c : ARRAY[0..1] OF INT; END_VAR {body} END_PROGRAM"
+        ))
+    };
+    // What is called changes the caller's own structure: three stores that hand over, in the body and back, and one more.
+    assert_eq!(main("st.x := FALSE; f(s := st); IF st.x THEN y := TRUE; END_IF"), Ok(5));
+    assert_eq!(main("st.x := FALSE; f(s := st); IF NOT st.x THEN y := TRUE; END_IF"), Ok(4));
+    // Results.
+    assert_eq!(main("t2.n := 0; g(s => t2); IF t2.n = 5 THEN y := TRUE; END_IF"), Ok(5));
+    assert_eq!(main("b[1] := 0; g(a => b); IF b[1] = 4 THEN y := TRUE; END_IF"), Ok(5));
+    // Assignments.
+    assert_eq!(main("t2.n := 3; st := t2; IF st.n = 3 THEN y := TRUE; END_IF"), Ok(3));
+    assert_eq!(main("t2.n := 3; st := t2; IF st.n <> 3 THEN y := TRUE; END_IF"), Ok(2));
+    assert_eq!(main("b[0] := 3; c := b; IF c[0] <> 3 THEN y := TRUE; END_IF"), Ok(2));
+}
+
+#[test]
+fn what_is_evaluated_first_is_not_changed_by_a_later_call() {
+    let with = |body: &str| {
+        bound(&format!(
+            "FUNCTION f : INT VAR_IN_OUT v : INT; END_VAR v := 9; f := 1; END_FUNCTION \
+             FUNCTION_BLOCK B VAR_INPUT a, b : INT; END_VAR VAR x : BOOL; END_VAR \
+             IF a = 5 THEN x := TRUE; END_IF END_FUNCTION_BLOCK \
+             PROGRAM main VAR n, m : INT; y : BOOL; k : B; END_VAR {body} END_PROGRAM"
+        ))
+    };
+    // Stores: n, the argument, v, f, back, m.
+    assert_eq!(with("n := 5; m := n + f(v := n);"), Ok(6));
+    assert_eq!(with("n := 5; m := n + f(v := n); IF m = 6 THEN y := TRUE; END_IF"), Ok(7));
+    assert_eq!(with("n := 5; m := n + f(v := n); IF m <> 6 THEN y := TRUE; END_IF"), Ok(6));
+    assert_eq!(with("n := 5; k(a := n, b := f(v := n));"), Ok(8));
+}
+
+#[test]
+fn times_below_a_millisecond_and_below_zero_may_be_any() {
+    assert_eq!(of("t : TIME;", "t := T#1ms / 2; IF t > T#0ms THEN x := TRUE; END_IF"), Ok(2));
+    let below = "t := T#1s; t := t - T#2s; IF t > T#1h THEN x := TRUE; END_IF";
+    assert_eq!(of("t : TIME;", below), Ok(3));
+    let above = "t := T#2s; t := t - T#1s; IF t <> T#1s THEN x := TRUE; END_IF";
+    assert_eq!(of("t : TIME;", above), Ok(2));
+}
+
+#[test]
+fn operators_are_functions_too() {
+    assert_eq!(of("", "IF AND(a, NOT(a)) THEN x := TRUE; END_IF"), Ok(0));
+    assert_eq!(of("", "IF XOR(a, a) OR OR(a, NOT a) THEN x := TRUE; END_IF"), Ok(1));
+}
+
+#[test]
+fn the_element_that_is_handed_over_stays_the_same() {
+    let with = |body: &str| {
+        bound(&format!(
+            "FUNCTION_BLOCK F VAR_IN_OUT e, i : INT; END_VAR e := 1; i := 2; END_FUNCTION_BLOCK \
+             PROGRAM main VAR f : F; b : ARRAY[0..3] OF INT; i, j : INT; END_VAR {body} END_PROGRAM"
+        ))
+    };
+    assert_eq!(with("i := 1; f(e := b[i], i := i);"), Err(vec![Code::NotModelled]));
+    assert_eq!(with("i := 1; f(e := b[i], i := j);"), Ok(7));
+}

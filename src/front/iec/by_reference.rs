@@ -32,7 +32,39 @@ impl Emit<'_> {
                 _ => None,
             })
             .collect();
+        let taken: Vec<&Path> = given
+            .iter()
+            .filter(|one| one.is_output)
+            .filter_map(|one| match &one.value {
+                Expr::Variable(path) => Some(path),
+                _ => None,
+            })
+            .collect();
         for (number, path) in handed.iter().enumerate() {
+            let mut moved = false;
+            for index in path.rest.iter().filter_map(|part| match part {
+                Part::Index(indices) => Some(indices),
+                _ => None,
+            }) {
+                moved |= index.iter().any(|index| {
+                    let mut found = self.calls_own(index);
+                    super::loops::variables(index, &mut |one| {
+                        let is_given = |other: &Path| overlap(one, other);
+                        found |= handed.iter().any(|other| is_given(other))
+                            || taken.iter().any(|other| is_given(other))
+                            || self.is_named_elsewhere(at, one);
+                    });
+                    found
+                });
+            }
+            if moved {
+                let message = format!(
+                    "which element {} is may change while it is handed over in and out",
+                    show::path(path)
+                );
+                let help = "assign the index to a variable that nothing else writes";
+                return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
+            }
             let twice = handed[..number].iter().any(|other| overlap(path, other));
             if twice || self.is_of(at, owner, path, line)? || self.is_named_elsewhere(at, path) {
                 let message = format!(

@@ -175,7 +175,10 @@ impl Emit<'_> {
         right: &Expr,
         line: u32,
     ) -> Result<Value, Fault> {
-        let one = self.value(at, left, line)?;
+        let mut one = self.value(at, left, line)?;
+        if self.calls_own(right) {
+            one = self.frozen(one);
+        }
         let two = self.value(at, right, line)?;
         self.combined(operator, one, two, line)
     }
@@ -333,6 +336,13 @@ impl Emit<'_> {
                 self.worked_out(2, Some((Operation::Real(arithmetic), inputs, 2))),
             ));
         }
+        if kind == Kind::Time && operator == Operator::Subtract {
+            return Ok(Value::Number(kind, self.time_between(left, right)));
+        }
+        if kind == Kind::Time && matches!(operator, Operator::Divide | Operator::Modulo) {
+            let why = "a part of a time may be finer than 1 ms: it may be any time";
+            return Ok(Value::Number(kind, self.any_number(kind, why)));
+        }
         if matches!(kind, Kind::Opaque(_)) {
             let why = "arithmetic of long reals and dates is not followed: the result may be any";
             return Ok(Value::Number(kind, self.any_number(kind, why)));
@@ -379,6 +389,28 @@ impl Emit<'_> {
                 .any_number(kind, "arithmetic that is not followed: the result may be any number"),
         };
         Ok(Value::Number(kind, wrapped(kind, number)))
+    }
+
+    /// One time less another. Controllers differ where that is below 0: with times that have no sign it is a very long one.
+    fn time_between(&mut self, left: Number, right: Number) -> Number {
+        let both = [left, right].map(|one| Number::Words(self.words(one, 2)));
+        let [left, right] = both;
+        let below = Logic::Compare(Box::new(Compare {
+            relation: Relation::Less,
+            reading: Reading::Signed,
+            left: left.clone(),
+            right: right.clone(),
+        }));
+        let below = self.keep_bit(below);
+        let words = self.copied(Number::Sub(Box::new(left), Box::new(right)), 2);
+        if let Some(&WordSource::Cell(first)) = words.first() {
+            let choice = self.builder.choice();
+            let any = Write::Havoc(Region::Range { first, count: 2 }, choice);
+            let at = self.write_if(below, vec![any], None);
+            let why = "a time below 0, of which controllers differ: it may be any time";
+            self.program().approximate(at, why);
+        }
+        Number::Words(words)
     }
 
     /// A number of one kind as one of another.
@@ -517,7 +549,7 @@ impl Emit<'_> {
     }
 
     /// The words of a number as they are now.
-    fn copied(&mut self, number: Number, words: u32) -> Vec<WordSource> {
+    pub(super) fn copied(&mut self, number: Number, words: u32) -> Vec<WordSource> {
         let first = self.words_between(words);
         let targets = (0..words).map(|at| WordTarget::Cell(first.plus(at))).collect();
         self.write(vec![Write::Words(targets, number)]);
@@ -556,6 +588,9 @@ impl Emit<'_> {
             (Ty::Text | Ty::Pointer, _) => Vec::new(),
             _ => {
                 let choice = self.builder.choice();
+                let at = self.builder.next();
+                let why = "a structure or array as a whole that is not followed: it may hold anything";
+                self.program().approximate(at, why);
                 place.tag.regions().into_iter().map(|region| Write::Havoc(region, choice)).collect()
             }
         })

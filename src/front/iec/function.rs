@@ -5,6 +5,7 @@ use super::expr::{common, holding, read};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, elementary, is_elementary};
 use super::value::Value;
+use super::whole::Whole;
 use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Section, Variable, same, show};
@@ -142,7 +143,8 @@ impl Emit<'_> {
         given: &[Argument],
         line: u32,
     ) -> Result<(), Fault> {
-        let mut values = Vec::new();
+        let calls_any = given.iter().any(|one| self.calls_own(&one.value));
+        let (mut values, mut wholes) = (Vec::new(), Vec::new());
         for (name, argument) in parameters(variables, given) {
             let name =
                 name.ok_or_else(|| Fault::new(line, format!("{} takes fewer values", place.name)))?;
@@ -151,7 +153,23 @@ impl Emit<'_> {
             }
             let target = Self::part(place, name)
                 .ok_or_else(|| unknown(line, &format!("{}.{name}", place.name)))?;
+            // What is evaluated first is not changed by what is called for the others.
+            if self.calls_own(&argument.value) {
+                for (_, value) in &mut values {
+                    let earlier = std::mem::replace(value, Value::Any);
+                    *value = self.frozen(earlier);
+                }
+            }
+            if !calls_any
+                && let Some(from) = self.whole_value(at, &argument.value, line)?
+            {
+                wholes.push((from, Whole::Place(target)));
+                continue;
+            }
             values.push((target, self.value(at, &argument.value, line)?));
+        }
+        for (from, target) in &wholes {
+            self.copy_whole(from, target);
         }
         for (target, value) in values {
             let writes = self.writes(Found::Place(target), value, line)?;
@@ -188,7 +206,12 @@ impl Emit<'_> {
                 _ => continue,
             };
             let Some(from) = Self::part(place, name) else { continue };
-            let Some(cell) = from.tag.cell() else { continue };
+            let Some(cell) = from.tag.cell() else {
+                if let Some(to) = self.whole(at, target, line)? {
+                    self.copy_whole(&Whole::Place(from), &to);
+                }
+                continue;
+            };
             let mut value = read(cell, &from.ty);
             if let (Value::Bit(logic), true) = (&value, negated) {
                 value = Value::Bit(logic.clone().not());
@@ -245,6 +268,10 @@ impl Emit<'_> {
         let upper = name.to_ascii_uppercase();
         let mut values = Vec::new();
         for argument in given.iter().filter(|one| !one.is_output) {
+            if self.calls_own(&argument.value) {
+                let earlier = std::mem::take(&mut values);
+                values = earlier.into_iter().map(|value| self.frozen(value)).collect();
+            }
             values.push(self.value(at, &argument.value, line)?);
         }
         for argument in given.iter().filter(|one| one.is_output) {

@@ -639,12 +639,19 @@ fn each(one: &Expr, see: &mut dyn FnMut(&Expr)) {
 }
 
 /// The variables of an expression.
-fn variables(one: &Expr, see: &mut dyn FnMut(&Path)) {
+pub(super) fn variables(one: &Expr, see: &mut dyn FnMut(&Path)) {
     each(one, &mut |one| {
         if let Expr::Variable(path) = one {
             see(path);
         }
     });
+}
+
+impl Emit<'_> {
+    /// Whether an expression calls what the project declares.
+    pub(super) fn calls_own(&self, one: &Expr) -> bool {
+        calls(self.project, one)
+    }
 }
 
 /// Whether an expression calls what the project declares.

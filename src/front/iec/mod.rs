@@ -19,6 +19,7 @@ mod resolve;
 mod statement;
 mod types;
 mod value;
+mod whole;
 
 use super::{Dialect, Front, Input, Project, Sniff, decoded};
 use crate::base::diagnostic::Diagnostic;

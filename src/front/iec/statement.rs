@@ -127,6 +127,14 @@ impl<'p> Emit<'p> {
         let line = one.line;
         match &one.kind {
             Statements::Assign(target, value) => {
+                let is_kept = target.first.starts_with('~');
+                if !is_kept
+                    && let Some(from) = self.whole_value(at, value, line)?
+                    && let Some(to) = self.whole(at, target, line)?
+                {
+                    self.copy_whole(&from, &to);
+                    return Ok(());
+                }
                 let value = self.value(at, value, line)?;
                 self.assign(at, target, value, line)
             }

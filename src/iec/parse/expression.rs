@@ -95,6 +95,11 @@ fn primary(cursor: &mut Cursor) -> Result<Expr, Fault> {
             cursor.next();
             Ok(Expr::bool(same(&word, "TRUE")))
         }
+        // Operators are functions, too: AND(a, b).
+        Token::Word(word) if is_operator(&word) && matches!(cursor.second(), Token::Sign("(")) => {
+            cursor.next();
+            Ok(Expr::Call(Path::name(word), arguments(cursor)?))
+        }
         Token::Word(word) if is_keyword(&word) => Err(cursor.unexpected("an expression")),
         Token::Word(_) => {
             let path = path(cursor)?;
@@ -105,6 +110,10 @@ fn primary(cursor: &mut Cursor) -> Result<Expr, Fault> {
         }
         _ => Err(cursor.unexpected("an expression")),
     }
+}
+
+fn is_operator(word: &str) -> bool {
+    ["AND", "OR", "XOR", "MOD"].iter().any(|operator| same(operator, word))
 }
 
 /// A variable and its parts.
