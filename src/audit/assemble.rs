@@ -179,6 +179,7 @@ impl Findings<'_> {
             unknowns: self.unknowns(bound.upper),
             what_if: None,
             coactivity: None,
+            tasks: Vec::new(),
             ladder: None,
             bound,
             overhead,

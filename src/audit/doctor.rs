@@ -236,6 +236,8 @@ impl Doctor<'_, '_> {
                 is_user_instruction: knows,
                 facts: self.request.facts,
                 incomplete,
+                task: self.request.task,
+                alone: self.request.alone,
             })
         };
         let knows = |name: &str| table.is_some_and(|table| table.knows(name));

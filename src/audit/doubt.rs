@@ -53,7 +53,7 @@ impl Doubt {
         open: &[LoopUse],
         upper: Picos,
     ) -> Vec<Doubt> {
-        let interrupts = program.interrupts.iter().filter(|one| !one.stated);
+        let interrupts = program.unstated_interrupts();
         let interrupts =
             interrupts.map(|one| Doubt::Interrupts { name: one.name.clone(), taken: one.times });
         let what: Vec<&str> = networks.iter().map(|one| one.what.as_str()).collect();

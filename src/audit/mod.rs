@@ -42,6 +42,7 @@ mod request;
 pub mod response;
 mod search;
 mod stated;
+mod tasks;
 mod unbounded;
 mod understood;
 mod unknown;
@@ -59,6 +60,7 @@ pub use pipeline::{Concluded, Followed, Prepared, Ready, audit, conclude, follow
 pub use questions::{File, Form, certificates, question};
 pub use reason::Reason;
 pub use request::{Progress, Request};
+pub use tasks::{TaskUse, tasks};
 
 use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;
@@ -136,6 +138,9 @@ pub struct Audit {
     pub what_if: Option<WhatIf>,
     /// What it is worth that steps and stored actions of charts exclude each other, where there are charts.
     pub coactivity: Option<Coactivity>,
+    /// The tasks of the project, each by itself, where it has several and that was asked for; the one whose scan is bounded is
+    /// the first.
+    pub tasks: Vec<TaskUse>,
     /// The rungs as they are drawn, if they were asked for.
     pub ladder: Option<ladder::Ladder>,
     /// What is over-approximated.

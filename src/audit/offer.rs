@@ -288,7 +288,7 @@ pub(super) fn listed<'a>(devices: impl Iterator<Item = &'a String>) -> String {
 }
 
 fn interrupts(program: &Program) -> Vec<Offer> {
-    let unstated = program.interrupts.iter().filter(|one| !one.stated);
+    let unstated = program.unstated_interrupts();
     let offer = |one: &crate::program::Interrupt| {
         // Of a routine of which nothing is known it can only be stated that it does not run.
         let is_empty = program.instructions[one.entry].step == Step::Return;

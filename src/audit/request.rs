@@ -40,6 +40,10 @@ pub struct Request<'a> {
     pub trust: Trust,
     /// Whether what charts say excludes each other is used.
     pub apart: bool,
+    /// The task whose scan is bounded, where the project has several.
+    pub task: Option<&'a str>,
+    /// Whether that scan is bounded as if no other task interrupted it, whatever is stated.
+    pub alone: bool,
     /// Whether assumed times are refused.
     pub strict_times: bool,
     /// Which search to use.
@@ -86,6 +90,8 @@ impl<'a> Request<'a> {
             trust: Trust::default(),
             incomplete: false,
             apart: true,
+            task: None,
+            alone: false,
             strict_times: false,
             method: Method::Auto,
             trace: false,

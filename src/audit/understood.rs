@@ -110,9 +110,28 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         is_user_instruction: &|name| table.knows(name),
         facts: request.facts,
         incomplete: request.incomplete,
+        task: request.task,
+        alone: request.alone,
     })?;
+    knows_task(&program, request)?;
     let table = fitted(table, &program, request);
     Ok((program, table))
+}
+
+/// A task that is asked for and is not there is a slip of the pen.
+fn knows_task(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
+    let Some(asked) = request.task else { return Ok(()) };
+    if program.tasks.iter().any(|task| task.name.eq_ignore_ascii_case(asked)) {
+        return Ok(());
+    }
+    let file = request.inputs.first().map_or("", |input| &input.name);
+    let names: Vec<&str> = program.tasks.iter().map(|task| task.name.as_str()).collect();
+    let help = match names.as_slice() {
+        [] => "leave --task out: the project has no several tasks".to_owned(),
+        names => format!("its tasks are {}", names.join(", ")),
+    };
+    let message = format!("--task {asked}: the project has no task of that name");
+    Err(Failure::from(Diagnostic::file(Code::UnknownName, file, message, help)))
 }
 
 /// A table for a program's areas, with the clock that is stated.
@@ -126,8 +145,10 @@ pub fn fitted(mut table: Table, program: &Program, request: &Request<'_>) -> Tab
 
 /// A count for a routine that is not there is a slip of the pen, and another is left without.
 fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<Diagnostic>> {
-    let known: BTreeSet<String> =
-        program.interrupts.iter().map(|one| one.name.to_ascii_uppercase()).collect();
+    // The task whose scan this is interrupts others.
+    let tasks = program.tasks.iter().map(|one| &one.name);
+    let names = program.interrupts.iter().map(|one| &one.name).chain(tasks);
+    let known: BTreeSet<String> = names.map(|name| name.to_ascii_uppercase()).collect();
     let faults: Vec<Diagnostic> = request
         .facts
         .interrupts

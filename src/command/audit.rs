@@ -67,6 +67,7 @@ fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
         let followed = audit::follow(&request)?;
         let mut concluded = audit::conclude(followed, &request)?;
         audit::coactivity(&mut concluded, &request)?;
+        audit::tasks(&mut concluded, &request)?;
         if let Some(most) = arguments.what_if.most() {
             audit::what_if(&mut concluded, &request, most)?;
         }

@@ -58,6 +58,9 @@ pub struct ProjectOptions {
     /// How often an interrupt routine runs in one scan at most; may be repeated
     #[arg(long, value_name = "LABEL=COUNT", value_parser = interrupt)]
     interrupts: Vec<(String, u32)>,
+    /// The task whose scan is bounded, where an IEC 61131-3 project has several [default: the one of the least priority]
+    #[arg(long, value_name = "NAME")]
+    task: Option<String>,
     /// The time of an instruction where it runs and where it does not; may be repeated
     #[arg(long, value_name = "NAME=ON[/OFF]", value_parser = parse_override)]
     time: Vec<Override>,
@@ -402,6 +405,8 @@ impl ProjectOptions {
             clock: self.clock.as_ref(),
             facts: &facts,
             apart: true,
+            task: self.task.as_deref(),
+            alone: false,
             incomplete: false,
             trust: match self.trust {
                 TrustName::None => Trust::None,

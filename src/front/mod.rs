@@ -174,6 +174,10 @@ pub struct Options<'a> {
     /// Whether calls of routines that are not there, and of which nothing is stated, are taken to take no time, to see what
     /// else a bound hangs on. Otherwise each is a fault.
     pub incomplete: bool,
+    /// The task whose scan is asked for, where the project has several.
+    pub task: Option<&'a str>,
+    /// Whether that scan is asked for as if no other task interrupted it, whatever is stated.
+    pub alone: bool,
 }
 
 impl<'a> Options<'a> {
@@ -186,6 +190,8 @@ impl<'a> Options<'a> {
             is_user_instruction: &|_| false,
             facts,
             incomplete: false,
+            task: None,
+            alone: false,
         }
     }
 }

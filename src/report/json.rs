@@ -7,7 +7,7 @@ pub(super) mod projects;
 use super::format::Format;
 use super::{compare, diff};
 use crate::audit::verdict::{Check, Verdict};
-use crate::audit::{self, Audit, Engine, Opinion};
+use crate::audit::{self, Audit, Engine, Opinion, TaskUse};
 use crate::base::budget::{Cut, End};
 use crate::base::location::Location;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -69,6 +69,8 @@ pub(super) struct Report<'a> {
     unknowns: Vec<Unknown<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     what_if: Option<WhatIf<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tasks: Vec<Task<'a>>,
     approximations: Vec<Approximation<'a>>,
     warnings: Vec<Warning<'a>>,
     overhead: Vec<Overhead<'a>>,
@@ -224,6 +226,37 @@ struct Scan<'a> {
     overhead_ps: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     coactivity: Option<Coactivity<'a>>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Task<'a> {
+    name: &'a str,
+    interval_ps: Option<u64>,
+    priority: Option<i64>,
+    programs: &'a [String],
+    upper_ps: Option<u64>,
+    lower_ps: u64,
+    exact: bool,
+    interrupted_by: &'a [String],
+    waits_for: &'a [String],
+    response_ps: Option<u64>,
+    no_response: Option<&'a str>,
+}
+
+fn task(one: &TaskUse) -> Task<'_> {
+    Task {
+        name: &one.name,
+        interval_ps: one.interval.map(|time| time.0),
+        priority: one.priority.filter(|&level| level < i64::MAX),
+        programs: &one.programs,
+        upper_ps: one.upper.map(|time| time.0),
+        lower_ps: one.lower.0,
+        exact: one.upper == Some(one.lower),
+        interrupted_by: &one.interrupted_by,
+        waits_for: &one.waits_for,
+        response_ps: one.response.as_ref().ok().map(|time| time.0),
+        no_response: one.response.as_ref().err().map(String::as_str),
+    }
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -480,6 +513,7 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
         assumptions: audit.assumptions.iter().map(assumption).collect(),
         unknowns: audit.unknowns.iter().map(unknown).collect(),
         what_if: audit.what_if.as_ref().map(what_if),
+        tasks: audit.tasks.iter().map(task).collect(),
         approximations: audit
             .approximations
             .iter()

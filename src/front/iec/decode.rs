@@ -4,6 +4,8 @@ use super::emit::{Emit, Place, What};
 use super::types::{Kind, Ty, is_elementary, lineage};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
+use crate::base::time::Picos;
+use crate::front;
 use crate::iec::ast::{Expr, Literal};
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Project, Task, TypeRef, Variable, same};
@@ -19,7 +21,8 @@ pub struct Options {
 /// More instructions than any program has.
 const LARGEST: usize = 4_000_000;
 
-/// What a project means. The first task's programs run in the scan; further tasks interrupt it.
+/// What a project means. The programs of the task that is asked for run in the scan, else those of the one of the least
+/// priority; further tasks interrupt it.
 ///
 /// # Errors
 /// All faults.
@@ -27,35 +30,32 @@ pub fn decode(
     project: &Project,
     dialect: &str,
     options: Options,
+    asked: &front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
     let mut emit = Emit::new(project, dialect);
     emit.actions_first = options.actions_first;
-    let tasks = tasks(project, &mut emit);
+    let mut tasks = tasks(project, &mut emit);
+    let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));
+    if let Some(at) = tasks.iter().position(is_asked) {
+        let own = tasks.remove(at);
+        tasks.insert(0, own);
+    }
     let mut entries = Vec::new();
+    let mut main = 0..0;
     for (number, task) in tasks.iter().enumerate() {
-        let entry = emit.builder.next();
-        entries.push(entry);
+        entries.push(emit.builder.next());
+        // What tasks call is theirs: they may be in the midst of the same routine at once.
+        emit.task = number;
+        emit.routines.clear();
         for (name, of) in &task.instances {
             program(&mut emit, task, name, of);
         }
         let last = if number == 0 { Step::End } else { Step::Return };
         emit.builder.add(None, Vec::new(), last);
-    }
-    let main = 0..entries.get(1).copied().unwrap_or_else(|| emit.builder.next());
-    while let Some((call, instance, what)) = emit.open.pop() {
-        let known = emit.routines.get(&(instance, what.clone())).copied();
-        let entry = known.unwrap_or_else(|| emit.routine(instance, &what));
-        if let Step::Call { target, .. } = &mut emit.builder.program.instructions[call].step {
-            *target = entry;
+        if number == 0 {
+            main.end = emit.builder.next();
         }
-        if emit.builder.next() > LARGEST {
-            emit.faults.push((
-                0,
-                Fault::new(1, "the project has more instructions than any CPU holds")
-                    .code(Code::TooMany),
-            ));
-            break;
-        }
+        routines(&mut emit);
     }
     let direct = emit.globals.values().filter(|place| place.name.starts_with('%'));
     let direct: Vec<Variable> = direct.map(|place| named(&place.name)).collect();
@@ -80,9 +80,15 @@ pub fn decode(
     let Emit { builder, .. } = emit;
     let mut program = builder.program;
     program.mains = vec![main];
-    for (task, &entry) in tasks.iter().zip(&entries).skip(1) {
-        let name = format!("task {}", task.name);
-        program.interrupts.push(crate::program::Interrupt { name, entry, times: 1, stated: false });
+    if tasks.len() > 1 {
+        program.tasks = tasks.iter().map(known_task).collect();
+    }
+    for (task, &entry) in program.tasks.iter().zip(&entries).skip(1) {
+        // What a task of a lower priority writes is there between scans.
+        let stated = asked.facts.interrupt(&task.name).filter(|_| !asked.alone);
+        let (times, name) = (stated.unwrap_or(0), task.name.clone());
+        let stated = stated.is_some();
+        program.interrupts.push(crate::program::Interrupt { name, entry, times, stated });
     }
     let all = program.instructions.len();
     let counts = |file: usize| {
@@ -99,6 +105,45 @@ pub fn decode(
     });
     program.files = files.collect();
     Ok(program)
+}
+
+/// Puts together what is called.
+fn routines(emit: &mut Emit<'_>) {
+    while let Some((call, instance, what)) = emit.open.pop() {
+        let known = emit.routines.get(&(instance, what.clone())).copied();
+        let entry = known.unwrap_or_else(|| emit.routine(instance, &what));
+        if let Step::Call { target, .. } = &mut emit.builder.program.instructions[call].step {
+            *target = entry;
+        }
+        if emit.builder.next() > LARGEST {
+            emit.faults.push((
+                0,
+                Fault::new(1, "the project has more instructions than any CPU holds")
+                    .code(Code::TooMany),
+            ));
+            emit.open.clear();
+        }
+    }
+}
+
+/// What programs of no task are called together.
+const NO_TASK: &str = "background";
+
+fn named_task(task: &Task) -> String {
+    if task.name.is_empty() { NO_TASK.to_owned() } else { task.name.clone() }
+}
+
+/// A task as reports tell it. Programs of no task have the least priority.
+fn known_task(task: &Task) -> crate::program::Task {
+    let least = task.name.is_empty().then_some(i64::MAX);
+    let number = task.priority.as_ref().and_then(|text| text.parse().ok());
+    let interval = task.interval.and_then(|time| u64::try_from(time).ok()).filter(|&time| time > 0);
+    crate::program::Task {
+        name: named_task(task),
+        interval: interval.and_then(|time| time.checked_mul(1000)).map(Picos),
+        priority: number.or(least),
+        programs: task.instances.iter().map(|(name, _)| name.clone()).collect(),
+    }
 }
 
 /// The tasks that run something, the one that the others interrupt first: the one of the least priority, which has the

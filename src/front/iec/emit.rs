@@ -63,6 +63,8 @@ pub(super) struct Emit<'p> {
     pub(super) kept: BTreeMap<String, Value>,
     between: [u32; 2],
     pub(super) file: usize,
+    /// The number of the task whose routines are put together.
+    pub(super) task: usize,
     /// Whether charts carry out actions before they look at transitions.
     pub(super) actions_first: bool,
 }
@@ -91,6 +93,7 @@ impl<'p> Emit<'p> {
             kept: BTreeMap::new(),
             between: [0, 0],
             file: 0,
+            task: 0,
             actions_first: false,
         }
     }

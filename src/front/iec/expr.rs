@@ -589,7 +589,8 @@ impl Emit<'_> {
             _ => {
                 let choice = self.builder.choice();
                 let at = self.builder.next();
-                let why = "a structure or array as a whole that is not followed: it may hold anything";
+                let why =
+                    "a structure or array as a whole that is not followed: it may hold anything";
                 self.program().approximate(at, why);
                 place.tag.regions().into_iter().map(|region| Write::Havoc(region, choice)).collect()
             }

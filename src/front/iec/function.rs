@@ -54,7 +54,11 @@ impl Emit<'_> {
     ) -> Result<Value, Fault> {
         let project = self.project;
         let own = &project.pous[pou];
-        let name = format!("function {}", own.name);
+        // Each task has its own: one may interrupt another in the midst of the function.
+        let name = match self.task {
+            0 => format!("function {}", own.name),
+            task => format!("function {} of task {}", own.name, task + 1),
+        };
         let instance = match self.by_name.get(&name.to_ascii_uppercase()) {
             Some(&known) => known,
             None => {
@@ -160,9 +164,7 @@ impl Emit<'_> {
                     *value = self.frozen(earlier);
                 }
             }
-            if !calls_any
-                && let Some(from) = self.whole_value(at, &argument.value, line)?
-            {
+            if !calls_any && let Some(from) = self.whole_value(at, &argument.value, line)? {
                 wholes.push((from, Whole::Place(target)));
                 continue;
             }

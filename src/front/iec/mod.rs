@@ -102,7 +102,7 @@ impl Project for Source {
         Some("IEC")
     }
 
-    fn decode(&self, _options: &super::Options<'_>) -> Result<Program, Vec<Diagnostic>> {
-        decode::decode(&self.project, self.dialect, self.options)
+    fn decode(&self, options: &super::Options<'_>) -> Result<Program, Vec<Diagnostic>> {
+        decode::decode(&self.project, self.dialect, self.options, options)
     }
 }

@@ -194,7 +194,7 @@ fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
         super::expression::arguments(cursor)?;
     }
     cursor.sign(";")?;
-    match project.tasks.iter_mut().find(|own| same(&own.name, &task)) {
+    match project.tasks.iter_mut().rev().find(|own| same(&own.name, &task)) {
         Some(own) => own.instances.push((name, of)),
         None if task.is_empty() => project.tasks.push(Task {
             name: task,

@@ -51,7 +51,11 @@ pub(in crate::report) fn steps(audit: &Audit) -> Vec<String> {
                     .to_owned(),
             ),
             Doubt::Interrupts { name, .. } => {
-                Some(format!("state how often {name} interrupts a scan: --interrupts {name}=2"))
+                let option = match name.contains(' ') {
+                    true => format!("'{name}=2'"),
+                    false => format!("{name}=2"),
+                };
+                Some(format!("state how often {name} interrupts a scan: --interrupts {option}"))
             }
             _ => None,
         });

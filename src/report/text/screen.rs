@@ -6,7 +6,7 @@ use super::style::{BOLD, CARE};
 use super::verdict::{self, answer, reasons};
 use super::words::{capped, count, file, item, warnings};
 use crate::audit::verdict::{Check, Margin, Verdict};
-use crate::audit::{Audit, Doubt, Share};
+use crate::audit::{Audit, Doubt, Share, TaskUse};
 use crate::base::spoken::at_most;
 use crate::report::columns::{Cell, fitted, left};
 use crate::report::format::{Detail, Extent};
@@ -94,6 +94,7 @@ pub(in crate::report) fn facts(audit: &Audit, check: Option<&Check>) -> Vec<Fact
         );
         found.push(fact("on call", told));
     }
+    found.extend(audit.tasks.iter().enumerate().map(|(at, one)| fact("task", task(one, at == 0))));
     if check.is_none_or(|check| Some(check.limit) != audit.table.watchdog) {
         found.extend(watchdog(audit).map(|told| fact("watchdog", told)));
     }
@@ -112,6 +113,39 @@ pub(in crate::report) fn facts(audit: &Audit, check: Option<&Check>) -> Vec<Fact
         found.push(fact("ended", told.to_owned()));
     }
     found
+}
+
+/// A task of several: how it is called, its bound by itself, and how long it takes with those that interrupt it.
+fn task(one: &TaskUse, is_this: bool) -> String {
+    let is_this = if is_this { " (this scan)" } else { "" };
+    let every = match one.interval {
+        Some(interval) => format!("every {interval}"),
+        None => "no interval".to_owned(),
+    };
+    let level = match one.priority {
+        Some(level) if level < i64::MAX => format!("priority {level}"),
+        Some(_) => "behind all others".to_owned(),
+        None => "no priority".to_owned(),
+    };
+    let alone = match one.upper {
+        Some(upper) => format!("at most {upper} by itself"),
+        None => "nothing bounds it".to_owned(),
+    };
+    let by = match one.interrupted_by.as_slice() {
+        [] => "nothing interrupts it".to_owned(),
+        names => format!("interrupted by {}", names.join(", ")),
+    };
+    let waits = match one.waits_for.as_slice() {
+        [] => String::new(),
+        names => format!(", takes turns with {}", names.join(", ")),
+    };
+    let response = match &one.response {
+        Ok(time) => {
+            format!("worked out from bounds and intervals, it has ended {time} after it is due")
+        }
+        Err(why) => format!("when it has ended cannot be worked out: {why}"),
+    };
+    format!("{}{is_this}: {every}, {level}; {alone}; {by}{waits}; {response}", one.name)
 }
 
 /// How the bound stands to the watchdog time that the CPU has unless somebody sets it.

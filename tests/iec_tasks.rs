@@ -1,0 +1,153 @@
+//! Projects of several tasks: each is bounded by itself, what others write may change at any moment, and how long each takes
+//! where others interrupt it is worked out.
+
+use scanbound::audit::{Audit, Failure, Request, TaskUse, conclude, follow, tasks};
+use scanbound::base::code::Code;
+use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
+use scanbound::front::Input;
+use scanbound::passes::values::Trust;
+use scanbound::timing::table::{CLASSES, Table};
+
+/// A store takes a microsecond, and nothing else anything.
+fn table() -> Table {
+    let mut rows = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES {
+        rows += &format!("@{class},0,0\n");
+    }
+    rows += "ST,1,1\n@end,0,\n";
+    Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
+}
+
+fn audited(text: &str, task: Option<&str>, facts: &Facts) -> Result<Audit, Vec<Code>> {
+    let table = table();
+    let inputs = [Input { name: "main.st".to_owned(), bytes: text.as_bytes().to_vec() }];
+    let request =
+        Request { table: Some(&table), trust: Trust::None, task, ..Request::new(&inputs, facts) };
+    let found = follow(&request).and_then(|followed| {
+        let mut concluded = conclude(followed, &request)?;
+        tasks(&mut concluded, &request)?;
+        Ok(concluded.audit)
+    });
+    found.map_err(|failure| match failure {
+        Failure::Input(faults) => faults.into_iter().map(|fault| fault.code).collect(),
+        other => panic!("{other:?}"),
+    })
+}
+
+fn micros(time: Picos) -> u64 {
+    time.0.div_ceil(1_000_000)
+}
+
+/// A fast program and a slow one, which share `g`.
+fn project(fast: &str, slow: &str) -> String {
+    format!(
+        "FUNCTION three : INT VAR_INPUT n : INT; END_VAR VAR i, s : INT; END_VAR \
+         FOR i := 1 TO 3 DO s := s + n; END_FOR three := s; END_FUNCTION \
+         FUNCTION_BLOCK Walk INITIAL_STEP a: END_STEP STEP b: END_STEP \
+         TRANSITION FROM a TO b := TRUE; END_TRANSITION TRANSITION FROM b TO a := TRUE; END_TRANSITION \
+         END_FUNCTION_BLOCK \
+         PROGRAM quick VAR x, y : BOOL; n : INT; END_VAR {fast} END_PROGRAM \
+         PROGRAM main VAR x, y : BOOL; n : INT; END_VAR {slow} END_PROGRAM \
+         CONFIGURATION c VAR_GLOBAL g : BOOL; walk : Walk; END_VAR RESOURCE r ON plc \
+         TASK fast(INTERVAL := T#10ms, PRIORITY := 1); TASK slow(INTERVAL := T#100ms, PRIORITY := 5); \
+         PROGRAM one WITH fast : quick; PROGRAM two WITH slow : main; \
+         END_RESOURCE END_CONFIGURATION"
+    )
+}
+
+/// The bounds of the slow and the fast task.
+fn bounds(fast: &str, slow: &str) -> [Option<u64>; 2] {
+    let found = audited(&project(fast, slow), None, &Facts::default()).expect("a project");
+    let own = |name: &str| {
+        let is = |one: &&TaskUse| one.name == name;
+        found.tasks.iter().find(is).and_then(|one| one.upper).map(micros)
+    };
+    [own("slow"), own("fast")]
+}
+
+#[test]
+fn each_task_is_bounded_by_itself() {
+    let text = project("x := TRUE; y := TRUE;", "x := TRUE; y := TRUE; x := FALSE;");
+    let found = audited(&text, None, &Facts::default()).expect("a project");
+    let names: Vec<&str> = found.tasks.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names, ["slow", "fast"]);
+    assert_eq!(micros(found.bound.upper), 3, "the fast one's time is not in it");
+    let [slow, fast] = [&found.tasks[0], &found.tasks[1]];
+    assert_eq!((slow.upper.map(micros), fast.upper.map(micros)), (Some(3), Some(2)));
+    assert_eq!(
+        (slow.interrupted_by.as_slice(), fast.interrupted_by.len()),
+        (&["fast".to_owned()][..], 0)
+    );
+    assert_eq!(slow.programs, ["two"]);
+    assert_eq!(slow.response.clone().map(micros), Ok(5));
+    assert_eq!(fast.response.clone().map(micros), Ok(2));
+    // It is said that the fast one may interrupt the scan, not that the slow one does.
+    let told = |audit: &Audit| audit.doubts.iter().map(ToString::to_string).collect::<String>();
+    assert!(told(&found).contains("how often fast interrupts"), "{}", told(&found));
+    let other = audited(&text, Some("FAST"), &Facts::default()).expect("a project");
+    assert_eq!((micros(other.bound.upper), other.tasks[0].name.as_str()), (2, "fast"));
+    assert_eq!(told(&other), "");
+    assert_eq!(other.tasks[1].upper.map(micros), Some(3));
+}
+
+#[test]
+fn how_often_one_interrupts_another_can_be_stated() {
+    let text = project("x := TRUE; y := TRUE;", "x := TRUE; y := TRUE; x := FALSE;");
+    let facts = Facts::parse("facts.toml", "[interrupts]\nfast = 4\n").expect("facts");
+    let found = audited(&text, None, &facts).expect("a project");
+    assert_eq!(micros(found.bound.upper), 3 + 4 * 2);
+    assert!(found.doubts.is_empty(), "{:?}", found.doubts);
+    // By itself it takes no longer for that.
+    assert_eq!(found.tasks[0].upper.map(micros), Some(3));
+}
+
+#[test]
+fn a_task_that_is_not_there_is_refused() {
+    let text = project("x := TRUE;", "x := TRUE;");
+    let found = audited(&text, Some("medium"), &Facts::default());
+    assert_eq!(found.map(|_| ()), Err(vec![Code::UnknownName]));
+    let alone = "PROGRAM main VAR x : BOOL; END_VAR x := TRUE; END_PROGRAM";
+    let found = audited(alone, Some("main"), &Facts::default());
+    assert_eq!(found.map(|_| ()), Err(vec![Code::UnknownName]));
+}
+
+#[test]
+fn what_another_task_writes_may_change_at_any_moment() {
+    let slow =
+        "g := FALSE; IF g THEN x := TRUE; x := FALSE; END_IF IF NOT g THEN y := TRUE; END_IF";
+    assert_eq!(bounds("x := g;", slow), [Some(2), Some(1)], "the fast one only reads it");
+    assert_eq!(bounds("g := TRUE;", slow), [Some(4), Some(1)]);
+    // So it is for the fast one: the slow one is in its midst or waits.
+    let fast = "IF g THEN x := TRUE; END_IF IF NOT g THEN y := TRUE; END_IF";
+    assert_eq!(bounds(fast, "x := g;")[1], Some(1));
+    assert_eq!(bounds(fast, "g := FALSE;")[1], Some(2), "any value at any moment is taken");
+}
+
+#[test]
+fn tasks_have_functions_of_their_own() {
+    // The loop takes three stores and four of its variable; the input, the result and what it is assigned to take one each.
+    let call = "n := three(n := 2); IF n <> 6 THEN x := TRUE; END_IF";
+    assert_eq!(bounds("x := TRUE;", call)[0], Some(10));
+    assert_eq!(bounds(call, call), [Some(10), Some(10)]);
+}
+
+#[test]
+fn charts_that_two_tasks_carry_out_keep_nothing_apart() {
+    let slow = "walk(); IF walk.a.X THEN x := TRUE; END_IF IF walk.b.X THEN y := TRUE; END_IF";
+    assert_eq!(bounds("x := TRUE;", slow)[0], Some(1));
+    assert_eq!(bounds("walk();", slow)[0], Some(2));
+}
+
+#[test]
+fn programs_of_no_task_stand_behind_all_others() {
+    let text = "PROGRAM a VAR x : BOOL; END_VAR x := TRUE; END_PROGRAM \
+        PROGRAM b VAR x : BOOL; END_VAR x := TRUE; x := FALSE; END_PROGRAM \
+        CONFIGURATION c RESOURCE r ON plc TASK t(INTERVAL := T#1ms, PRIORITY := 0); \
+        PROGRAM one WITH t : a; PROGRAM two : b; END_RESOURCE END_CONFIGURATION";
+    let found = audited(text, None, &Facts::default()).expect("a project");
+    let own: Vec<(&str, Option<u64>)> =
+        found.tasks.iter().map(|one| (one.name.as_str(), one.upper.map(micros))).collect();
+    assert_eq!(own, [("background", Some(2)), ("t", Some(1))]);
+    assert_eq!(found.tasks[0].response.clone().map(micros), Ok(3));
+}
