@@ -156,6 +156,12 @@ fn every_key_of_an_audit_is_documented() {
     let text = format!("{main}GN 0\nLBL5: OUT 200\nJMP LBL5\n");
     std::fs::write(&endless, text).expect("written");
     let endless = endless.to_str().expect("a plain path");
+    let tasks = directory.path().join("tasks.st");
+    let text = "PROGRAM a VAR x : BOOL; END_VAR x := TRUE; END_PROGRAM \
+        CONFIGURATION c RESOURCE r ON plc TASK t(INTERVAL := T#1ms, PRIORITY := 0); \
+        PROGRAM one WITH t : a; PROGRAM two : a; END_RESOURCE END_CONFIGURATION";
+    std::fs::write(&tasks, text).expect("written");
+    let tasks = tasks.to_str().expect("a plain path");
     let linked = directory.path().join("linked.il");
     std::fs::write(&linked, "LD B0\nOUT Y0\nEND\n").expect("written");
     let linked = linked.to_str().expect("a plain path");
@@ -176,7 +182,8 @@ fn every_key_of_an_audit_is_documented() {
     let apart = apart.to_str().expect("a plain path");
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 22] = [
+    let runs: [&[&str]; 23] = [
+        &["audit", tasks],
         &["audit", "samples/sfc/line.st"],
         &["audit", line[0], line[1], line[2], "--time-limit", "1us"],
         &["audit", "samples/paper/program.il", "--table", "samples/paper/table.csv"],
