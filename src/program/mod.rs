@@ -42,6 +42,7 @@ pub mod place;
 mod reads;
 mod settled;
 mod tags;
+mod task;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod timed;
@@ -55,6 +56,7 @@ pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
 pub use settled::{Settled, Settling};
 pub use tags::{Tag, Tags, Type};
+pub use task::Task;
 pub use timing::{Counted, TimingKey, Touched, Units};
 
 use crate::base::code::Code;
@@ -543,33 +545,6 @@ pub struct Interrupt {
     pub stated: bool,
 }
 
-/// A task that calls programs: again and again, or when something happens.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Task {
-    /// Its name.
-    pub name: String,
-    /// How long after its beginning it begins again, where it is cyclic.
-    pub interval: Option<Picos>,
-    /// Its priority: 0 is the highest.
-    pub priority: Option<i64>,
-    /// The programs that it calls, in their order.
-    pub programs: Vec<String>,
-}
-
-impl Task {
-    /// Whether it interrupts another; where a priority is not known, it may.
-    #[must_use]
-    pub fn interrupts(&self, other: &Task) -> bool {
-        self.priority.zip(other.priority).is_none_or(|(own, others)| own < others)
-    }
-
-    /// Whether another that is ready at the same time may have to wait for it.
-    #[must_use]
-    pub fn delays(&self, other: &Task) -> bool {
-        self.priority.zip(other.priority).is_none_or(|(own, others)| own <= others)
-    }
-}
-
 /// A routine that a call asks for and that is not in the project. What is known of it stands behind the programs, and is
 /// called in its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -732,15 +707,6 @@ pub struct Program {
 }
 
 impl Program {
-    /// The interrupt routines of which nobody states how often they come; tasks of no higher priority do not interrupt a scan.
-    pub fn unstated_interrupts(&self) -> impl Iterator<Item = &Interrupt> {
-        let is_task = |one: &Interrupt| self.tasks.iter().find(|task| task.name == one.name);
-        let comes = move |one: &&Interrupt| {
-            is_task(one).zip(self.tasks.first()).is_none_or(|(task, own)| task.interrupts(own))
-        };
-        self.interrupts.iter().filter(|one| !one.stated).filter(comes)
-    }
-
     /// Lists what is over-approximated at an instruction. Many are for the same reason, whose text they share.
     pub fn approximate(&mut self, instruction: usize, what: impl Into<Approximated>) {
         let what = what.into();

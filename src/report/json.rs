@@ -1,5 +1,6 @@
 //! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
 
+mod iec;
 mod made_from;
 mod parts;
 pub(super) mod projects;
@@ -7,9 +8,10 @@ pub(super) mod projects;
 use super::format::Format;
 use super::{compare, diff};
 use crate::audit::verdict::{Check, Verdict};
-use crate::audit::{self, Audit, Engine, Opinion, TaskUse};
+use crate::audit::{self, Audit, Engine, Opinion};
 use crate::base::budget::{Cut, End};
 use crate::base::location::Location;
+use iec::{Coactivity, Task, task};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use serde::ser::SerializeMap;
@@ -229,43 +231,6 @@ struct Scan<'a> {
 }
 
 #[derive(Serialize, JsonSchema)]
-struct Task<'a> {
-    name: &'a str,
-    interval_ps: Option<u64>,
-    priority: Option<i64>,
-    programs: &'a [String],
-    upper_ps: Option<u64>,
-    lower_ps: u64,
-    exact: bool,
-    interrupted_by: &'a [String],
-    waits_for: &'a [String],
-    response_ps: Option<u64>,
-    no_response: Option<&'a str>,
-}
-
-fn task(one: &TaskUse) -> Task<'_> {
-    Task {
-        name: &one.name,
-        interval_ps: one.interval.map(|time| time.0),
-        priority: one.priority.filter(|&level| level < i64::MAX),
-        programs: &one.programs,
-        upper_ps: one.upper.map(|time| time.0),
-        lower_ps: one.lower.0,
-        exact: one.upper == Some(one.lower),
-        interrupted_by: &one.interrupted_by,
-        waits_for: &one.waits_for,
-        response_ps: one.response.as_ref().ok().map(|time| time.0),
-        no_response: one.response.as_ref().err().map(String::as_str),
-    }
-}
-
-#[derive(Serialize, JsonSchema)]
-struct Coactivity<'a> {
-    without_ps: u64,
-    active: &'a [String],
-}
-
-#[derive(Serialize, JsonSchema)]
 struct Group<'a> {
     id: usize,
     blocks: &'a [u32],
@@ -479,10 +444,7 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
             naive_ps: audit.bound.naive.0,
             always_ps: audit.bound.always.0,
             overhead_ps: audit.bound.overhead.0,
-            coactivity: audit
-                .coactivity
-                .as_ref()
-                .map(|found| Coactivity { without_ps: found.without.0, active: &found.active }),
+            coactivity: audit.coactivity.as_ref().map(Coactivity::of),
         },
         groups: audit.groups.iter().map(group).collect(),
         witness: Values(

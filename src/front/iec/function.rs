@@ -149,7 +149,14 @@ impl Emit<'_> {
     ) -> Result<(), Fault> {
         let calls_any = given.iter().any(|one| self.calls_own(&one.value));
         let (mut values, mut wholes) = (Vec::new(), Vec::new());
-        for (name, argument) in parameters(variables, given) {
+        // What is handed over in and out is what the others have left of it.
+        let is_both = |name: Option<&String>| {
+            let both = |one: &Variable| one.section == Section::InOut;
+            variables.iter().any(|one| both(one) && name.is_some_and(|name| same(name, &one.name)))
+        };
+        let (both, one_way): (Vec<_>, Vec<_>) =
+            parameters(variables, given).partition(|(name, _)| is_both(*name));
+        for (name, argument) in one_way.into_iter().chain(both) {
             let name =
                 name.ok_or_else(|| Fault::new(line, format!("{} takes fewer values", place.name)))?;
             if argument.is_output || same(name, "EN") {

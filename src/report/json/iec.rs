@@ -1,0 +1,51 @@
+//! What projects of IEC 61131-3 have: charts and tasks.
+
+use crate::audit::{self, TaskUse};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A task of a project that has several.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Task<'a> {
+    name: &'a str,
+    interval_ps: Option<u64>,
+    priority: Option<i64>,
+    programs: &'a [String],
+    upper_ps: Option<u64>,
+    lower_ps: u64,
+    exact: bool,
+    interrupted_by: &'a [String],
+    waits_for: &'a [String],
+    response_ps: Option<u64>,
+    no_response: Option<&'a str>,
+}
+
+/// A task as it is written.
+pub(super) fn task(one: &TaskUse) -> Task<'_> {
+    Task {
+        name: &one.name,
+        interval_ps: one.interval.map(|time| time.0),
+        priority: one.priority.filter(|&level| level < i64::MAX),
+        programs: &one.programs,
+        upper_ps: one.upper.map(|time| time.0),
+        lower_ps: one.lower.0,
+        exact: one.upper == Some(one.lower),
+        interrupted_by: &one.interrupted_by,
+        waits_for: &one.waits_for,
+        response_ps: one.response.as_ref().ok().map(|time| time.0),
+        no_response: one.response.as_ref().err().map(String::as_str),
+    }
+}
+
+/// What it is worth that steps and stored actions exclude each other.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Coactivity<'a> {
+    without_ps: u64,
+    active: &'a [String],
+}
+
+impl Coactivity<'_> {
+    pub(super) fn of(found: &audit::Coactivity) -> Coactivity<'_> {
+        Coactivity { without_ps: found.without.0, active: &found.active }
+    }
+}
