@@ -511,9 +511,6 @@ fn no_scan_of_random_programs_is_left_out_of_the_bound() {
         let other = bound(&source(&case, &probe(&state)), trust).unwrap_or(u64::MAX);
         excluded += u32::from(other < PROBE);
     }
-    println!(
-        "{followed} followed, {excluded} of {asked} other ends excluded, refused: {refused:#?}"
-    );
     assert!(followed >= 9 * more, "most are followed: {followed}, {refused:#?}");
     assert!(excluded * 10 >= asked, "values are followed: {excluded} of {asked}");
 }
