@@ -143,8 +143,8 @@ fn check(tape: &[u16], internal: Option<u32>, tally: &Tally) -> Result<(), Strin
                 let on = memory.iter().find(|((area, n), _)| format!("{area}{n}") == name(cell));
                 on.is_some_and(|(_, &value)| value & 1 == 1)
             };
-            if group.cells.iter().filter(|&&cell| held(cell)).count() > 1 {
-                let names: Vec<String> = group.cells.iter().map(|&cell| name(cell)).collect();
+            if group.bits.iter().filter(|bit| held(bit.cell())).count() > 1 {
+                let names: Vec<String> = group.bits.iter().map(|bit| name(bit.cell())).collect();
                 return Err(format!("two of {names:?} are on\n{}", listed()));
             }
         }

@@ -10,8 +10,10 @@ use std::sync::Arc;
 pub struct Assumption {
     /// The word, or several relays, by their names.
     pub devices: Vec<String>,
-    /// The word's least value, signed, and its largest one; of relays no two are ever on.
+    /// The word's least value, signed, and its largest one.
     pub range: Option<(i64, i64)>,
+    /// Of relays, how many of them are ever on at once: one, or all but one.
+    pub most: usize,
     /// All instructions that write them, with their texts: the evidence.
     pub written: Vec<(Location, Arc<str>)>,
     /// The bound of an audit in which these may hold anything, where that was asked for.
@@ -34,13 +36,14 @@ impl Assumption {
         let trusted = program.trusted.iter().map(|one| Assumption {
             devices: vec![program.cell_name(one.cell)],
             range: Some((one.low, one.high)),
+            most: 0,
             written: one.written.iter().map(written).collect(),
             without: None,
         });
         let apart = program.apart.iter().map(|one| {
-            let devices = one.cells.iter().map(|&cell| program.cell_name(cell)).collect();
+            let devices = one.bits.iter().map(|&bit| program.bit_name(bit)).collect();
             let written = one.written.iter().map(written).collect();
-            Assumption { devices, range: None, written, without: None }
+            Assumption { devices, range: None, most: one.most, written, without: None }
         });
         trusted.chain(apart).collect()
     }

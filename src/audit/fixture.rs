@@ -176,6 +176,7 @@ pub fn fixture() -> Audit {
         networks: Vec::new(),
         doubts: vec![Doubt::Interrupts { name: "I0".to_owned(), taken: 1 }],
         assumptions: vec![Assumption {
+            most: 0,
             devices: vec!["D60".to_owned()],
             range: Some((0, 19)),
             without: None,

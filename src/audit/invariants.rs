@@ -2,7 +2,7 @@
 //! words count and indices reach.
 
 use super::pipeline::Concluded;
-use crate::program::{Cell, Program};
+use crate::program::{Apart, BitTarget, Cell, Program};
 use crate::scan::fit::SizeLimits;
 use crate::scan::keeping::{Breach, scan_model_keeping};
 use crate::scan::model::Group;
@@ -61,9 +61,9 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     };
     let limits = Limits { deadline: Some(end), ..Limits::default() };
     let shown = impossible(&model, &group((0..breaches.len()).collect()), &limits);
-    let told = |at: usize| tell(program, breaches[at]);
+    let told = |at: usize| tell(program, &breaches[at]);
     let (kept, counted): (Vec<usize>, Vec<usize>) = (0..breaches.len())
-        .partition(|&at| matches!(breaches[at], Breach::Word(_) | Breach::Both(..)));
+        .partition(|&at| matches!(breaches[at], Breach::Word(_) | Breach::All(_)));
     let mut left = Vec::new();
     let mut file = |name: &'static str, asked: Vec<usize>, asks: &str, says: &str| {
         let (shown, open): (Vec<usize>, Vec<usize>) =
@@ -105,9 +105,9 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
 
 /// What holds whenever a scan starts, where the program is trusted with it.
 fn given(program: &Program) -> Vec<String> {
-    let words = (0..program.trusted.len()).map(|place| tell(program, Breach::Word(place)));
-    let pairs = pairs(program).map(|(a, b)| tell(program, Breach::Both(a, b)));
-    words.chain(pairs).collect()
+    let words = (0..program.trusted.len()).map(|place| tell(program, &Breach::Word(place)));
+    let sets = sets(program).map(|bits| tell(program, &Breach::All(bits)));
+    words.chain(sets).collect()
 }
 
 /// What the user states of words that start a scan.
@@ -124,28 +124,29 @@ fn stated(program: &Program) -> Vec<String> {
         .collect()
 }
 
-/// The pairs of relays that are apart.
-fn pairs(program: &Program) -> impl Iterator<Item = (Cell, Cell)> + '_ {
-    program.apart.iter().flat_map(|apart| {
-        let from = |place: usize| apart.cells[place + 1..].iter().copied();
-        apart.cells.iter().enumerate().flat_map(move |(place, &a)| from(place).map(move |b| (a, b)))
-    })
+/// The sets of relays that are never all on.
+fn sets(program: &Program) -> impl Iterator<Item = Vec<BitTarget>> + '_ {
+    program.apart.iter().flat_map(Apart::never)
 }
 
 /// What holds if this never happens.
-fn tell(program: &Program, breach: Breach) -> String {
+fn tell(program: &Program, breach: &Breach) -> String {
     let place = |at: usize| {
         let instruction = &program.instructions[at];
         let file = &instruction.place.of(&program.files).name;
         format!("{file}:{} {}", instruction.place.line, instruction.text)
     };
-    match breach {
+    match *breach {
         Breach::Word(at) => {
             let word = &program.trusted[at];
             format!("{} is {} to {}", program.cell_name(word.cell), word.low, word.high)
         }
-        Breach::Both(a, b) => {
-            format!("{} and {} are never both on", program.cell_name(a), program.cell_name(b))
+        Breach::All(ref bits) => {
+            let names: Vec<String> = bits.iter().map(|&bit| program.bit_name(bit)).collect();
+            match &names[..] {
+                [a, b] => format!("{a} and {b} are never both on"),
+                _ => format!("{} are never all on", names.join(", ")),
+            }
         }
         Breach::Count(at) => format!("{} counts no more than was found", place(at)),
         Breach::Reach(at) => format!("{} reaches no further than was found", place(at)),
@@ -169,18 +170,21 @@ fn power_up(program: &Program) -> String {
         let [low, high] = [one.low, one.high].map(|end| end as u16);
         asked += &format!(
             "  (not (and (bvsle #x{low:04X} w{place}) (bvsle w{place} #x{high:04X}))) ; {}\n",
-            tell(program, Breach::Word(place))
+            tell(program, &Breach::Word(place))
         );
     }
-    let mut relays: BTreeSet<Cell> = BTreeSet::new();
-    let name = |cell: Cell| format!("r{}x{}", cell.area.0, cell.index);
-    for (a, b) in pairs(program) {
-        relays.extend([a, b]);
-        asked +=
-            &format!("  (and {} {}) ; {}\n", name(a), name(b), tell(program, Breach::Both(a, b)));
+    let mut relays: BTreeSet<BitTarget> = BTreeSet::new();
+    let name = |bit: BitTarget| match bit {
+        BitTarget::Cell(cell) => format!("r{}x{}", cell.area.0, cell.index),
+        BitTarget::WordBit(cell, bit) => format!("r{}x{}x{bit}", cell.area.0, cell.index),
+    };
+    for bits in sets(program) {
+        let own: Vec<String> = bits.iter().map(|&bit| name(bit)).collect();
+        relays.extend(&bits);
+        asked += &format!("  (and {}) ; {}\n", own.join(" "), tell(program, &Breach::All(bits)));
     }
-    for cell in relays {
-        let (own, called) = (name(cell), program.cell_name(cell));
+    for bit in relays {
+        let (own, called) = (name(bit), program.bit_name(bit));
         text += &format!("(declare-const {own} Bool) ; {called}\n(assert (not {own}))\n");
     }
     format!("{text}(assert (or false\n{asked}))\n(check-sat)\n")

@@ -31,6 +31,7 @@ mod model_search;
 mod modelling;
 mod names;
 pub mod offer;
+mod own;
 mod pipeline;
 mod power_up;
 mod priced;

@@ -254,12 +254,12 @@ const MOST_DEVICES: usize = 40;
 /// What others may write after all.
 fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     let devices = audit.assumptions.iter().flat_map(|one| &one.devices);
-    let devices: BTreeSet<&String> =
-        devices.filter(|device| stated::cell(program, device).is_some()).collect();
+    let devices = devices.filter(|device| stated::holder(program, device).is_some());
+    let devices = stated::whole(program, devices);
     let writers = audit.assumptions.iter().flat_map(|one| one.written.iter().cloned());
     (!devices.is_empty()).then(|| Offer {
         table: "external",
-        line: listed(devices.into_iter().take(MOST_DEVICES)),
+        line: listed(devices.iter().take(MOST_DEVICES)),
         what: "what HMIs and others write: these are trusted since the program writes them; leave only those that somebody else writes, too".to_owned(),
         places: writers.collect(),
         worth: None,

@@ -172,10 +172,9 @@ impl Prepared {
         if trusts_relays && !whole {
             (request.progress)(Progress::Stage(reachable::STAGE));
             let trust = request.trusted();
-            if let Some(closer) = reachable::exclude(&mut program, &prices, &model, trust, &budget)
-            {
-                model = closer;
-            }
+            let (closer, _) =
+                reachable::exclude(&mut program, &prices, &model, trust, &[], &budget);
+            model = closer.unwrap_or(model);
         }
         keep_in_range(&program, &table, &prices, &model)?;
         let groups = groups::groups(&model);

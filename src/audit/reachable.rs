@@ -1,13 +1,14 @@
-//! States that no run from power-up leads to: relays that are never both on when a scan starts.
+//! States that no run from power-up leads to: relays that are never all on when a scan starts.
 
+use super::own::Owners;
 use crate::base::budget::Budget;
-use crate::passes::values::{Trust, is_ours};
+use crate::passes::values::Trust;
 use crate::program::{
-    Apart, BitSource, BitTarget, Cell, ChoiceKind, Join, Logic, Program, Region, Source, Step,
-    WordSource, Write, flow,
+    Apart, BitSource, BitTarget, Cell, Effect, Join, Logic, Program, Region, Source, Step, WordSource,
+    Write, flow,
 };
 use crate::scan::fit::SizeLimits;
-use crate::scan::model::{Atom, Lit, Origin, ScanModel, VarId, VarKind};
+use crate::scan::model::{Atom, Circuit, Lit, Node, Origin, ScanModel, VarId, VarKind};
 use crate::scan::scan_model_to_end;
 use crate::solve::Limits;
 use crate::solve::inductive::{Kept, inductive};
@@ -30,133 +31,212 @@ const MOST_SHARED: usize = 24;
 /// So many pairs are looked at.
 const MOST_PAIRS: usize = 20_000;
 
-/// The model without scans that start where two relays are on that no run from power-up leaves on together, if any are
-/// found. What they are is noted in the program.
+/// What was found of relays.
+#[derive(Debug, Clone, Default)]
+pub struct Found {
+    /// The sets that are never all on.
+    pub apart: Vec<Vec<BitTarget>>,
+    /// Those that the program never turns on: somebody else does, so they are free.
+    pub freed: BTreeSet<BitTarget>,
+    /// Those that a scan's costs may hang on, and that are known.
+    pub known: BTreeSet<BitTarget>,
+}
+
+/// The model without scans that start where relays are all on that no run from power-up leaves on together, if any are found.
+/// What they are is noted in the program. `hints` are sets of relays of which somebody thinks so: they are asked for, too.
 pub fn exclude(
     program: &mut Program,
     prices: &Prices,
     model: &ScanModel,
     trust: Trust,
+    hints: &[Vec<BitTarget>],
     budget: &Budget<'_>,
-) -> Option<ScanModel> {
-    let cells = own(program, model, trust);
-    let rungs = Rungs::of(program, &cells);
+) -> (Option<ScanModel>, Found) {
+    let bits = own(program, model, trust);
+    let mut result = Found { known: bits.iter().copied().collect(), ..Found::default() };
+    let rungs = Rungs::of(program, &bits);
+    let place: BTreeMap<BitTarget, usize> =
+        bits.iter().enumerate().map(|(place, &bit)| (bit, place)).collect();
+    let of = |hint: &Vec<BitTarget>| -> Option<Vec<usize>> {
+        hint.iter().map(|bit| place.get(bit).copied()).collect()
+    };
+    let hinted: Vec<Vec<usize>> = hints.iter().filter_map(of).collect();
     let all = rungs.pairs();
-    if all.is_empty() {
-        return None;
+    if all.is_empty() && hinted.is_empty() {
+        return (None, result);
     }
     let is_over = || budget.reached_part(UNTIL);
     let limits = SizeLimits { is_over: &is_over, ..SizeLimits::default() };
     let cut =
         || budget.cut_part(UNTIL, STAGE, "fewer relays are taken as never both on than may be");
-    let Ok((mut model, ends)) = scan_model_to_end(program, &prices.times(), &limits, &cells) else {
+    let Ok((mut model, ends)) = scan_model_to_end(program, &prices.times(), &limits, &bits) else {
         cut();
-        return None;
+        return (None, result);
     };
-    let bits: Vec<Kept> = starts(&mut model, &cells)
-        .into_iter()
-        .zip(ends)
-        .map(|(start, end)| Kept { start, end })
-        .collect();
+    let starts = starts(&mut model, &bits);
+    let kept: Vec<Kept> =
+        starts.into_iter().zip(ends).map(|(start, end)| Kept { start, end }).collect();
+    let fresh = fresh(program, &mut model);
+    let question = Question { model: &model, bits: &kept, rungs: &rungs, fresh };
     // Pairs that lie close together first: they may be all that there is time for.
     let mut apart = Vec::new();
-    for pairs in [rungs.near(), all] {
+    let rounds = [Vec::new(), rungs.near(), all];
+    for pairs in rounds.into_iter().skip(usize::from(hinted.is_empty())) {
         let now = Instant::now();
         let left = budget.deadline().map(|end| end.saturating_duration_since(now) / PARTS);
         let deadline = Some(now + left.unwrap_or(LONGEST).min(LONGEST));
         let limits = Limits { deadline, cancelled: &is_over, ..Limits::default() };
-        match keep_apart(&model, &bits, &rungs, pairs, &limits) {
-            Some(found) => apart = found,
+        let candidates = joined(hinted.iter().cloned().chain(pairs));
+        match question.keep_apart(candidates, &limits) {
+            Some((found, freed)) => {
+                apart = found;
+                result.freed = freed.into_iter().map(|bit| bits[bit]).collect();
+            }
             None => cut(),
         }
     }
     if apart.is_empty() {
-        return None;
+        return (None, result);
     }
-    for pair in &apart {
-        let all = pair.iter().map(|&bit| bits[bit].start);
-        let both = model.circuit.all(all);
-        model.constraints.push(!both);
-        let on = pair.iter().map(|&bit| Logic::cell(cells[bit])).collect();
+    for set in &apart {
+        let all = set.iter().map(|&bit| kept[bit].start);
+        let all = model.circuit.all(all);
+        model.constraints.push(!all);
+        let on = set.iter().map(|&bit| Logic::Bit(bits[bit].source())).collect();
         program.invariants.push(Logic::All(on).not());
     }
-    program.apart = groups(program, &cells, &apart);
-    Some(model)
+    program.apart = groups(program, &bits, &apart);
+    result.apart =
+        apart.into_iter().map(|set| set.into_iter().map(|bit| bits[bit]).collect()).collect();
+    (Some(model), result)
 }
 
-/// Those of the pairs that scans keep apart, where the program is trusted with the relays that it turns on. `None` if the
-/// limits end the search.
-fn keep_apart(
-    model: &ScanModel,
-    bits: &[Kept],
-    rungs: &Rungs,
-    mut pairs: Vec<Vec<usize>>,
-    limits: &Limits<'_>,
-) -> Option<Vec<Vec<usize>>> {
-    // A relay that the program never turns on is turned on by somebody else: it is free, and then others may be too.
-    let mut own: BTreeSet<usize> = (0..bits.len()).collect();
-    loop {
-        let singles = own.iter().map(|&bit| vec![bit]);
-        let candidates = singles.chain(pairs.iter().cloned()).collect();
-        let found = inductive(model, bits, candidates, limits)?;
-        let never: Vec<usize> =
-            found.iter().filter(|one| one.len() == 1).map(|one| one[0]).collect();
-        if never.is_empty() {
-            return Some(found);
+/// The sets, each once, and none that has another in it.
+fn joined(sets: impl Iterator<Item = Vec<usize>>) -> Vec<Vec<usize>> {
+    let sorted = |mut set: Vec<usize>| {
+        set.sort_unstable();
+        set.dedup();
+        set
+    };
+    let all: BTreeSet<Vec<usize>> = sets.map(sorted).filter(|set| set.len() > 1).collect();
+    all.into_iter().collect()
+}
+
+/// What is asked of a scan.
+struct Question<'a> {
+    model: &'a ScanModel,
+    bits: &'a [Kept],
+    rungs: &'a Rungs,
+    /// What is true only in scans before which memory was cleared.
+    fresh: Option<Lit>,
+}
+
+impl Question<'_> {
+    /// Those of the sets that scans keep from being all on, where the program is trusted with the relays that it turns on; and
+    /// the relays that it does not. `None` if the limits end the search.
+    fn keep_apart(
+        &self,
+        mut sets: Vec<Vec<usize>>,
+        limits: &Limits<'_>,
+    ) -> Option<(Vec<Vec<usize>>, BTreeSet<usize>)> {
+        // A relay that the program never turns on is turned on by somebody else: it is free, and then others may be too.
+        let mut own: BTreeSet<usize> = (0..self.bits.len()).collect();
+        loop {
+            let singles = own.iter().map(|&bit| vec![bit]);
+            let candidates = singles.chain(sets.iter().cloned()).collect();
+            let found = self.kept(candidates, &own, limits)?;
+            let never: Vec<usize> =
+                found.iter().filter(|one| one.len() == 1).map(|one| one[0]).collect();
+            if never.is_empty() {
+                let freed = (0..self.bits.len()).filter(|bit| !own.contains(bit)).collect();
+                return Some((found, freed));
+            }
+            let freed = self.rungs.first(&never);
+            own.retain(|bit| !freed.contains(bit));
+            sets.retain(|set| set.iter().all(|bit| own.contains(bit)));
         }
-        let freed = rungs.first(&never);
-        own.retain(|bit| !freed.contains(bit));
-        pairs.retain(|pair| pair.iter().all(|bit| own.contains(bit)));
+    }
+
+    /// Those of the candidates that every scan keeps which starts where they all hold, and that the first scan keeps.
+    fn kept(
+        &self,
+        candidates: Vec<Vec<usize>>,
+        own: &BTreeSet<usize>,
+        limits: &Limits<'_>,
+    ) -> Option<Vec<Vec<usize>>> {
+        let Some(fresh) = self.fresh else {
+            return inductive(self.model, self.bits, candidates, limits);
+        };
+        let mut first = self.model.clone();
+        first.constraints.push(fresh);
+        first.constraints.extend(own.iter().map(|&bit| !self.bits[bit].start));
+        let candidates = inductive(&first, self.bits, candidates, limits)?;
+        let mut further = self.model.clone();
+        further.constraints.push(!fresh);
+        inductive(&further, self.bits, candidates, limits)
+    }
+}
+
+/// Whether memory was cleared before the scan, where a bit says so that the program leaves alone.
+fn fresh(program: &Program, model: &mut ScanModel) -> Option<Lit> {
+    let bit = program.power_up.fresh?;
+    let writes = |at: usize| {
+        flow::written(program, at).into_iter().any(|region| region.holds(bit.cell()))
+    };
+    if (0..program.instructions.len()).any(writes) {
+        return None;
+    }
+    let variable = model.variables.iter().position(|one| one.origin == Origin::Start(bit.cell()))?;
+    let variable = VarId(u32::try_from(variable).ok()?);
+    Some(model.circuit.atom(atom(bit, variable)))
+}
+
+fn atom(bit: BitTarget, variable: VarId) -> Atom {
+    match bit {
+        BitTarget::Cell(_) => Atom::Bit(variable),
+        BitTarget::WordBit(_, bit) => Atom::WordBit(variable, bit),
     }
 }
 
 /// The relays that a scan's costs may hang on and that nobody but the program writes, and only in ways that are known.
-fn own(program: &Program, model: &ScanModel, trust: Trust) -> Vec<Cell> {
-    let read = model.variables.iter().filter_map(|one| match (one.kind, &one.origin) {
-        (VarKind::Bit, Origin::Start(cell)) => Some(*cell),
+fn own(program: &Program, model: &ScanModel, trust: Trust) -> Vec<BitTarget> {
+    let owners = Owners::of(program, trust);
+    let read = read(model);
+    read.into_iter().filter(|&bit| owners.refuses(bit).is_none()).collect()
+}
+
+/// The bits that are read as they are when a scan starts.
+pub fn read(model: &ScanModel) -> BTreeSet<BitTarget> {
+    let start = |variable: VarId| match model.variables[variable.0 as usize].origin {
+        Origin::Start(cell) => Some(cell),
         _ => None,
-    });
-    let is_trusted = |&cell: &Cell| is_ours(program, cell) && trust.holds_alone(program, cell);
-    let read: BTreeSet<Cell> = read.filter(is_trusted).collect();
-    let mut own = BTreeSet::new();
-    let mut others = BTreeSet::new();
-    for instruction in &program.instructions {
-        for effect in &instruction.effects {
-            match &effect.write {
-                Write::Bit(BitTarget::Cell(cell), value) => {
-                    if mentions_choice(value) {
-                        others.insert(*cell);
-                    } else {
-                        own.insert(*cell);
-                    }
-                }
-                Write::Havoc(region, choice) => {
-                    // What is delivered later is written at any moment from then on.
-                    let at_once = program.indexed.contains_key(choice)
-                        || matches!(program.kinds.get(choice), Some(ChoiceKind::Exact(_)));
-                    if !at_once {
-                        others.extend(within(&read, *region));
-                    }
-                }
-                Write::Bit(BitTarget::WordBit(..), _) | Write::Words(..) => {}
-            }
+    };
+    let mut read: BTreeSet<BitTarget> = BTreeSet::new();
+    for one in &model.variables {
+        if let (VarKind::Bit, Origin::Start(cell)) = (one.kind, &one.origin) {
+            read.insert(BitTarget::Cell(*cell));
         }
     }
-    let latched = |cell: &Cell| program.power_up.latched.iter().any(|one| one.holds(*cell));
-    own.retain(|cell| read.contains(cell) && !others.contains(cell) && !latched(cell));
-    own.into_iter().collect()
+    for node in model.circuit.nodes() {
+        if let Node::Atom(Atom::WordBit(word, bit)) = *node
+            && let Some(cell) = start(word)
+        {
+            read.insert(BitTarget::WordBit(cell, bit));
+        }
+    }
+    read
 }
 
-fn within(cells: &BTreeSet<Cell>, region: Region) -> Vec<Cell> {
-    cells.iter().copied().filter(|&cell| region.holds(cell)).collect()
-}
+/// What is read: a relay or word, or a bit of a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Read(Cell, Option<u8>);
 
-fn mentions_choice(logic: &Logic) -> bool {
-    match logic {
-        Logic::Bit(BitSource::Free(_)) => true,
-        Logic::Condition | Logic::Const(_) | Logic::Bit(_) | Logic::Compare(_) => false,
-        Logic::Not(inner) => mentions_choice(inner),
-        Logic::All(parts) | Logic::Any(parts) => parts.iter().any(mentions_choice),
+impl From<BitTarget> for Read {
+    fn from(bit: BitTarget) -> Read {
+        match bit {
+            BitTarget::Cell(cell) => Read(cell, None),
+            BitTarget::WordBit(cell, bit) => Read(cell, Some(bit)),
+        }
     }
 }
 
@@ -169,18 +249,18 @@ struct Rungs {
 }
 
 impl Rungs {
-    fn of(program: &Program, cells: &[Cell]) -> Rungs {
-        let place: BTreeMap<Cell, usize> =
-            cells.iter().enumerate().map(|(place, &cell)| (cell, place)).collect();
-        let none = vec![BTreeSet::new(); cells.len()];
+    fn of(program: &Program, bits: &[BitTarget]) -> Rungs {
+        let place: BTreeMap<Read, usize> =
+            bits.iter().enumerate().map(|(place, &bit)| (Read::from(bit), place)).collect();
+        let none = vec![BTreeSet::new(); bits.len()];
         let mut rungs = Rungs { read: none.clone(), akin: none };
-        let mut shared: BTreeMap<Cell, BTreeSet<usize>> = BTreeMap::new();
+        let mut shared: BTreeMap<Read, BTreeSet<usize>> = BTreeMap::new();
         let (mut read, mut written) = (BTreeSet::new(), BTreeSet::new());
-        let mut close = |read: &mut BTreeSet<Cell>, written: &mut BTreeSet<usize>| {
-            let own = read.iter().filter_map(|cell| place.get(cell).copied()).collect();
+        let mut close = |read: &mut BTreeSet<Read>, written: &mut BTreeSet<usize>| {
+            let own = read.iter().filter_map(|one| place.get(one).copied()).collect();
             rungs.add(&own, written);
-            for cell in std::mem::take(read) {
-                shared.entry(cell).or_default().extend(written.iter());
+            for one in std::mem::take(read) {
+                shared.entry(one).or_default().extend(written.iter());
             }
             written.clear();
         };
@@ -189,15 +269,17 @@ impl Rungs {
                 close(&mut read, &mut written);
             }
             instruction.each_read(&mut |source| {
-                if let Source::Bit(BitSource::Cell(cell) | BitSource::WordBit(cell, _))
-                | Source::Word(WordSource::Cell(cell)) = source
-                {
-                    read.insert(cell);
-                }
+                read.extend(match source {
+                    Source::Bit(BitSource::WordBit(cell, bit)) => Some(Read(cell, Some(bit))),
+                    Source::Bit(BitSource::Cell(cell)) | Source::Word(WordSource::Cell(cell)) => {
+                        Some(Read(cell, None))
+                    }
+                    Source::Bit(_) | Source::Word(_) => None,
+                });
             });
             for effect in &instruction.effects {
-                if let Write::Bit(BitTarget::Cell(cell), _) = &effect.write {
-                    written.extend(place.get(cell));
+                if let Write::Bit(bit, _) = &effect.write {
+                    written.extend(place.get(&Read::from(*bit)));
                 }
             }
         }
@@ -281,40 +363,59 @@ impl Rungs {
     }
 }
 
-/// The cells' values when a scan starts.
-fn starts(model: &mut ScanModel, cells: &[Cell]) -> Vec<Lit> {
+/// The bits' values when a scan starts.
+fn starts(model: &mut ScanModel, bits: &[BitTarget]) -> Vec<Lit> {
     let variables = model.variables.iter().zip(0..).filter_map(|(one, at)| match one.origin {
         Origin::Start(cell) => Some((cell, VarId(at))),
         _ => None,
     });
     let variables: BTreeMap<Cell, VarId> = variables.collect();
-    cells.iter().map(|cell| model.circuit.atom(Atom::Bit(variables[cell]))).collect()
+    let circuit: &mut Circuit = &mut model.circuit;
+    bits.iter().map(|&bit| circuit.atom(atom(bit, variables[&bit.cell()]))).collect()
 }
 
-/// The pairs put together: of each group's relays no two are ever on.
-fn groups(program: &Program, cells: &[Cell], pairs: &[Vec<usize>]) -> Vec<Apart> {
+/// The pairs put together: of each group's relays no two are ever on. Larger sets stand by themselves.
+fn groups(program: &Program, bits: &[BitTarget], sets: &[Vec<usize>]) -> Vec<Apart> {
+    let (pairs, larger): (Vec<&Vec<usize>>, Vec<&Vec<usize>>) =
+        sets.iter().partition(|set| set.len() == 2);
     let mut left: BTreeSet<(usize, usize)> = pairs.iter().map(|pair| (pair[0], pair[1])).collect();
     let all = left.clone();
     let is_apart = |a: usize, b: usize| all.contains(&(a.min(b), a.max(b)));
-    let mut groups = Vec::new();
+    let mut groups: Vec<(Vec<usize>, usize)> = Vec::new();
     while let Some(&(a, b)) = left.first() {
         let mut group = vec![a, b];
-        for next in b + 1..cells.len() {
+        for next in b + 1..bits.len() {
             if group.iter().all(|&one| is_apart(one, next)) {
                 group.push(next);
             }
         }
         left.retain(|(a, b)| !(group.contains(a) && group.contains(b)));
-        groups.push(group.into_iter().map(|place| cells[place]).collect::<Vec<_>>());
+        groups.push((group, 1));
     }
-    let written = |cells: &[Cell]| {
-        let writes = |at: &usize| {
-            let regions = flow::written(program, *at);
-            regions.into_iter().any(|region| {
-                matches!(region, Region::Range { .. }) && cells.iter().any(|&one| region.holds(one))
-            })
-        };
-        (0..program.instructions.len()).filter(writes).collect()
+    groups.extend(larger.into_iter().map(|set| (set.clone(), set.len() - 1)));
+    let group = |(group, most): (Vec<usize>, usize)| {
+        let bits: Vec<BitTarget> = group.into_iter().map(|place| bits[place]).collect();
+        Apart { written: written(program, &bits), bits, most }
     };
-    groups.into_iter().map(|cells| Apart { written: written(&cells), cells }).collect()
+    groups.into_iter().map(group).collect()
+}
+
+/// The instructions that write one of these bits.
+fn written(program: &Program, bits: &[BitTarget]) -> Vec<usize> {
+    let writes = |at: &usize| {
+        let instruction = &program.instructions[*at];
+        let alone = |effect: &Effect| match &effect.write {
+            Write::Bit(bit, _) => Some(*bit),
+            _ => None,
+        };
+        // A bit of a word is written alone, or with its word.
+        let all_alone = instruction.effects.iter().all(|effect| alone(effect).is_some());
+        if all_alone && matches!(instruction.step, Step::Act { .. }) {
+            return instruction.effects.iter().filter_map(alone).any(|bit| bits.contains(&bit));
+        }
+        let holds = |region: Region| bits.iter().any(|one| region.holds(one.cell()));
+        let regions = flow::written(program, *at);
+        regions.into_iter().any(|one| matches!(one, Region::Range { .. }) && holds(one))
+    };
+    (0..program.instructions.len()).filter(writes).collect()
 }

@@ -5,7 +5,8 @@ use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedCall, plain};
 use crate::base::near;
-use crate::passes::values::{Trust, is_ours};
+use super::own::Owners;
+use crate::passes::values::{Trust, is_kept, is_ours};
 use crate::program::{
     AreaId, AreaKind, BitSource, Cell, Logic, Program, Radix, Region, Role, Source, StartRange,
     WordSource, flow,
@@ -122,9 +123,28 @@ pub fn bit(program: &Program, name: &str) -> Option<BitSource> {
     Some(BitSource::WordBit(word, bit))
 }
 
+/// The cell of a device as [`cell`] finds it, or the word of a bit.
+pub fn holder(program: &Program, name: &str) -> Option<Cell> {
+    let of_word = || match bit(program, name)? {
+        BitSource::WordBit(word, _) => Some(word),
+        _ => None,
+    };
+    cell(program, name).or_else(of_word)
+}
+
+/// The devices, in place of bits of words these words: whom a word belongs to is stated of it whole.
+pub fn whole<'a>(
+    program: &Program,
+    devices: impl Iterator<Item = &'a String>,
+) -> BTreeSet<String> {
+    let name = |cell| program.cell_name(cell);
+    devices.map(|one| holder(program, one).map_or_else(|| one.clone(), name)).collect()
+}
+
 /// Warns of devices that are stated to be the program's own where nothing follows from that.
 #[must_use]
 pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
+    let owners = Owners::of(program, trust);
     let fact = ["internal", "devices"];
     let told = |message: String, help: &str| {
         facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning()
@@ -135,7 +155,10 @@ pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     }
     let is_idle = |&(_, region): &(&String, &Region)| match *region {
         Region::Range { first, count } => {
-            !(0..count).any(|n| is_ours(program, Cell { index: first.index + n, ..first }))
+            let is_known = |cell| {
+                is_ours(program, cell) || owners.is_output(cell) && is_kept(program, cell)
+            };
+            !(0..count).any(|n| is_known(Cell { index: first.index + n, ..first }))
         }
         _ => false,
     };

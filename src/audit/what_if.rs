@@ -116,8 +116,8 @@ fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Fail
     let all = Request { trust: Trust::All, ..*request };
     let (priced, _) = priced(new, &concluded.followed.program, upper, &all)?;
     let worth = priced.into_iter().filter(|one| one.without.is_some());
-    let devices: BTreeSet<String> = worth.flat_map(|one| one.devices).collect();
-    let devices = Vec::from_iter(devices);
+    let devices: Vec<String> = worth.flat_map(|one| one.devices).collect();
+    let devices = Vec::from_iter(stated::whole(&concluded.followed.program, devices.iter()));
     let mut facts = request.facts.clone();
     facts.internal.extend(devices.iter().cloned());
     let found = runs(request, &[facts])?.into_iter().flatten().next();
@@ -238,12 +238,12 @@ fn priced(
 ) -> Result<(Vec<Assumption>, Option<Minor>), Failure> {
     let without = |left_out: &Vec<usize>| {
         let mut facts = request.facts.clone();
-        let devices = left_out.iter().flat_map(|&one| all[one].devices.iter().cloned());
-        facts.external.extend(devices);
+        let devices = left_out.iter().flat_map(|&one| &all[one].devices);
+        facts.external.extend(stated::whole(program, devices));
         facts
     };
     let can_be_named = |one: &usize| {
-        all[*one].devices.iter().all(|device| stated::cell(program, device).is_some())
+        all[*one].devices.iter().all(|device| stated::holder(program, device).is_some())
     };
     let nameable: Vec<usize> = (0..all.len()).filter(can_be_named).collect();
     let mut open = vec![nameable.clone()];

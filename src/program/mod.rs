@@ -132,6 +132,25 @@ pub enum BitTarget {
     WordBit(Cell, u8),
 }
 
+impl BitTarget {
+    /// The cell that holds it.
+    #[must_use]
+    pub fn cell(self) -> Cell {
+        match self {
+            BitTarget::Cell(cell) | BitTarget::WordBit(cell, _) => cell,
+        }
+    }
+
+    /// Where it is read.
+    #[must_use]
+    pub fn source(self) -> BitSource {
+        match self {
+            BitTarget::Cell(cell) => BitSource::Cell(cell),
+            BitTarget::WordBit(cell, bit) => BitSource::WordBit(cell, bit),
+        }
+    }
+}
+
 /// Where sixteen bits are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WordTarget {
@@ -595,14 +614,29 @@ pub struct TrustedRange {
     pub written: Vec<usize>,
 }
 
-/// Bits of which no two are ever on when a scan starts, since the program alone writes them: what every scan from power-up on
-/// keeps.
+/// Bits of which few are on at once when a scan starts, since the program alone writes them: what every scan from power-up
+/// on keeps.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Apart {
     /// The bits.
-    pub cells: Vec<Cell>,
+    pub bits: Vec<BitTarget>,
+    /// So many of them are ever on at once, and no more: one, or all but one.
+    pub most: usize,
     /// The instructions that write them, indices into `Program::instructions`.
     pub written: Vec<usize>,
+}
+
+impl Apart {
+    /// The sets of bits that are never all on.
+    pub fn never(&self) -> impl Iterator<Item = Vec<BitTarget>> + '_ {
+        let is_all = self.most != 1;
+        let whole = is_all.then(|| self.bits.clone());
+        let pairs = self.bits.iter().enumerate().flat_map(move |(at, &one)| {
+            let others = self.bits[at + 1..].iter().filter(move |_| !is_all);
+            others.map(move |&other| vec![one, other])
+        });
+        whole.into_iter().chain(pairs)
+    }
 }
 
 /// What is known of the state in which a CPU with cleared memory comes up, and of what the outside sets. Cells that are
@@ -617,6 +651,9 @@ pub struct PowerUp {
     pub latched: Vec<Region>,
     /// Bits that are on in the first scan and off in all others.
     pub first_scan: Vec<Cell>,
+    /// A bit that is on in a scan only if all that is not latched was cleared before it. (Where a CPU goes on with what
+    /// memory holds when it is stopped and started again, the bit of the first scan is none.)
+    pub fresh: Option<BitTarget>,
 }
 
 /// A whole project: its files' programs run one after another in each scan.
@@ -734,6 +771,15 @@ impl Program {
     #[must_use]
     pub fn area(&self, id: AreaId) -> &Area {
         &self.areas[usize::from(id.0)]
+    }
+
+    /// A bit's name: its cell's, or that of its word and its number there (`M5`, `D100.A`).
+    #[must_use]
+    pub fn bit_name(&self, bit: BitTarget) -> String {
+        match bit {
+            BitTarget::Cell(cell) => self.cell_name(cell),
+            BitTarget::WordBit(cell, bit) => format!("{}.{bit:X}", self.cell_name(cell)),
+        }
     }
 
     /// The cell's name as users write it (`X1F`, `D100`).

@@ -102,6 +102,8 @@ struct Assumption<'a> {
     name: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     range: Option<[i64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    most_on: Option<usize>,
     written: Vec<UnknownPlace<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     upper_without_ps: Option<u64>,
@@ -534,6 +536,7 @@ fn assumption(one: &audit::Assumption) -> Assumption<'_> {
     Assumption {
         name: one.name(),
         range: one.range.map(|(low, high)| [low, high]),
+        most_on: (one.most > 1).then_some(one.most),
         written: places(&one.written),
         upper_without_ps: one.without.map(|bound| bound.0),
     }

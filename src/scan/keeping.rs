@@ -6,7 +6,7 @@ use super::memory::Memory;
 pub use super::watch::Breach;
 use super::watch::Watch;
 use super::word::Word;
-use super::{Purpose, Run, ScanError, number, run};
+use super::{Purpose, Run, ScanError, held, number, run};
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::Knowledge;
 use crate::program::{ChoiceId, Effect, Indexed, Length, Program, Step, WordSource, Write};
@@ -25,14 +25,14 @@ pub fn scan_model_keeping(
     let watch = Some(Box::new(Watch::of(program)));
     let end = |memory: &mut Memory<'_>| breaches(program, memory);
     let (mut model, found) = run(program, times, &knowledge, purpose, limits, watch, end)?;
-    let charge = |&(breach, happens): &(Breach, Lit)| Charge {
-        instruction: match breach {
+    let charge = |(breach, happens): &(Breach, Lit)| Charge {
+        instruction: match *breach {
             Breach::Count(at) | Breach::Reach(at) => at,
-            Breach::Word(_) | Breach::Both(..) => 0,
+            Breach::Word(_) | Breach::All(_) => 0,
         },
         frames: Vec::new(),
-        reached: happens,
-        fires: happens,
+        reached: *happens,
+        fires: *happens,
         on: Picos(1),
         off: Picos(1),
         counted: None,
@@ -45,11 +45,10 @@ pub fn scan_model_keeping(
 fn breaches(program: &Program, memory: &mut Memory<'_>) -> Vec<(Breach, Lit)> {
     let mut all = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();
     for apart in &program.apart {
-        for (place, &a) in apart.cells.iter().enumerate() {
-            for &b in &apart.cells[place + 1..] {
-                let (on_a, on_b) = (memory.read_bit(a), memory.read_bit(b));
-                all.insert(Breach::Both(a, b), memory.circuit().and(on_a, on_b));
-            }
+        for bits in apart.never() {
+            let on: Vec<Lit> = bits.iter().map(|&bit| held(memory, bit)).collect();
+            let happens = memory.circuit().all(on);
+            all.insert(Breach::All(bits), happens);
         }
     }
     // What is summarised is not followed, so nothing was asked there.

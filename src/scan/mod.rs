@@ -26,7 +26,7 @@ mod word;
 use crate::base::time::Times;
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    BitSource, Cell, Effect, Exit, Frame, Join, Logic, Program, Source, Step, Summary, When,
+    BitSource, BitTarget, Cell, Effect, Exit, Frame, Join, Logic, Program, Source, Step, Summary, When,
     WordSource, Write,
 };
 use crate::scan::model::{Iterations, Lit, ScanModel, Unbounded};
@@ -132,10 +132,21 @@ pub fn scan_model_to_end(
     program: &Program,
     times: &[Times],
     limits: &SizeLimits<'_>,
-    bits: &[Cell],
+    bits: &[BitTarget],
 ) -> Result<(ScanModel, Vec<Lit>), ScanError> {
-    let ends = |memory: &mut Memory<'_>| bits.iter().map(|&bit| memory.read_bit(bit)).collect();
+    let ends = |memory: &mut Memory<'_>| bits.iter().map(|&bit| held(memory, bit)).collect();
     run(program, times, &Knowledge::new(), Purpose::UpperBound, limits, None, ends)
+}
+
+/// What a bit holds by now.
+fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
+    match bit {
+        BitTarget::Cell(cell) => memory.read_bit(cell),
+        BitTarget::WordBit(cell, bit) => {
+            let word = memory.read_word(cell);
+            memory.words.bits(&mut memory.model.circuit, word)[usize::from(bit)]
+        }
+    }
 }
 
 /// The model, and what is asked of memory when the scan ends.

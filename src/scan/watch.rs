@@ -2,19 +2,19 @@
 
 use super::number;
 use super::word::{Word, Words};
-use crate::program::{Cell, Program, Region, TrustedRange};
+use crate::program::{BitTarget, Cell, Program, Region, TrustedRange};
 use crate::scan::model::{Circuit, Lit};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
 /// What no scan does that starts in a state in which all of it holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Breach {
     /// It writes a value into a trusted word that is not in its range: an index into `Program::trusted`. Every write
     /// counts: of a latched word a power failure leaves what stood there in the midst of a scan.
     Word(usize),
-    /// It ends with both of two relays on that are apart.
-    Both(Cell, Cell),
+    /// It ends with relays all on of which that is never so.
+    All(Vec<BitTarget>),
     /// At this instruction more iterations or units are counted than was found.
     Count(usize),
     /// This instruction writes by an index where it was found not to reach.

@@ -208,12 +208,19 @@ impl<'a> Search<'a> {
             }
         }
         for bit in bits {
-            if let Node::Atom(atom) = self.model.circuit.node(bit.start)
-                && let Lane::Bit(values) = &mut lanes[atom.variable().0 as usize]
-            {
-                // What was no scan is followed by none: its start is taken again.
-                let end = scans.lit(bit.end);
-                *values = *values & !scans.possible | end & scans.possible;
+            let Node::Atom(atom) = self.model.circuit.node(bit.start) else { continue };
+            // What was no scan is followed by none: its start is taken again.
+            let end = scans.lit(bit.end);
+            match (&mut lanes[atom.variable().0 as usize], atom) {
+                (Lane::Bit(values), _) => *values = *values & !scans.possible | end & scans.possible,
+                (lane, Atom::WordBit(_, place)) => {
+                    for (at, word) in lane.words().iter_mut().enumerate() {
+                        if scans.possible >> at & 1 == 1 {
+                            *word = *word & !(1 << place) | ((end >> at & 1) as u16) << place;
+                        }
+                    }
+                }
+                (Lane::Word(_) | Lane::Words(_), _) => {}
             }
         }
     }
@@ -229,6 +236,11 @@ impl<'a> Search<'a> {
         match (kind, thresholds.get(&VarId(place as u32))) {
             (VarKind::Bit, _) if down => Lane::Bit(on & !changed),
             (VarKind::Bit, _) => Lane::Bit(on ^ changed),
+            (VarKind::Word, _) if down => {
+                let changed = !tied[place];
+                let mut off = |lane: usize| if changed && lane > 0 { some() & some() } else { 0 };
+                Lane::Words(std::array::from_fn(|lane| value & !(off(lane) as u16)).into())
+            }
             (VarKind::Word, Some(of)) if changed & 2 != 0 => {
                 let mut values = [value; LANES];
                 for (lane, own) in values.iter_mut().enumerate() {
@@ -271,6 +283,17 @@ enum Lane {
 }
 
 impl Lane {
+    /// The words of a word's lane, each of which may be changed.
+    fn words(&mut self) -> &mut [u16] {
+        if let Lane::Word(value) = *self {
+            *self = Lane::Words(Box::new([value; LANES]));
+        }
+        match self {
+            Lane::Words(words) => &mut words[..],
+            Lane::Bit(_) | Lane::Word(_) => &mut [],
+        }
+    }
+
     fn of(&self, atom: Atom) -> u64 {
         let holds = |value: u16| match atom {
             Atom::Bit(_) => value != 0,

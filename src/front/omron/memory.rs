@@ -322,7 +322,14 @@ impl Memory {
         // Holding relays and DM.
         let held = if self.family == Family::C { [1, 4] } else { [2, 4] };
         let latched = held.map(|area| Region::Area(AreaId(area))).into();
-        PowerUp { inputs: vec![inputs], cleared, latched, first_scan: Vec::new() }
+        // When a program begins to run, what is not held was cleared: the flag of the first scan says so.
+        let fresh = match self.family {
+            Family::C => (0, 253, 15),
+            Family::Cs => (3, 200, 11),
+        };
+        let (area, index, bit) = fresh;
+        let fresh = Some(BitTarget::WordBit(Cell { area: AreaId(area), index }, bit));
+        PowerUp { inputs: vec![inputs], cleared, latched, first_scan: Vec::new(), fresh }
     }
 
     /// Whether a timer's condition was on when it ran last, for timers that run out between instructions.

@@ -210,8 +210,14 @@ fn keeps(program: &Program, slots: &Slots, written: &[Option<Value>]) -> BTreeSe
 #[must_use]
 pub fn is_ours(program: &Program, cell: Cell) -> bool {
     let holds = |region: &Region| region.holds(cell);
+    is_kept(program, cell) && !program.power_up.inputs.iter().any(holds)
+}
+
+/// The same of a cell of which it is known that it is no input.
+#[must_use]
+pub fn is_kept(program: &Program, cell: Cell) -> bool {
+    let holds = |region: &Region| region.holds(cell);
     program.power_up.cleared.iter().any(holds)
-        && !program.power_up.inputs.iter().any(holds)
         && !program.volatile.iter().any(holds)
         && !program.external.iter().any(holds)
         && (is_internal(program, cell)
