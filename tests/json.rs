@@ -181,8 +181,9 @@ fn every_key_of_an_audit_is_documented() {
     std::fs::write(&apart, format!("{both}{pairs}END\n")).expect("written");
     let apart = apart.to_str().expect("a plain path");
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
+    let carousel = "samples/snet/carousel.snet";
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 23] = [
+    let runs: [&[&str]; 25] = [
         &["audit", tasks],
         &["audit", "samples/sfc/line.st"],
         &["audit", line[0], line[1], line[2], "--time-limit", "1us"],
@@ -192,6 +193,8 @@ fn every_key_of_an_audit_is_documented() {
         &["audit", "samples/recipes"],
         &["audit", "samples/drives/drives.il", "--cpu", "FX3U"],
         &["audit", "samples/snet/self-holding.il", "--cpu", "C200H"],
+        &["snet", "bound", "samples/snet/robot-mended.snet", "--trust", "all"],
+        &["snet", "bound", carousel, "--trust", "all", "--initial", "first-scan"],
         &["audit", "samples/sorter/sorter.il", "--cpu", "CJ2M"],
         &["audit", "samples/sorter/sorter.cxt"],
         &["audit", "samples/flowchart/traffic-signals.lst"],

@@ -180,6 +180,7 @@ impl Findings<'_> {
             what_if: None,
             coactivity: None,
             tasks: Vec::new(),
+            net: None,
             ladder: None,
             bound,
             overhead,

@@ -12,7 +12,7 @@ pub struct Assumption {
     pub devices: Vec<String>,
     /// The word's least value, signed, and its largest one.
     pub range: Option<(i64, i64)>,
-    /// Of relays, how many of them are ever on at once: one, or all but one.
+    /// Of relays, how many of them are ever on at once: one, or all but one; 0: all are off in the first scan.
     pub most: usize,
     /// All instructions that write them, with their texts: the evidence.
     pub written: Vec<(Location, Arc<str>)>,

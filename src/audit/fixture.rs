@@ -196,6 +196,7 @@ pub fn fixture() -> Audit {
         what_if: None,
         coactivity: None,
         tasks: Vec::new(),
+        net: None,
         ladder: None,
         approximations: [
             (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),

@@ -107,7 +107,12 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
 fn given(program: &Program) -> Vec<String> {
     let words = (0..program.trusted.len()).map(|place| tell(program, &Breach::Word(place)));
     let sets = sets(program).map(|bits| tell(program, &Breach::All(bits)));
-    words.chain(sets).collect()
+    let fresh = program.apart.iter().filter(|one| one.most == 0);
+    let cleared = fresh.map(|one| {
+        let names: Vec<String> = one.bits.iter().map(|&bit| program.bit_name(bit)).collect();
+        format!("{} are off in the first scan, before which memory was cleared", names.join(", "))
+    });
+    words.chain(sets).chain(cleared).collect()
 }
 
 /// What the user states of words that start a scan.

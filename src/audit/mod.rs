@@ -22,6 +22,7 @@ mod fact;
 mod failure;
 #[cfg(test)]
 pub mod fixture;
+mod hints;
 mod indices;
 mod invariants;
 pub mod ladder;
@@ -30,6 +31,7 @@ pub mod method;
 mod model_search;
 mod modelling;
 mod names;
+pub mod net;
 pub mod offer;
 mod own;
 mod pipeline;
@@ -57,6 +59,7 @@ pub use doubt::Doubt;
 pub use fact::{Fact, Status};
 pub use failure::Failure;
 pub use names::comments_in;
+pub use net::{NetBound, net_bound};
 pub use pipeline::{Concluded, Followed, Prepared, Ready, audit, conclude, follow, read, ready};
 pub use questions::{File, Form, certificates, question};
 pub use reason::Reason;
@@ -142,6 +145,8 @@ pub struct Audit {
     /// The tasks of the project, each by itself, where it has several and that was asked for; the one whose scan is bounded is
     /// the first.
     pub tasks: Vec<TaskUse>,
+    /// What a net does to the bound of its code, if that was asked for.
+    pub net: Option<NetBound>,
     /// The rungs as they are drawn, if they were asked for.
     pub ladder: Option<ladder::Ladder>,
     /// What is over-approximated.

@@ -4,6 +4,7 @@ use super::Audit;
 use super::assemble::{Findings, Finished};
 use super::closing::Closing;
 use super::failure::Failure;
+use super::hints::Hints;
 use super::method;
 use super::model_search::Searched;
 use super::modelling::{keep_in_range, model_of};
@@ -49,9 +50,16 @@ pub struct Followed {
     cuts: Vec<Cut>,
     /// The model is the sum of all that can run, and says nothing of what can run together.
     whole: bool,
+    /// What was found of the relays that are trusted.
+    relays: reachable::Found,
 }
 
 impl Followed {
+    /// What was found of the relays that are trusted.
+    pub(super) fn relays(&self) -> &reachable::Found {
+        &self.relays
+    }
+
     /// Whether its model is the sum of all that can run, and says nothing of what can run together.
     pub(super) fn is_whole(&self) -> bool {
         self.whole
@@ -169,17 +177,32 @@ impl Prepared {
             Trust::Counts => !program.internal.is_empty(),
             Trust::All => true,
         };
-        if trusts_relays && !whole {
+        let mut relays = reachable::Found::default();
+        if trusts_relays && request.relays && !whole {
             (request.progress)(Progress::Stage(reachable::STAGE));
             let trust = request.trusted();
-            let (closer, _) =
-                reachable::exclude(&mut program, &prices, &model, trust, &[], &budget);
+            let hints = request.net.map_or_else(Vec::new, |net| Hints::of(net, &program).bits());
+            let closer;
+            (closer, relays) =
+                reachable::exclude(&mut program, &prices, &model, trust, &hints, &budget);
             model = closer.unwrap_or(model);
         }
         keep_in_range(&program, &table, &prices, &model)?;
         let groups = groups::groups(&model);
         let cuts = budget.cuts();
-        Ok(Followed { start, program, table, prices, model, groups, open, warnings, cuts, whole })
+        Ok(Followed {
+            start,
+            program,
+            table,
+            prices,
+            model,
+            groups,
+            open,
+            warnings,
+            cuts,
+            whole,
+            relays,
+        })
     }
 }
 
@@ -209,6 +232,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         warnings,
         cuts,
         whole,
+        relays,
     } = followed;
     let delays = request.response.map(|given| Delays::of(given, &program, &table)).transpose()?;
     let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
@@ -278,7 +302,18 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         delays,
     };
     let audit = findings.audit(finished);
-    let followed =
-        Followed { start, program, table, prices, model, groups, open, warnings, cuts, whole };
+    let followed = Followed {
+        start,
+        program,
+        table,
+        prices,
+        model,
+        groups,
+        open,
+        warnings,
+        cuts,
+        whole,
+        relays,
+    };
     Ok(Concluded { audit, followed, maxima })
 }

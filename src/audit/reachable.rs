@@ -4,8 +4,8 @@ use super::own::Owners;
 use crate::base::budget::Budget;
 use crate::passes::values::Trust;
 use crate::program::{
-    Apart, BitSource, BitTarget, Cell, Effect, Join, Logic, Program, Region, Source, Step, WordSource,
-    Write, flow,
+    Apart, BitSource, BitTarget, Cell, Effect, Join, Logic, Program, Region, Source, Step,
+    WordSource, Write, flow,
 };
 use crate::scan::fit::SizeLimits;
 use crate::scan::model::{Atom, Circuit, Lit, Node, Origin, ScanModel, VarId, VarKind};
@@ -40,6 +40,8 @@ pub struct Found {
     pub freed: BTreeSet<BitTarget>,
     /// Those that a scan's costs may hang on, and that are known.
     pub known: BTreeSet<BitTarget>,
+    /// Whether all sets were asked for.
+    pub decided: bool,
 }
 
 /// The model without scans that start where relays are all on that no run from power-up leaves on together, if any are found.
@@ -90,13 +92,29 @@ pub fn exclude(
         match question.keep_apart(candidates, &limits) {
             Some((found, freed)) => {
                 apart = found;
+                result.decided = true;
                 result.freed = freed.into_iter().map(|bit| bits[bit]).collect();
             }
             None => cut(),
         }
     }
-    if apart.is_empty() {
+    let place_of_freed = |bit: &usize| result.freed.contains(&bits[*bit]);
+    let own: BTreeSet<usize> = (0..bits.len()).filter(|bit| !place_of_freed(bit)).collect();
+    let is_fresh_known = result.decided && fresh.is_some() && !own.is_empty();
+    if apart.is_empty() && !is_fresh_known {
         return (None, result);
+    }
+    program.apart = groups(program, &bits, &apart);
+    if is_fresh_known {
+        let cleared = off_where(fresh, &kept, &own, &mut model.circuit);
+        model.constraints.extend(cleared);
+        let own: Vec<BitTarget> = own.iter().map(|&bit| bits[bit]).collect();
+        let flag = program.power_up.fresh.map(|bit| Logic::Bit(bit.source()));
+        let both = |bit: &BitTarget| {
+            Logic::All(flag.iter().cloned().chain([Logic::Bit(bit.source())]).collect())
+        };
+        program.invariants.extend(own.iter().map(|bit| both(bit).not()));
+        program.apart.push(Apart { written: written(program, &own), bits: own, most: 0 });
     }
     for set in &apart {
         let all = set.iter().map(|&bit| kept[bit].start);
@@ -105,7 +123,6 @@ pub fn exclude(
         let on = set.iter().map(|&bit| Logic::Bit(bits[bit].source())).collect();
         program.invariants.push(Logic::All(on).not());
     }
-    program.apart = groups(program, &bits, &apart);
     result.apart =
         apart.into_iter().map(|set| set.into_iter().map(|bit| bits[bit]).collect()).collect();
     (Some(model), result)
@@ -157,36 +174,44 @@ impl Question<'_> {
         }
     }
 
-    /// Those of the candidates that every scan keeps which starts where they all hold, and that the first scan keeps.
+    /// Those of the candidates that every scan keeps which starts where they all hold. Where memory was cleared, all do.
     fn kept(
         &self,
         candidates: Vec<Vec<usize>>,
         own: &BTreeSet<usize>,
         limits: &Limits<'_>,
     ) -> Option<Vec<Vec<usize>>> {
-        let Some(fresh) = self.fresh else {
+        if self.fresh.is_none() {
             return inductive(self.model, self.bits, candidates, limits);
-        };
-        let mut first = self.model.clone();
-        first.constraints.push(fresh);
-        first.constraints.extend(own.iter().map(|&bit| !self.bits[bit].start));
-        let candidates = inductive(&first, self.bits, candidates, limits)?;
-        let mut further = self.model.clone();
-        further.constraints.push(!fresh);
-        inductive(&further, self.bits, candidates, limits)
+        }
+        let mut cleared = self.model.clone();
+        let off = off_where(self.fresh, self.bits, own, &mut cleared.circuit);
+        cleared.constraints.extend(off);
+        inductive(&cleared, self.bits, candidates, limits)
     }
+}
+
+/// That these relays are off where memory was cleared before the scan.
+fn off_where(
+    fresh: Option<Lit>,
+    bits: &[Kept],
+    own: &BTreeSet<usize>,
+    circuit: &mut Circuit,
+) -> Vec<Lit> {
+    let Some(fresh) = fresh else { return Vec::new() };
+    own.iter().map(|&bit| !circuit.and(fresh, bits[bit].start)).collect()
 }
 
 /// Whether memory was cleared before the scan, where a bit says so that the program leaves alone.
 fn fresh(program: &Program, model: &mut ScanModel) -> Option<Lit> {
     let bit = program.power_up.fresh?;
-    let writes = |at: usize| {
-        flow::written(program, at).into_iter().any(|region| region.holds(bit.cell()))
-    };
+    let writes =
+        |at: usize| flow::written(program, at).into_iter().any(|region| region.holds(bit.cell()));
     if (0..program.instructions.len()).any(writes) {
         return None;
     }
-    let variable = model.variables.iter().position(|one| one.origin == Origin::Start(bit.cell()))?;
+    let variable =
+        model.variables.iter().position(|one| one.origin == Origin::Start(bit.cell()))?;
     let variable = VarId(u32::try_from(variable).ok()?);
     Some(model.circuit.atom(atom(bit, variable)))
 }

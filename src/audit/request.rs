@@ -7,6 +7,7 @@ use crate::base::time::Picos;
 use crate::front::{FRONTS, Fronts, Input};
 use crate::passes::values::Trust;
 use crate::passes::{PASSES, Passes};
+use crate::snet::Diagram;
 use crate::solve::Method;
 use crate::timing::table::{Override, StatedClock, Table};
 use std::time::Duration;
@@ -44,6 +45,10 @@ pub struct Request<'a> {
     pub task: Option<&'a str>,
     /// Whether that scan is bounded as if no other task interrupted it, whatever is stated.
     pub alone: bool,
+    /// Whether relays are kept apart that scans keep apart, where they are trusted.
+    pub relays: bool,
+    /// The net that the program is the code of, if it is one's: what it knows of relays is asked of the code.
+    pub net: Option<&'a Diagram>,
     /// Whether assumed times are refused.
     pub strict_times: bool,
     /// Which search to use.
@@ -92,6 +97,8 @@ impl<'a> Request<'a> {
             apart: true,
             task: None,
             alone: false,
+            relays: true,
+            net: None,
             strict_times: false,
             method: Method::Auto,
             trace: false,

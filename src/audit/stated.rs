@@ -1,11 +1,11 @@
 //! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
 
+use super::own::Owners;
 use super::real::{Left, writes_constant};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedCall, plain};
 use crate::base::near;
-use super::own::Owners;
 use crate::passes::values::{Trust, is_kept, is_ours};
 use crate::program::{
     AreaId, AreaKind, BitSource, Cell, Logic, Program, Radix, Region, Role, Source, StartRange,
@@ -133,10 +133,7 @@ pub fn holder(program: &Program, name: &str) -> Option<Cell> {
 }
 
 /// The devices, in place of bits of words these words: whom a word belongs to is stated of it whole.
-pub fn whole<'a>(
-    program: &Program,
-    devices: impl Iterator<Item = &'a String>,
-) -> BTreeSet<String> {
+pub fn whole<'a>(program: &Program, devices: impl Iterator<Item = &'a String>) -> BTreeSet<String> {
     let name = |cell| program.cell_name(cell);
     devices.map(|one| holder(program, one).map_or_else(|| one.clone(), name)).collect()
 }
@@ -155,9 +152,8 @@ pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     }
     let is_idle = |&(_, region): &(&String, &Region)| match *region {
         Region::Range { first, count } => {
-            let is_known = |cell| {
-                is_ours(program, cell) || owners.is_output(cell) && is_kept(program, cell)
-            };
+            let is_known =
+                |cell| is_ours(program, cell) || owners.is_output(cell) && is_kept(program, cell);
             !(0..count).any(|n| is_known(Cell { index: first.index + n, ..first }))
         }
         _ => false,

@@ -2,6 +2,7 @@
 
 use super::options::{ProjectOptions, ReportOptions, SearchOptions, WhatIfOptions};
 use super::output::Target;
+use super::snet;
 use super::watch::WatchOptions;
 use super::{Failure, Outcome, values};
 use anyhow::Context;
@@ -19,6 +20,7 @@ Examples:
   scanbound audit PLC/ --what-if             what it would be if counts were stated
   scanbound audit PLC/ --trace-search        how the bound was found, question by question
   scanbound audit PLC/ --format json -o bound.json
+  scanbound audit line.il --net line.snet --trust all --draw worst.svg
   scanbound audit PLC/ --watch               again whenever a file changes
   unzip -p plc.zip MAIN.csv | scanbound audit -";
 
@@ -45,6 +47,12 @@ pub struct Arguments {
     report: ReportOptions,
     #[command(flatten)]
     watch: WatchOptions,
+    /// The net that the program is the code of (.snet, .pnml): what it knows of relays is asked of the code (--trust all)
+    #[arg(long, value_name = "NET")]
+    net: Option<PathBuf>,
+    /// Draw the net with the marks with which the longest scan starts (.svg .dot)
+    #[arg(long, value_name = "FILE", requires = "net")]
+    draw: Option<PathBuf>,
     /// Write SMT-LIB 2 files that prove each group's bound and its scan, and what these rest on; README.txt lists them
     #[arg(long, value_name = "DIRECTORY")]
     certificate: Option<PathBuf>,
@@ -59,15 +67,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
     let project = arguments.project.or_here()?;
+    let read = |file| snet::read_sound(file, false);
+    let net = arguments.net.as_deref().map(read).transpose()?;
+    let drawing = arguments.draw.as_deref().map(|file| Target::new(Some(file))).transpose()?;
     let (reports, trace) = arguments.report.targets(&project, &arguments.search)?;
     let concluded = project.with_request(|request| {
         let given = Given { input: arguments.input_delay, output: arguments.output_delay };
         let response = arguments.response.then_some(given);
-        let request = Request { response, ..arguments.search.of(request) };
+        let request = Request { response, net: net.as_ref(), ..arguments.search.of(request) };
         let followed = audit::follow(&request)?;
         let mut concluded = audit::conclude(followed, &request)?;
         audit::coactivity(&mut concluded, &request)?;
         audit::tasks(&mut concluded, &request)?;
+        audit::net_bound(&mut concluded, &request)?;
         if let Some(most) = arguments.what_if.most() {
             audit::what_if(&mut concluded, &request, most)?;
         }
@@ -79,6 +91,9 @@ fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
         Err(failure) => return Err(reports.refused(&project, failure)?),
     };
     trace.write(&concluded.audit)?;
+    if let (Some(drawing), Some(net), Some(file)) = (drawing, &net, &arguments.draw) {
+        snet::draw_marks(net, &concluded.audit, file, drawing)?;
+    }
     if let Some(directory) = &arguments.certificate {
         certify(&concluded, directory)?;
     }

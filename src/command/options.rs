@@ -14,8 +14,8 @@ use scanbound::audit::{Audit, Concluded, Request, audit};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::facts::Facts;
-use scanbound::front::FRONTS;
 use scanbound::front::input::{Gathered, Ignore, gather, survey};
+use scanbound::front::{FRONTS, Input};
 use scanbound::passes::PASSES;
 use scanbound::passes::values::Trust;
 use scanbound::report::format::{Detail, Extent, Format, Project};
@@ -355,6 +355,27 @@ impl ProjectOptions {
         self.asked(facts, table, gathered, work)
     }
 
+    /// Does something with what is asked of code that is not in a file.
+    pub fn with_code<T: Send>(
+        &self,
+        code: Input,
+        cpu: Option<&str>,
+        work: impl FnOnce(&Request<'_>) -> Result<T, Failure> + Send,
+    ) -> Result<T, Failure> {
+        let mut own = self.clone();
+        if own.table.is_none() {
+            own.cpu = own.cpu.or_else(|| cpu.map(str::to_owned));
+        }
+        let facts = facts(own.facts.as_deref())?;
+        let table = own.table.as_deref().map(|name| tables::find("--table ", name)).transpose()?;
+        let mut gathered = Gathered { inputs: vec![code], warnings: Vec::new() };
+        let table = table.map(|parsed| {
+            gathered.warnings.extend(parsed.warnings);
+            parsed.table
+        });
+        own.asked(facts, table, gathered, work)
+    }
+
     /// The same with as much as can be read, and all that was found at fault or noticed on the way.
     pub fn with_what_can_be_read<T: Send>(
         &self,
@@ -407,6 +428,8 @@ impl ProjectOptions {
             apart: true,
             task: self.task.as_deref(),
             alone: false,
+            relays: true,
+            net: None,
             incomplete: false,
             trust: match self.trust {
                 TrustName::None => Trust::None,

@@ -1,5 +1,6 @@
 //! `scanbound snet`: nets for sequence control, and the PLCs that run their code.
 
+mod bound;
 mod check;
 mod convert;
 mod draw;
@@ -10,10 +11,14 @@ mod terminal;
 mod translate;
 mod verify;
 
+use super::output::Target;
 use super::{Failure, Outcome};
 use anyhow::Context;
 use clap::{Args, Subcommand, ValueEnum};
+use scanbound::audit::Audit;
+use scanbound::report::snet::View;
 use scanbound::snet::faults::faults;
+use scanbound::snet::translate::assign;
 use scanbound::snet::{Diagram, pnml, text};
 use std::path::Path;
 
@@ -41,6 +46,8 @@ enum Command {
     Check(check::Arguments),
     /// Make code of a net: the C200H's list, CX-Programmer, MELSEC, PLCopen XML
     Translate(translate::Arguments),
+    /// Bound the scan time of a net's code, by what the net knows of its boxes
+    Bound(Box<bound::Arguments>),
     /// Hold code against a net
     Verify(verify::Arguments),
 }
@@ -65,6 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Translate(arguments) => translate::run(arguments),
+        Command::Bound(arguments) => bound::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
     }
 }
@@ -79,8 +87,28 @@ fn read(file: &Path) -> Result<Diagram, Failure> {
     Ok(if is_pnml { pnml::read(&name, &text)? } else { text::read(&name, &text)? })
 }
 
-/// Refuses a net that cannot be.
-fn refuse_faults(diagram: &Diagram) -> Result<(), Failure> {
-    let found = faults(diagram);
-    if found.is_empty() { Ok(()) } else { Err(found.into()) }
+/// Reads a net from a file, and refuses one that cannot be; gives relays to what has none, if that is asked for.
+pub(super) fn read_sound(file: &Path, assigns: bool) -> Result<Diagram, Failure> {
+    let mut diagram = read(file)?;
+    let found = faults(&diagram);
+    if !found.is_empty() {
+        return Err(found.into());
+    }
+    if assigns {
+        assign(&mut diagram);
+    }
+    Ok(diagram)
+}
+
+/// Draws a net with the marks with which an audit's longest scan starts.
+pub(super) fn draw_marks(
+    net: &Diagram,
+    audit: &Audit,
+    file: &Path,
+    drawing: Target,
+) -> Result<(), Failure> {
+    let Some(found) = &audit.net else { return Ok(()) };
+    let view = View::marked(net, &found.places);
+    let picture = draw::picture(net, &view, draw::Format::of(file, None));
+    drawing.write(&picture)
 }

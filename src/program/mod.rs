@@ -41,6 +41,7 @@ pub mod meaning;
 pub mod place;
 mod reads;
 mod settled;
+mod start;
 mod tags;
 mod task;
 #[cfg(test)]
@@ -55,6 +56,7 @@ pub use indexed::{Indexed, Length};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
 pub use settled::{Settled, Settling};
+pub use start::{Apart, PowerUp, StartRange, TrustedRange};
 pub use tags::{Tag, Tags, Type};
 pub use task::Task;
 pub use timing::{Counted, TimingKey, Touched, Units};
@@ -587,73 +589,6 @@ pub struct SourceFile {
     pub instructions: std::ops::Range<usize>,
     /// How many instructions the source has (an instruction may take more than one of ours).
     pub count: usize,
-}
-
-/// A stated range of a word, or of two words read as one number, at the start of the scan.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct StartRange {
-    /// The cells, least word first; one or two.
-    pub cells: Vec<Cell>,
-    /// Least value, signed.
-    pub low: i64,
-    /// Largest value, signed.
-    pub high: i64,
-}
-
-/// What a word holds whenever a scan starts, since the program writes it in every scan and nobody else does: what every
-/// scan from power-up on keeps.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TrustedRange {
-    /// The word.
-    pub cell: Cell,
-    /// Least value, signed.
-    pub low: i64,
-    /// Largest value, signed.
-    pub high: i64,
-    /// The instructions that write it, indices into `Program::instructions`.
-    pub written: Vec<usize>,
-}
-
-/// Bits of which few are on at once when a scan starts, since the program alone writes them: what every scan from power-up
-/// on keeps.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Apart {
-    /// The bits.
-    pub bits: Vec<BitTarget>,
-    /// So many of them are ever on at once, and no more: one, or all but one.
-    pub most: usize,
-    /// The instructions that write them, indices into `Program::instructions`.
-    pub written: Vec<usize>,
-}
-
-impl Apart {
-    /// The sets of bits that are never all on.
-    pub fn never(&self) -> impl Iterator<Item = Vec<BitTarget>> + '_ {
-        let is_all = self.most != 1;
-        let whole = is_all.then(|| self.bits.clone());
-        let pairs = self.bits.iter().enumerate().flat_map(move |(at, &one)| {
-            let others = self.bits[at + 1..].iter().filter(move |_| !is_all);
-            others.map(move |&other| vec![one, other])
-        });
-        whole.into_iter().chain(pairs)
-    }
-}
-
-/// What is known of the state in which a CPU with cleared memory comes up, and of what the outside sets. Cells that are
-/// not named here start with a value that is not known.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct PowerUp {
-    /// Cells that the outside sets before each scan, unless the program writes them.
-    pub inputs: Vec<Region>,
-    /// Cells that are 0.
-    pub cleared: Vec<Region>,
-    /// Those of them that keep what they held when the power fails, or may do so.
-    pub latched: Vec<Region>,
-    /// Bits that are on in the first scan and off in all others.
-    pub first_scan: Vec<Cell>,
-    /// A bit that is on in a scan only if all that is not latched was cleared before it. (Where a CPU goes on with what
-    /// memory holds when it is stopped and started again, the bit of the first scan is none.)
-    pub fresh: Option<BitTarget>,
 }
 
 /// A whole project: its files' programs run one after another in each scan.

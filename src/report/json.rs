@@ -2,6 +2,7 @@
 
 mod iec;
 mod made_from;
+mod net;
 mod parts;
 pub(super) mod projects;
 
@@ -230,6 +231,8 @@ struct Scan<'a> {
     overhead_ps: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     coactivity: Option<Coactivity<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    net: Option<net::Net<'a>>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -447,6 +450,7 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
             always_ps: audit.bound.always.0,
             overhead_ps: audit.bound.overhead.0,
             coactivity: audit.coactivity.as_ref().map(Coactivity::of),
+            net: audit.net.as_ref().map(net::Net::of),
         },
         groups: audit.groups.iter().map(group).collect(),
         witness: Values(
@@ -536,7 +540,7 @@ fn assumption(one: &audit::Assumption) -> Assumption<'_> {
     Assumption {
         name: one.name(),
         range: one.range.map(|(low, high)| [low, high]),
-        most_on: (one.most > 1).then_some(one.most),
+        most_on: (one.range.is_none() && one.most != 1).then_some(one.most),
         written: places(&one.written),
         upper_without_ps: one.without.map(|bound| bound.0),
     }

@@ -26,8 +26,8 @@ mod word;
 use crate::base::time::Times;
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    BitSource, BitTarget, Cell, Effect, Exit, Frame, Join, Logic, Program, Source, Step, Summary, When,
-    WordSource, Write,
+    BitSource, BitTarget, Cell, Effect, Exit, Frame, Join, Logic, Program, Source, Step, Summary,
+    When, WordSource, Write,
 };
 use crate::scan::model::{Iterations, Lit, ScanModel, Unbounded};
 use fit::SizeLimits;

@@ -8,6 +8,7 @@ pub mod address;
 pub mod check;
 mod diagram;
 pub mod faults;
+pub mod knowledge;
 pub mod monitor;
 pub mod picture;
 pub mod pnml;

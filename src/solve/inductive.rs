@@ -212,7 +212,9 @@ impl<'a> Search<'a> {
             // What was no scan is followed by none: its start is taken again.
             let end = scans.lit(bit.end);
             match (&mut lanes[atom.variable().0 as usize], atom) {
-                (Lane::Bit(values), _) => *values = *values & !scans.possible | end & scans.possible,
+                (Lane::Bit(values), _) => {
+                    *values = *values & !scans.possible | end & scans.possible
+                }
                 (lane, Atom::WordBit(_, place)) => {
                     for (at, word) in lane.words().iter_mut().enumerate() {
                         if scans.possible >> at & 1 == 1 {

@@ -1,6 +1,6 @@
 //! `scanbound snet check`.
 
-use super::{Initial, read, refuse_faults};
+use super::{Initial, read_sound};
 use crate::command::output::{Target, apart};
 use crate::command::{Failure, Outcome};
 use clap::{Args, ValueEnum};
@@ -53,8 +53,7 @@ enum Format {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
-    let diagram = read(&arguments.net)?;
-    refuse_faults(&diagram)?;
+    let diagram = read_sound(&arguments.net, false)?;
     let options = Options {
         limit: arguments.markings,
         initial_in_first_scan: arguments.initial == Initial::FirstScan,

@@ -5,8 +5,9 @@ use crate::command::output::{Target, apart};
 use crate::command::{Failure, Outcome};
 use clap::{Args, ValueEnum};
 use scanbound::report::snet::{View, dot, svg};
+use scanbound::snet::Diagram;
 use scanbound::snet::picture::sheets;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -32,9 +33,28 @@ pub struct Arguments {
 
 /// A format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+pub(super) enum Format {
     Svg,
     Dot,
+}
+
+impl Format {
+    /// The one asked for, else that which a file's suffix names.
+    pub(super) fn of(file: &Path, asked: Option<Format>) -> Format {
+        let suffix = file.extension().and_then(|suffix| suffix.to_str());
+        asked.unwrap_or(match suffix {
+            Some("dot" | "gv") => Format::Dot,
+            _ => Format::Svg,
+        })
+    }
+}
+
+/// A net as what is to be seen shows in it.
+pub(super) fn picture(diagram: &Diagram, view: &View, format: Format) -> String {
+    match format {
+        Format::Svg => svg::render(diagram, &sheets(diagram), view),
+        Format::Dot => dot::render(diagram, view),
+    }
 }
 
 /// Draws.
@@ -42,15 +62,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
     let diagram = read(&arguments.net)?;
-    let suffix = arguments.output.as_ref().and_then(|file| file.extension()?.to_str());
-    let format = arguments.format.unwrap_or(match suffix {
-        Some("dot" | "gv") => Format::Dot,
-        _ => Format::Svg,
-    });
-    let view = View::initial(&diagram);
-    target.write(&match format {
-        Format::Svg => svg::render(&diagram, &sheets(&diagram), &view),
-        Format::Dot => dot::render(&diagram, &view),
-    })?;
+    let file = arguments.output.as_deref().unwrap_or(Path::new(""));
+    let format = Format::of(file, arguments.format);
+    target.write(&picture(&diagram, &View::initial(&diagram), format))?;
     Ok(Outcome::Done)
 }

@@ -14,6 +14,7 @@ use scanbound::link::station::Station;
 use scanbound::report::snet::{View, readings};
 use scanbound::snet::Diagram;
 use scanbound::snet::monitor::{Plan, Reading};
+use scanbound::snet::translate::assign;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,6 +44,9 @@ pub struct Arguments {
     /// A net with its addresses (.snet, .pnml)
     #[arg(value_name = "NET")]
     net: PathBuf,
+    /// Give relays and numbers to what has none, as translate does
+    #[arg(long)]
+    assign: bool,
     /// The serial line; or HOST:PORT of a serial device server
     #[arg(long, value_name = "DEVICE|HOST:PORT")]
     port: String,
@@ -78,11 +82,14 @@ enum Format {
 /// Watches.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
-    let diagram = read(&arguments.net)?;
+    let mut diagram = read(&arguments.net)?;
+    if arguments.assign {
+        assign(&mut diagram);
+    }
     let plan = Plan::new(&diagram);
     match plan.addressed() {
         (0, _) => {
-            let why = "no element of the net has an address: give those of its code, such as `box B01 = 00300`";
+            let why = "no element of the net has an address: give those of its code, such as `box B01 = 00300`, or --assign if that gave them";
             return Err(anyhow!("{}: {why}", arguments.net.display()).into());
         }
         (_, 0) => {}

@@ -1,13 +1,13 @@
 //! `scanbound snet serve`: an emulated C200H that runs a net's code.
 
-use super::{Initial, read, refuse_faults};
+use super::{Initial, read_sound};
 use crate::command::serve::ServeOptions;
 use crate::command::{Failure, Outcome};
 use clap::Args;
 use scanbound::audit::{Request, ready};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
-use scanbound::snet::translate::{assign, c200h, listing};
+use scanbound::snet::translate::{c200h, listing};
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
@@ -42,11 +42,7 @@ pub struct Arguments {
 /// Serves.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     arguments.serving.asked()?;
-    let mut diagram = read(&arguments.net)?;
-    refuse_faults(&diagram)?;
-    if arguments.assign {
-        assign(&mut diagram);
-    }
+    let diagram = read_sound(&arguments.net, arguments.assign)?;
     let list = listing(&diagram, arguments.initial == Initial::FirstScan)?;
     let name = format!("{} (its code)", arguments.net.display());
     let inputs = [Input { name, bytes: c200h(&diagram, &list).into_bytes() }];

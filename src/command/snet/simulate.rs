@@ -1,7 +1,7 @@
 //! `scanbound snet simulate`: a net that is stepped on a terminal, or run by a stimulus.
 
 use super::terminal::{Pages, Pressed};
-use super::{Initial, read, refuse_faults};
+use super::{Initial, read_sound};
 use crate::command::output::{Target, apart, say};
 use crate::command::sink::Sink;
 use crate::command::{Failure, Outcome, values};
@@ -89,8 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .collect();
     let written = [("--trace", arguments.trace.as_deref()), ("--vcd", arguments.vcd.as_deref())];
     apart(&files, &written)?;
-    let diagram = read(&arguments.net)?;
-    refuse_faults(&diagram)?;
+    let diagram = read_sound(&arguments.net, false)?;
     let (rule, marked) = match arguments.rule {
         By::Net => (Rule::Net, true),
         By::Code => (Rule::Code, arguments.initial == Initial::FirstScan),

@@ -1,10 +1,10 @@
 //! `scanbound snet translate`.
 
-use super::{Initial, read, refuse_faults};
+use super::{Initial, read_sound};
 use crate::command::output::{Target, apart};
 use crate::command::{Failure, Outcome};
 use clap::{Args, ValueEnum};
-use scanbound::snet::translate::{assign, assignment, c200h, cx, gates, listing, melsec, plcopen};
+use scanbound::snet::translate::{assignment, c200h, cx, gates, listing, melsec, plcopen};
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
@@ -73,11 +73,7 @@ enum Part {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
-    let mut diagram = read(&arguments.net)?;
-    refuse_faults(&diagram)?;
-    if arguments.assign {
-        assign(&mut diagram);
-    }
+    let diagram = read_sound(&arguments.net, arguments.assign)?;
     if arguments.to == To::Plcopen {
         target.write(&plcopen(&diagram)?)?;
         return Ok(Outcome::Done);

@@ -1,6 +1,6 @@
 //! `scanbound snet verify`.
 
-use super::{Initial, read, refuse_faults};
+use super::{Initial, read_sound};
 use crate::command::output::{Target, apart};
 use crate::command::{Failure, Outcome};
 use anyhow::Context;
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 const ABOUT: &str = "\
 Hold code against a net: whether every relay, timer and counter gets what the net's own code gives it
 
-The code is a list of the C200H or of CX-Programmer. Each value is compared as a function of the relays when the scan starts, \
+The code is a list of the C200H, of CX-Programmer or of MELSEC-Q and L. Each value is compared as a function of the relays when the scan starts, \
 so code that is written otherwise may do the same. Where it does not, the line is told, and values of relays that show it.";
 
 const EXAMPLES: &str = "\
@@ -30,12 +30,15 @@ pub struct Arguments {
     /// A net, with its addresses
     #[arg(value_name = "NET")]
     net: PathBuf,
-    /// Code: a list of the C200H, or mnemonics of CX-Programmer
+    /// Code: a list of the C200H, mnemonics of CX-Programmer, or a list of MELSEC-Q and L
     #[arg(value_name = "CODE")]
     code: PathBuf,
     /// How the code comes by the initial marks
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     initial: Initial,
+    /// Give relays and numbers to what has none, as translate does
+    #[arg(long)]
+    assign: bool,
     /// Where it is written
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -45,8 +48,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net, &arguments.code], &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
-    let diagram = read(&arguments.net)?;
-    refuse_faults(&diagram)?;
+    let diagram = read_sound(&arguments.net, arguments.assign)?;
     let list = listing(&diagram, arguments.initial == Initial::FirstScan)?;
     let name = arguments.code.display().to_string();
     let bytes = std::fs::read(&arguments.code).with_context(|| format!("{name} cannot be read"))?;

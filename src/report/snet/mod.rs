@@ -48,6 +48,13 @@ impl View {
         }
     }
 
+    /// A net of whose places it is known whether they are marked, or not known.
+    #[must_use]
+    pub fn marked(diagram: &Diagram, marked: &[Option<bool>]) -> View {
+        let place = |&is_marked: &Option<bool>| PlaceView { is_marked, ..PlaceView::default() };
+        View { places: marked.iter().map(place).collect(), ..View::initial(diagram) }
+    }
+
     /// A net of which nothing is known yet.
     #[must_use]
     pub fn unknown(diagram: &Diagram) -> View {

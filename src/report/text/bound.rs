@@ -73,6 +73,21 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
             ),
         );
     }
+    if let Some(found) = &audit.net {
+        let saved = found.without.checked_sub(bound.upper).unwrap_or(Picos::ZERO);
+        let by_net = found.alone.checked_sub(bound.upper).unwrap_or(Picos::ZERO);
+        let what = format!(
+            "with only what the audit finds of relays by itself: net {} takes off {by_net} ({})",
+            found.net,
+            Share::of(by_net, found.alone)
+        );
+        row("without the net", time(found.alone), what);
+        let what = format!(
+            "if relays could be on in any combination when a scan starts: that the code keeps some apart takes off {saved} ({})",
+            Share::of(saved, found.without)
+        );
+        row("without relays", time(found.without), what);
+    }
     if let Some(first) = audit.networks.iter().map(|one| one.first).min() {
         let what: Vec<&str> = audit.networks.iter().map(|one| one.what.as_str()).collect();
         rows.push(vec![

@@ -92,6 +92,12 @@ fn assumption(audit: &Audit, one: &Assumption) -> String {
             let name = one.name();
             format!("{name} is {low} to {high} whenever a scan starts: written by {by}{without}")
         }
+        None if one.most == 0 => {
+            let names = one.name();
+            format!(
+                "in the first scan, before which memory was cleared, these are off: {names}: written by {by}{without}"
+            )
+        }
         None if one.most != 1 => {
             let names = one.name();
             format!("{names} are never all on when a scan starts: written by {by}{without}")

@@ -4,6 +4,7 @@ mod approximated;
 mod bound;
 mod exclusion;
 mod founded;
+mod net;
 pub(super) mod next;
 pub(super) mod parts;
 mod scan;
@@ -77,6 +78,7 @@ fn sections(audit: &Audit, extent: Extent) -> String {
     text += &super::path::loops(audit);
     text += &bound::exact(audit, extent);
     text += &bound::groups(audit, extent);
+    text += &net::section(audit, extent);
     text += &exclusion::excluded(audit, extent);
     if extent.detail == Detail::Full {
         for group in audit.main_groups(extent.top).0 {

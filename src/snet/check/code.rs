@@ -65,10 +65,10 @@ pub struct Code {
 }
 
 /// Transitions that fire in one scan, and values of the outer gates with which they do.
-type Set = (Vec<usize>, Vec<bool>);
+pub(in crate::snet) type Set = (Vec<usize>, Vec<bool>);
 
 /// The sets of transitions that can fire in one scan, each with values of the outer gates; whether these are all.
-fn sets(rules: &Rules, state: &[u64]) -> (Vec<Set>, bool) {
+pub(in crate::snet) fn sets(rules: &Rules, state: &[u64]) -> (Vec<Set>, bool) {
     let ready: Vec<usize> =
         (0..rules.transitions()).filter(|&at| rules.is_ready(state, at)).collect();
     let mut outers: Vec<usize> = ready.iter().flat_map(|&at| rules.outers_of(at)).collect();

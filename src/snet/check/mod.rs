@@ -4,6 +4,7 @@ mod code;
 mod markings;
 pub mod structure;
 
+pub(super) use code::sets;
 pub use code::{Cause, Code, Parting, Start};
 pub use markings::{Dead, Held, Markings};
 

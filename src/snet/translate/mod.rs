@@ -8,6 +8,7 @@ mod cx;
 mod list;
 mod melsec;
 mod plcopen;
+mod relay;
 mod tables;
 
 pub use assign::assign;
@@ -16,6 +17,7 @@ pub use cx::write as cx;
 pub use list::{Element, Instruction, Listing, Operand, Operation, listing};
 pub use melsec::write as melsec;
 pub use plcopen::write as plcopen;
+pub use relay::Spelling;
 pub use tables::{assignment, gates};
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! every scan, whatever they begin with.
 
 mod circuit;
+mod melsec;
 mod words;
 
 use super::Diagram;
@@ -49,6 +50,8 @@ struct Scan {
     /// The last that each is given: relays by their names, timers and counters with the name of their input.
     given: BTreeMap<String, Given>,
     stack: Vec<Pair>,
+    /// Where a counter counts behind its reset, with its name and the reset's line.
+    early: Vec<(Line, String, u32)>,
     /// Whether the last instruction was an output, so that the next LD begins anew.
     is_out: bool,
 }
@@ -170,6 +173,18 @@ fn scan(
                 scan.give(line, format!("{name}, reset"), reset, "");
                 run(&mut scan, name, circuit);
             }
+            Word::Count(name, setting) => {
+                let reset = scan.given.get(&format!("{name}, reset")).map(|one| one.line);
+                scan.early.extend(reset.map(|reset| (line.clone(), name.clone(), reset)));
+                let count = top(&scan, 0)?;
+                scan.give(line, format!("{name}, count"), count, setting);
+                run(&mut scan, name, circuit);
+            }
+            Word::ResetCounter(name) => {
+                let reset = top(&scan, 0)?;
+                scan.give(line, format!("{name}, reset"), reset, "");
+                run(&mut scan, name, circuit);
+            }
             Word::End => break,
         }
     }
@@ -193,7 +208,13 @@ pub fn verify(
     file: &str,
     code: &str,
 ) -> Result<Vec<Difference>, Vec<Diagnostic>> {
-    let lines = read(file, code)?;
+    let outers: BTreeSet<String> =
+        (0..diagram.outers.len()).map(|at| name(diagram, Operand::Outer(at))).collect();
+    let lines = if melsec::is_melsec(code) {
+        melsec::read(file, code, &outers)?
+    } else {
+        read(file, code)?
+    };
     let mut circuit = Circuit::default();
     let wanted = of_net(diagram, listing);
     let own: BTreeSet<String> = wanted
@@ -242,6 +263,14 @@ pub fn verify(
         {
             add(format!("{} is not what the net says", tell(name)), values);
         }
+    }
+    for (line, name, reset) in &found.early {
+        let message = format!(
+            "{} counts behind its reset in line {reset}: it would count in the scan that resets it",
+            tell(name)
+        );
+        let (line, text) = (Some(line.line), line.text.clone());
+        differences.push(Difference { line, text, message, values: Vec::new() });
     }
     // Outer gates come from outside.
     for outer in 0..diagram.outers.len() {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::snet::text::read as net;
-use crate::snet::translate::{c200h, cx, listing};
+use crate::snet::translate::{c200h, cx, listing, melsec};
 
 const NET: &str = "\
 outer E1 = 00001
@@ -113,4 +113,45 @@ fn a_relay_that_is_read_too_early_is_seen() {
     let end = text.find("-----TIMER").expect("the timer");
     let moved = format!("{}{}{}", &text[begin..end], &text[..begin], &text[end..]);
     assert!(!told(&moved).is_empty());
+}
+
+fn for_melsec() -> String {
+    let diagram = net("n.snet", NET).expect("a net");
+    melsec(&diagram, &listing(&diagram, false).expect("addresses")).expect("a list")
+}
+
+#[test]
+fn melsec_code_does_what_the_net_says() {
+    let code = for_melsec();
+    assert_eq!(told(&code), [], "{code}");
+    // Blocks, and relays set and reset.
+    let same = code.replace("LD M51\nAND L2\n", "LD M51\nLD L2\nANB\n");
+    assert_eq!(told(&same), [], "{same}");
+}
+
+#[test]
+fn slips_in_melsec_code_are_told() {
+    let code = for_melsec();
+    // M1 is another relay than the outer gate X1.
+    for (right, wrong, what) in [
+        ("AND X1\n", "AND M1\n", "T (00310)"),
+        ("K25", "K26", "set to 26"),
+        ("K10", "K11", "set to 11"),
+        ("ANI C4", "AND C4", "T (00310)"),
+        ("OUT M48", "OUT M400", "nothing gives A (00300)"),
+    ] {
+        let wrong = code.replacen(right, wrong, 1);
+        assert_ne!(wrong, code, "{right} in\n{code}");
+        let found = told(&wrong);
+        assert!(found.iter().any(|(_, message)| message.contains(what)), "{what}: {found:?}");
+    }
+    let behind = code.find("OUT C4").expect("a counter");
+    let (begin, count) = (code[..behind].rfind("LD ").expect("LD"), "OUT C4 K10\n");
+    let counts = code[begin..behind + count.len()].to_owned();
+    let turned = code.replacen(&counts, "", 1).replace("RST C4\n", &format!("RST C4\n{counts}"));
+    let found = told(&turned);
+    assert!(
+        found.iter().any(|(_, message)| message.contains("counts behind its reset")),
+        "{found:?}"
+    );
 }

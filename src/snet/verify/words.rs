@@ -22,6 +22,9 @@ pub(super) enum Word {
     /// TIM and CNT, with their set value.
     Timer(String, String),
     Counter(String, String),
+    /// MELSEC's OUT of a counter, with its set value, and its RST: each has its own condition.
+    Count(String, String),
+    ResetCounter(String),
     End,
 }
 
@@ -35,8 +38,26 @@ pub(super) struct Line {
     pub(super) word: Word,
 }
 
-/// Reads a code.
+/// Reads a code of the C200H or CX-Programmer.
 pub(super) fn read(file: &str, code: &str) -> Result<Vec<Line>, Vec<Diagnostic>> {
+    let known = "there may be LD, AND, OR and their NOT, AND LD, OR LD, OUT, SET, RSET, KEEP, TIM, CNT and END";
+    gather(file, code, |line, text, words| {
+        word(words).ok_or_else(|| faulty(file, line, text, known))
+    })
+}
+
+/// What is told of an instruction that code of nets does not have, with those that it may have.
+pub(super) fn faulty(file: &str, line: u32, text: &str, known: &str) -> Diagnostic {
+    let message = "the instruction is none of those that code of a net has";
+    Diagnostic::line(Code::UnknownInstruction, file, line, text, message, known)
+}
+
+/// Reads a code whose instructions these are.
+pub(super) fn gather(
+    file: &str,
+    code: &str,
+    word: impl Fn(u32, &str, &[&str]) -> Result<Word, Diagnostic>,
+) -> Result<Vec<Line>, Vec<Diagnostic>> {
     let mut lines: Vec<Line> = Vec::new();
     let mut faults = Vec::new();
     // Lists of gates and addresses may stand in front, as the translator prints them.
@@ -59,26 +80,15 @@ pub(super) fn read(file: &str, code: &str) -> Result<Vec<Line>, Vec<Diagnostic>>
             *own = setting(value);
             continue;
         }
-        match word(&words) {
-            Some(word) => lines.push(Line { line, text: text.to_owned(), word }),
-            None => faults.push(Diagnostic::line(
-                Code::UnknownInstruction,
-                file,
-                line,
-                text,
-                "the instruction is none of those that code of a net has",
-                "there may be LD, AND, OR and their NOT, AND LD, OR LD, OUT, SET, RSET, KEEP, TIM, CNT and END",
-            )),
+        match word(line, text, &words) {
+            Ok(word) => lines.push(Line { line, text: text.to_owned(), word }),
+            Err(fault) => faults.push(fault),
         }
     }
     if lines.is_empty() && faults.is_empty() {
-        let help = "give a list of the C200H, or mnemonics of CX-Programmer";
-        faults.push(Diagnostic::file(
-            Code::NoInstructions,
-            file,
-            "the file has no instructions",
-            help,
-        ));
+        let help = "give a list of the C200H or of MELSEC, or mnemonics of CX-Programmer";
+        let message = "the file has no instructions";
+        faults.push(Diagnostic::file(Code::NoInstructions, file, message, help));
     }
     if faults.is_empty() { Ok(lines) } else { Err(faults) }
 }
@@ -96,7 +106,7 @@ fn is_digits(text: &str) -> bool {
 }
 
 /// `#0025`, `#25` and `025` are one set value.
-fn setting(text: &str) -> String {
+pub(super) fn setting(text: &str) -> String {
     text.trim_start_matches(['#', '&']).trim_start_matches('0').to_owned()
 }
 

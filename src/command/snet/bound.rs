@@ -1,0 +1,115 @@
+//! `scanbound snet bound`.
+
+use super::{Initial, draw_marks, read_sound};
+use crate::command::options::{ProjectOptions, ReportOptions, SearchOptions};
+use crate::command::output::{Target, apart};
+use crate::command::{Failure, Outcome};
+use clap::{Args, ValueEnum};
+use scanbound::audit::{self, Request};
+use scanbound::front::Input;
+use scanbound::snet::Diagram;
+use scanbound::snet::translate::{c200h, cx, listing, melsec};
+use std::path::PathBuf;
+
+const ABOUT: &str = "\
+Bound the scan time of a net's code, with what the net knows: which boxes are never marked together
+
+Without programs the net's own code is audited, as `snet translate` makes it; else the programs, all of them: the net's code \
+and what hangs on its boxes. What the net knows is used where every scan of the code keeps it, from power-up on, and only of \
+relays that nobody else writes: --trust all, or [internal] devices in --facts. The report says what is used, and why the \
+rest is not.";
+
+const EXAMPLES: &str = "\
+Examples:
+  scanbound snet bound line.snet --trust all
+  scanbound snet bound line.snet line.il work.il --cpu C200H --trust all --draw worst.svg
+  scanbound snet bound line.snet --to cx --cpu CJ2M --initial first-scan --trust all --format json
+
+`scanbound audit line.il work.il --net line.snet` says the same of programs.";
+
+/// The arguments of `snet bound`.
+#[derive(Debug, Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A net, with its addresses
+    #[arg(value_name = "NET")]
+    net: PathBuf,
+    /// What the net's own code is made for, where no program is named
+    #[arg(long, value_enum, value_name = "TARGET", default_value_t)]
+    to: To,
+    /// How the net's own code comes by the initial marks
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    initial: Initial,
+    /// Give relays and numbers to what has none
+    #[arg(long)]
+    assign: bool,
+    /// Draw the net with the marks with which the longest scan starts (.svg .dot)
+    #[arg(long, value_name = "FILE")]
+    draw: Option<PathBuf>,
+    #[command(flatten)]
+    project: ProjectOptions,
+    #[command(flatten)]
+    search: SearchOptions,
+    #[command(flatten)]
+    report: ReportOptions,
+}
+
+/// What a net becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum To {
+    /// The C200H's list
+    #[default]
+    C200h,
+    /// CX-Programmer's mnemonics for CS, CJ and CP; --cpu names one
+    Cx,
+    /// A list for MELSEC-Q and L; --cpu names one
+    Melsec,
+}
+
+/// Audits the code.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    apart(&[&arguments.net], &[("--draw", arguments.draw.as_deref())])?;
+    let net = read_sound(&arguments.net, arguments.assign)?;
+    let drawing = arguments.draw.as_deref().map(|file| Target::new(Some(file))).transpose()?;
+    let project = &arguments.project;
+    let (reports, trace) = arguments.report.targets(project, &arguments.search)?;
+    let work = |request: &Request<'_>| {
+        let request = Request { net: Some(&net), ..arguments.search.of(request) };
+        let followed = audit::follow(&request)?;
+        let mut concluded = audit::conclude(followed, &request)?;
+        audit::net_bound(&mut concluded, &request)?;
+        reports.draw(&mut concluded);
+        Ok(concluded.audit)
+    };
+    let audit = if project.is_open() {
+        let (code, cpu) = own_code(arguments, &net)?;
+        project.with_code(code, cpu, work)
+    } else {
+        project.with_request(work)
+    };
+    let audit = match audit {
+        Ok(audit) => audit,
+        Err(failure) => return Err(reports.refused(project, failure)?),
+    };
+    trace.write(&audit)?;
+    if let (Some(drawing), Some(file)) = (drawing, &arguments.draw) {
+        draw_marks(&net, &audit, file, drawing)?;
+    }
+    arguments.report.write(&audit, None, reports)?;
+    Ok(Outcome::Done)
+}
+
+/// The net's own code, and the CPU that it is for unless another is named.
+fn own_code(
+    arguments: &Arguments,
+    net: &Diagram,
+) -> Result<(Input, Option<&'static str>), Failure> {
+    let list = listing(net, arguments.initial == Initial::FirstScan)?;
+    let (text, suffix, cpu) = match arguments.to {
+        To::C200h => (c200h(net, &list), "il", Some("C200H")),
+        To::Cx => (cx(net, &list)?, "cx", None),
+        To::Melsec => (melsec(net, &list)?, "txt", None),
+    };
+    let name = arguments.net.with_extension(suffix).display().to_string();
+    Ok((Input { name, bytes: text.into_bytes() }, cpu))
+}
