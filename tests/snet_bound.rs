@@ -216,10 +216,10 @@ fn ring(random: &mut Random) -> String {
     }
     if random.one_in(5) && boxes != timer + 1 {
         let (from, to) = (boxes - 1, random.below(boxes - 1));
-        source += &format!("transition S = 00420 : B{from} -> B{to} if E0\n");
+        source += &format!("transition S = 00414 : B{from} -> B{to} if E0\n");
     }
     if random.one_in(5) {
-        source += &format!("stop X = 00421 : B0 B{} *-> if E2\n", 1 + random.below(boxes - 1));
+        source += &format!("stop X = 00415 : B0 B{} *-> if E2\n", 1 + random.below(boxes - 1));
     }
     source
 }

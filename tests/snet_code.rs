@@ -9,6 +9,8 @@ use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::{Input, Options, read};
 use scanbound::iec;
+use scanbound::iec::chart::evaluate::Value;
+use scanbound::iec::chart::run::{Options as RunOptions, Run};
 use scanbound::program::{AreaId, Cell, Program};
 use scanbound::replay::emulated::Emulated;
 use scanbound::snet::address::Address;
@@ -16,7 +18,7 @@ use scanbound::snet::check::{Cause, check};
 use scanbound::snet::faults::faults;
 use scanbound::snet::translate::{c200h, cx, listing, melsec, plcopen};
 use scanbound::snet::verify::verify;
-use scanbound::snet::{Diagram, Kind, check as study, text};
+use scanbound::snet::{Diagram, Direction, Kind, check as study, text};
 
 fn net(text: &str) -> Diagram {
     text::read("n.snet", text).unwrap_or_else(|why| panic!("{text}\n{why:?}"))
@@ -252,4 +254,97 @@ fn a_net_that_is_a_chart_becomes_one_that_is_read_back() {
     let chart = charts[0].2;
     assert_eq!((chart.steps.len(), chart.transitions.len()), (4, 3));
     assert!(program(None, &xml).instructions.len() > 4);
+}
+
+/// A net's chart, scan by scan.
+struct Charted<'a> {
+    net: &'a Diagram,
+    state: Plain,
+    since: Vec<i64>,
+}
+
+impl Charted<'_> {
+    /// What docs/snet.md says of the next scan: all transitions are looked at as the marks are, those that compete for a step
+    /// in the order of the file. What it begins with, and which fire.
+    fn scan(&mut self, now: i64, outers: &[bool]) -> (Plain, Vec<usize>) {
+        for (at, place) in self.net.places.iter().enumerate() {
+            if let Kind::Timer { tenths, .. } = place.kind {
+                let elapsed = now - self.since[at];
+                self.state.over[at] = self.state.marked[at] && elapsed >= i64::from(tenths) * TENTH;
+            }
+        }
+        let (mut taken, mut fired) = (vec![false; self.net.places.len()], Vec::new());
+        for at in 0..self.net.transitions.len() {
+            let inputs: Vec<usize> = self.net.places_of(at, Direction::Into).collect();
+            if self.state.can_fire(self.net, at, outers) && inputs.iter().all(|&one| !taken[one]) {
+                inputs.iter().for_each(|&one| taken[one] = true);
+                fired.push(at);
+            }
+        }
+        let before = self.state.clone();
+        for direction in [Direction::Into, Direction::OutOf] {
+            for place in fired.iter().flat_map(|&at| self.net.places_of(at, direction)) {
+                self.state.marked[place] = direction == Direction::OutOf;
+            }
+        }
+        for (place, &was) in before.marked.iter().enumerate() {
+            if self.state.marked[place] && !was {
+                self.since[place] = now;
+            }
+            self.state.over[place] &= self.state.marked[place];
+        }
+        (before, fired)
+    }
+}
+
+const TENTH: i64 = 100_000_000;
+
+#[test]
+fn charts_of_random_nets_run_as_the_net_does() {
+    let mut random = Random::new(77);
+    let (mut nets, mut fired_in_all, mut followed) = (0, 0, 0);
+    while nets < 60 {
+        let source = random_net(&mut random, 5);
+        let diagram = net(&source);
+        if !faults(&diagram).is_empty() || !diagram.arbiters.is_empty() {
+            continue;
+        }
+        let Ok(xml) = plcopen(&diagram) else { continue };
+        nets += 1;
+        let project = iec::read("a.xml", &xml).expect("PLCopen XML");
+        let charts = project.charts();
+        let (_, pou, chart) = charts[0];
+        let mut run = Run::new(chart, pou, RunOptions::default());
+        let places: Vec<usize> = (0..diagram.places.len())
+            .map(|at| {
+                let name = format!("S_{}", diagram.place_name(at));
+                chart.steps.iter().position(|step| step.name == name).expect("a step")
+            })
+            .collect();
+        let options = study::Options { initial_in_first_scan: true, ..study::Options::default() };
+        let code = check(&diagram, options).code;
+        let agrees = code.complete && code.partings.is_empty();
+        let since = vec![0; places.len()];
+        let mut wanted = Charted { net: &diagram, state: Plain::initial(&diagram), since };
+        run.scan(0).expect("a scan");
+        for scan in 1..80 {
+            let outers: Vec<bool> = (0..diagram.outers.len()).map(|_| random.one_in(2)).collect();
+            for (outer, &is_on) in diagram.outers.iter().zip(&outers) {
+                run.memory.set(&format!("E_{}", outer.head.name), Value::Bool(is_on));
+            }
+            let now = scan * TENTH;
+            let (before, fired) = wanted.scan(now, &outers);
+            run.scan(now).unwrap_or_else(|why| panic!("{source}\n{why}"));
+            let active: Vec<bool> = places.iter().map(|&step| run.active()[step]).collect();
+            assert_eq!(active, wanted.state.marked, "scan {scan}, {fired:?} fired\n{source}");
+            fired_in_all += fired.len();
+            // Where the code does what the net does, so does the chart.
+            if agrees && !fired.is_empty() {
+                let is_followed = follows(&diagram, &before, &fired, &outers, &wanted.state);
+                assert!(is_followed, "scan {scan}, {fired:?} fired\n{source}");
+                followed += 1;
+            }
+        }
+    }
+    assert!(fired_in_all > 500 && followed > 50, "{fired_in_all} fired, {followed} followed");
 }

@@ -73,21 +73,38 @@ pub enum Why {
     NoTime,
 }
 
+impl Why {
+    /// The element for whose sake the set is not used, if it is one's.
+    #[must_use]
+    pub fn element(&self) -> Option<&str> {
+        match self {
+            Why::NoRelay(name) | Why::NotOwn(name, _) | Why::NeverOn(name) | Why::NotRead(name) => {
+                Some(name)
+            }
+            Why::Broken | Why::NoTime => None,
+        }
+    }
+
+    /// The reason, without the element.
+    #[must_use]
+    pub fn reason(&self) -> String {
+        match self {
+            Why::NoRelay(_) => "it has no relay in this code".to_owned(),
+            Why::NotOwn(_, why) => why.to_string(),
+            Why::NeverOn(_) => "the code never turns it on, so somebody else does, at any time (initial marks are in the code only if it is translated with --initial first-scan)".to_owned(),
+            Why::NotRead(_) => "no scan hangs on what the one before left there".to_owned(),
+            Why::Broken => "a scan of the code can turn them all on".to_owned(),
+            Why::NoTime => "not decided in the time allowed".to_owned(),
+        }
+    }
+}
+
 impl fmt::Display for Why {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Why::NoRelay(name) => write!(f, "{name} has no relay in this code"),
-            Why::NotOwn(name, why) => write!(f, "{name}: {why}"),
-            Why::NeverOn(name) => write!(
-                f,
-                "{name}: the code never turns it on, so somebody else does, at any time (initial marks are not in the code unless it is translated with --initial first-scan)"
-            ),
-            Why::NotRead(name) => {
-                write!(f, "{name}: no scan hangs on what the one before left there")
-            }
-            Why::Broken => f.write_str("a scan of the code can turn them all on"),
-            Why::NoTime => f.write_str("not decided in the time allowed"),
+        if let Some(name) = self.element() {
+            write!(f, "{name}: ")?;
         }
+        f.write_str(&self.reason())
     }
 }
 

@@ -1,7 +1,7 @@
 //! The relays that nobody but the program writes, and only in ways that are known: what they hold when a scan starts is
 //! what the scan before left in them.
 
-use crate::passes::values::{Trust, is_kept, is_ours};
+use crate::passes::values::{Trust, is_kept};
 use crate::program::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceKind, Logic, Number, Program, Region, Source,
     WordSource, WordTarget, Write,
@@ -118,7 +118,7 @@ impl<'p> Owners<'p> {
         if within(&program.power_up.inputs) && !self.is_output(cell) {
             return Some(NotOwn::Input);
         }
-        if !is_ours(program, cell) && !(self.is_output(cell) && is_kept(program, cell)) {
+        if !is_kept(program, cell) {
             return Some(NotOwn::Others);
         }
         if !self.written.contains(&bit) {

@@ -1,13 +1,13 @@
 //! What a net knows of its code, and what of that the bound rests on.
 
 use super::words::{count, list};
-use crate::audit::net::{Dropped, Set};
+use crate::audit::net::Set;
 use crate::audit::{Audit, NetBound};
 use crate::report::format::Extent;
 use std::collections::BTreeMap;
 
-/// So many sets are named that are not used for one reason.
-const MOST_NAMED: usize = 4;
+/// So many elements or sets are named that are not used for one reason.
+const MOST_NAMED: usize = 6;
 
 /// The marks when the longest scan starts, what the code keeps of what the net knows, and what not.
 pub(super) fn section(audit: &Audit, extent: Extent) -> String {
@@ -41,19 +41,24 @@ fn kept(set: &Set) -> String {
     }
 }
 
-/// What is not used, by the reason.
+/// What is not used, by the reason, with the elements or sets that it is told of.
 fn dropped(found: &NetBound) -> Vec<String> {
-    let mut by_reason: BTreeMap<String, Vec<&Dropped>> = BTreeMap::new();
+    let mut by_reason: BTreeMap<String, (usize, Vec<String>)> = BTreeMap::new();
     for one in &found.dropped {
-        by_reason.entry(one.why.to_string()).or_default().push(one);
-    }
-    let told = |(why, some): (String, Vec<&Dropped>)| {
-        let names = some.iter().take(MOST_NAMED).map(|one| one.set.elements.join(" with "));
-        let mut names = names.collect::<Vec<_>>().join(", ");
-        if some.len() > MOST_NAMED {
-            names += &format!(" and {} more", some.len() - MOST_NAMED);
+        let of = one.why.element().map_or_else(|| one.set.elements.join(" with "), str::to_owned);
+        let (sets, names) = by_reason.entry(one.why.reason()).or_default();
+        *sets += 1;
+        if !names.contains(&of) {
+            names.push(of);
         }
-        format!("not used: {names}: {why}")
+    }
+    let told = |(why, (sets, names)): (String, (usize, Vec<String>))| {
+        let more = names.len().saturating_sub(MOST_NAMED);
+        let mut named = names.into_iter().take(MOST_NAMED).collect::<Vec<_>>().join(", ");
+        if more > 0 {
+            named += &format!(" and {more} more");
+        }
+        format!("not used: {}, for {named}: {why}", count(sets, "set", "sets"))
     };
     by_reason.into_iter().map(told).collect()
 }
