@@ -7,7 +7,7 @@ use common::audited::{asked, listed, table};
 use scanbound::audit::{Concluded, certificates as files_of, conclude, follow};
 use scanbound::base::facts::Facts;
 use scanbound::passes::values::Trust;
-use scanbound::program::Step;
+use scanbound::program::{Apart, BitTarget, Step};
 use scanbound::scan::fit::SizeLimits;
 use scanbound::scan::keeping::{Breach, scan_model_keeping};
 use scanbound::scan::model::Group;
@@ -185,7 +185,7 @@ fn blocks_and_indices_are_shown_to_reach_no_further_than_was_found() {
         indexed.found.iter_mut().for_each(|(_, high)| *high -= 1);
     }
     let (found, answer) = breaches(&sure);
-    let open: Vec<Breach> = found.iter().filter(|one| !one.1).map(|one| one.0).collect();
+    let open: Vec<Breach> = found.iter().filter(|one| !one.1).map(|one| one.0.clone()).collect();
     assert!(matches!(open[..], [Breach::Reach(_)]) && answer == z3::SatResult::Sat, "{found:?}");
 }
 
@@ -234,6 +234,7 @@ fn what_is_not_kept_is_not_shown() {
         let mut cells = cells.map(|operand| operand.device.cell);
         cells.find(|&cell| program.cell_name(cell) == name).expect("a relay")
     });
-    program.apart.push(scanbound::program::Apart { cells: vec![m0, m1], written: Vec::new() });
-    assert_eq!(breaches(&both), (vec![(Breach::Both(m0, m1), false)], z3::SatResult::Sat));
+    let bits = vec![BitTarget::Cell(m0), BitTarget::Cell(m1)];
+    program.apart.push(Apart { bits: bits.clone(), most: 1, written: Vec::new() });
+    assert_eq!(breaches(&both), (vec![(Breach::All(bits), false)], z3::SatResult::Sat));
 }

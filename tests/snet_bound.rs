@@ -303,8 +303,10 @@ fn no_scan_from_power_up_takes_longer_than_the_bound_with_the_net() {
         reached += u32::from(longest == upper);
         refused += u32::from(is_wrong && !found.dropped.is_empty());
     }
-    println!("{with_net} with sets, {lower} lower, {lower_by_net} by the net, {reached} reached");
-    assert!(with_net > 30 && lower > 15 && lower_by_net > 0 && reached > 20 && refused > 10);
+    assert!(
+        with_net > 30 && lower > 15 && lower_by_net > 0 && reached > 20 && refused > 10,
+        "{with_net} with sets, {lower} lower, {lower_by_net} by the net, {reached} reached, {refused} refused"
+    );
 }
 
 const CAROUSEL: &str = include_str!("../samples/snet/carousel.snet");
