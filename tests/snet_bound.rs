@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::snet::{Random, random_net};
+use common::snet::{Random, random_net, ring_net};
 use scanbound::audit::{Audit, Request, conclude, follow, net_bound};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
@@ -192,42 +192,10 @@ fn work(net: &Diagram, random: &mut Random, meddles: bool) -> String {
     out
 }
 
-/// A ring of boxes with some marks, and now and then a timer, a stop or a short cut.
-fn ring(random: &mut Random) -> String {
-    let boxes = 2 + random.below(4);
-    let marked = 1 + random.below(boxes);
-    let mut source = "outer E0 = 00000\nouter E1 = 00001\nouter E2 = 00002\n".to_owned();
-    let timer = random.below(3 * boxes);
-    for n in 0..boxes {
-        let (kind, more) = if n == timer { ("timer", "0.5s ") } else { ("box", "") };
-        let number = if n == timer { "TIM 0" } else { "" };
-        let mark = if n < marked { "marked " } else { "" };
-        source += &format!("{kind} B{n} {more}{mark}= {:05} {number}\n", 300 + n);
-    }
-    let gate = |random: &mut Random| match random.below(3) {
-        0 => String::new(),
-        1 => format!(" if E{}", random.below(3)),
-        _ => format!(" if not E{}", random.below(3)),
-    };
-    for n in 0..boxes {
-        let next = (n + 1) % boxes;
-        let gate = gate(random);
-        source += &format!("transition T{n} = {:05} : B{n} -> B{next}{gate}\n", 400 + n);
-    }
-    if random.one_in(5) && boxes != timer + 1 {
-        let (from, to) = (boxes - 1, random.below(boxes - 1));
-        source += &format!("transition S = 00414 : B{from} -> B{to} if E0\n");
-    }
-    if random.one_in(5) {
-        source += &format!("stop X = 00415 : B0 B{} *-> if E2\n", 1 + random.below(boxes - 1));
-    }
-    source
-}
-
 /// A random net, some of whose boxes may be holding relays.
 fn net(random: &mut Random) -> Diagram {
     loop {
-        let mut source = if random.one_in(3) { random_net(random, 6) } else { ring(random) };
+        let mut source = if random.one_in(3) { random_net(random, 6) } else { ring_net(random) };
         if random.one_in(8) {
             let word = 300 + random.below(4);
             source = source.replace(&format!("= {word:05}"), &format!("= HR{:04}", word - 300));

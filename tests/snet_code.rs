@@ -4,7 +4,7 @@
 mod common;
 
 use common::passed::passed;
-use common::snet::{Plain, Random, random_net, valuations};
+use common::snet::{Plain, Random, random_net, ring_net, valuations};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::{Input, Options, read};
@@ -304,7 +304,8 @@ fn charts_of_random_nets_run_as_the_net_does() {
     let mut random = Random::new(77);
     let (mut nets, mut fired_in_all, mut followed) = (0, 0, 0);
     while nets < 60 {
-        let source = random_net(&mut random, 5);
+        let source =
+            if random.one_in(4) { random_net(&mut random, 5) } else { ring_net(&mut random) };
         let diagram = net(&source);
         if !faults(&diagram).is_empty() || !diagram.arbiters.is_empty() {
             continue;

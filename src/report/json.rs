@@ -1,5 +1,6 @@
 //! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
 
+mod assumption;
 mod iec;
 mod made_from;
 mod net;
@@ -67,7 +68,7 @@ pub(super) struct Report<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     networks: Vec<Network<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    assumptions: Vec<Assumption<'a>>,
+    assumptions: Vec<assumption::Assumption<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     unknowns: Vec<Unknown<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -95,19 +96,6 @@ struct Condition<'a> {
     comment: &'a str,
     at_start: bool,
     worth_ps: u64,
-}
-
-/// What a word holds whenever a scan starts, or which relays are never both on then.
-#[derive(Serialize, JsonSchema)]
-struct Assumption<'a> {
-    name: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    range: Option<[i64; 2]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    most_on: Option<usize>,
-    written: Vec<UnknownPlace<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    upper_without_ps: Option<u64>,
 }
 
 /// A count of which nothing is known.
@@ -478,7 +466,7 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
             .iter()
             .map(|one| Network { what: &one.what, file: one.first.file, line: one.first.line })
             .collect(),
-        assumptions: audit.assumptions.iter().map(assumption).collect(),
+        assumptions: audit.assumptions.iter().map(assumption::assumption).collect(),
         unknowns: audit.unknowns.iter().map(unknown).collect(),
         what_if: audit.what_if.as_ref().map(what_if),
         tasks: audit.tasks.iter().map(task).collect(),
@@ -533,16 +521,6 @@ fn condition(value: &audit::FreeValue) -> Condition<'_> {
         comment: &value.comment,
         at_start: value.at_start,
         worth_ps: value.worth.0,
-    }
-}
-
-fn assumption(one: &audit::Assumption) -> Assumption<'_> {
-    Assumption {
-        name: one.name(),
-        range: one.range.map(|(low, high)| [low, high]),
-        most_on: (one.range.is_none() && one.most != 1).then_some(one.most),
-        written: places(&one.written),
-        upper_without_ps: one.without.map(|bound| bound.0),
     }
 }
 

@@ -85,6 +85,38 @@ pub fn random_net(random: &mut Random, most: usize) -> String {
     text
 }
 
+/// A ring of boxes with some marks, as text, and now and then a timer, a stop or a short cut.
+pub fn ring_net(random: &mut Random) -> String {
+    let boxes = 2 + random.below(4);
+    let marked = 1 + random.below(boxes);
+    let mut source = "outer E0 = 00000\nouter E1 = 00001\nouter E2 = 00002\n".to_owned();
+    let timer = random.below(3 * boxes);
+    for n in 0..boxes {
+        let (kind, more) = if n == timer { ("timer", "0.5s ") } else { ("box", "") };
+        let number = if n == timer { "TIM 0" } else { "" };
+        let mark = if n < marked { "marked " } else { "" };
+        source += &format!("{kind} B{n} {more}{mark}= {:05} {number}\n", 300 + n);
+    }
+    let gate = |random: &mut Random| match random.below(3) {
+        0 => String::new(),
+        1 => format!(" if E{}", random.below(3)),
+        _ => format!(" if not E{}", random.below(3)),
+    };
+    for n in 0..boxes {
+        let next = (n + 1) % boxes;
+        let gate = gate(random);
+        source += &format!("transition T{n} = {:05} : B{n} -> B{next}{gate}\n", 400 + n);
+    }
+    if random.one_in(5) && boxes != timer + 1 {
+        let (from, to) = (boxes - 1, random.below(boxes - 1));
+        source += &format!("transition S = 00414 : B{from} -> B{to} if E0\n");
+    }
+    if random.one_in(5) {
+        source += &format!("stop X = 00415 : B0 B{} *-> if E2\n", 1 + random.below(boxes - 1));
+    }
+    source
+}
+
 /// A state of a net, plainly.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Plain {

@@ -1,0 +1,29 @@
+//! What is trusted of words and relays.
+
+use super::{UnknownPlace, places};
+use crate::audit;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// What a word holds whenever a scan starts, or which relays are never both on then.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Assumption<'a> {
+    name: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    range: Option<[i64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    most_on: Option<usize>,
+    written: Vec<UnknownPlace<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    upper_without_ps: Option<u64>,
+}
+
+pub(super) fn assumption(one: &audit::Assumption) -> Assumption<'_> {
+    Assumption {
+        name: one.name(),
+        range: one.range.map(|(low, high)| [low, high]),
+        most_on: (one.range.is_none() && one.most != 1).then_some(one.most),
+        written: places(&one.written),
+        upper_without_ps: one.without.map(|bound| bound.0),
+    }
+}
