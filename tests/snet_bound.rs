@@ -321,6 +321,15 @@ fn without_trust_nothing_is_used_and_internal_devices_are() {
     assert_eq!(seconds(&audited(&code, Some(&net), Trust::All, download)), 7);
 }
 
+#[test]
+fn what_is_stated_never_to_be_zero_somebody_else_set() {
+    let (net, code) = carousel(true);
+    let stated = "[ranges]\nIR3 = [7, 7]\n";
+    assert_eq!(seconds(&audited(&code, Some(&net), Trust::All, stated)), 7);
+    let stated = "[ranges]\nIR3 = [0, 7]\n";
+    assert_eq!(seconds(&audited(&code, Some(&net), Trust::All, stated)), 6);
+}
+
 /// The bound with the net, and why what it knows of the three stations is not used.
 fn refused(net: &Diagram, code: &str, facts: &str) -> String {
     let audit = audited(code, Some(net), Trust::All, facts);

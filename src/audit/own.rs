@@ -36,7 +36,7 @@ impl fmt::Display for NotOwn {
                 "it is an input, or in a word of inputs: the program reads bits there that it does not write"
             }
             NotOwn::Latched => "a power failure in mid-scan leaves what stood there by then",
-            NotOwn::Others => "others may write it: a network, a unit, an interrupt, or [external]",
+            NotOwn::Others => "others may write it: a network, a unit, an interrupt, or as [external] or [ranges] say",
             NotOwn::NotWritten => "no instruction of the program writes it by itself",
             NotOwn::AnyValue => "an instruction writes what is not known into it",
         })
@@ -118,7 +118,12 @@ impl<'p> Owners<'p> {
         if within(&program.power_up.inputs) && !self.is_output(cell) {
             return Some(NotOwn::Input);
         }
-        if !is_kept(program, cell) {
+        // What is stated never to be 0 somebody else set before the first scan.
+        let is_set = program
+            .ranges
+            .iter()
+            .any(|range| range.cells.contains(&cell) && !(range.low..=range.high).contains(&0));
+        if is_set || !is_kept(program, cell) {
             return Some(NotOwn::Others);
         }
         if !self.written.contains(&bit) {

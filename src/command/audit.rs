@@ -62,7 +62,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut written = arguments.report.writes(&arguments.search);
     written.extend(arguments.certificate.clone());
-    arguments.watch.run(|| arguments.project.watched(), &written, || once(arguments))
+    written.extend(arguments.draw.clone());
+    let watched =
+        || [arguments.project.watched(), arguments.net.iter().cloned().collect()].concat();
+    arguments.watch.run(watched, &written, || once(arguments))
 }
 
 fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
