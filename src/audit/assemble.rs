@@ -53,15 +53,10 @@ pub struct Findings<'a> {
     pub assignment: &'a Assignment,
     /// What ends the search for reasons.
     pub limits: &'a Limits<'a>,
-    /// The longest real run, and the values with which it starts.
-    pub found: &'a Found,
-    /// Whether that takes as long as the assignment's scan.
-    pub same: bool,
 }
 
-/// The bound, what its parts cost in the scan that is shown, and why rungs don't cost their most there.
+/// What the bound's parts are, what they cost in the model's scan, and why rungs don't cost their most there.
 pub struct Explained {
-    bound: Bound,
     overhead: Vec<OverheadUse>,
     always: Vec<ChargeUse>,
     /// Of each group, its charges and its rungs.
@@ -69,7 +64,11 @@ pub struct Explained {
 }
 
 /// What the stages behind the search found.
-pub struct Finished {
+pub struct Finished<'a> {
+    /// The longest real run, and the values with which it starts.
+    pub found: &'a Found,
+    /// Whether that takes as long as the assignment's scan.
+    pub same: bool,
     /// When the audit began.
     pub start: Instant,
     pub warnings: Vec<Diagnostic>,
@@ -94,20 +93,14 @@ impl Findings<'_> {
         unknowns
     }
 
-    /// The scan that is shown, where it is not that of the assignment.
-    fn real(&self) -> Option<&Found> {
-        Some(self.found).filter(|_| !self.same)
-    }
-
     /// Shares out the bound, and asks why rungs don't cost their most.
     pub fn explain(&self) -> Explained {
         let names = Names::new(self.program);
         let values = self.model.circuit.evaluate(self.assignment);
-        let executed = self.real().map(|found| Executed::of(self.program, &found.best));
-        let pick = |charges: &[usize], executed: Option<&Executed>| -> Vec<ChargeUse> {
-            charges.iter().map(|&charge| self.charge(charge, &values, executed, &names)).collect()
+        let pick = |charges: &[usize]| -> Vec<ChargeUse> {
+            charges.iter().map(|&charge| self.charge(charge, &values, &names)).collect()
         };
-        let always = pick(&self.model.constant(), None);
+        let always = pick(&self.model.constant());
         let overhead: Vec<OverheadUse> = self
             .prices
             .overhead
@@ -119,14 +112,14 @@ impl Findings<'_> {
                 why: term.why.clone(),
             })
             .collect();
-        let bound = self.bound(&always, &overhead);
+        let upper = self.upper(&always, &overhead);
         let explained = |(group, maximum): (&Group, &Maximum)| {
-            let mut charges = pick(&group.charges, executed.as_ref());
+            let mut charges = pick(&group.charges);
             if !maximum.kept {
                 // No scan of the group was found: all of its part in the bound is open.
                 charges.iter_mut().for_each(|charge| charge.share = Picos::ZERO);
             }
-            let rungs = self.rungs(group, &charges, &names, Audit::is_main(maximum.upper, &bound));
+            let rungs = self.rungs(group, &charges, &names, Audit::is_main(maximum.upper, upper));
             let dearer = |charge: &ChargeUse| charge.on.max(charge.off);
             if maximum.upper == charges.iter().map(dearer).sum() {
                 // Nothing was taken off: the bound is their sum, so what each takes of it is known.
@@ -135,12 +128,14 @@ impl Findings<'_> {
             (charges, rungs)
         };
         let groups = self.groups.iter().zip(self.maxima).map(explained).collect();
-        Explained { bound, overhead, always, groups }
+        Explained { overhead, always, groups }
     }
 
     /// The audit.
-    pub fn audit(&self, finished: Finished) -> Audit {
+    pub fn audit(&self, finished: Finished<'_>) -> Audit {
         let Finished {
+            found,
+            same,
             start,
             warnings,
             cuts,
@@ -151,17 +146,27 @@ impl Findings<'_> {
             run,
             delays,
         } = finished;
-        let Explained { bound, overhead, always, groups } = explained;
+        let Explained { overhead, always, mut groups } = explained;
+        // The scan that is shown, where it is not that of the assignment.
+        let real = Some(found).filter(|_| !same);
+        if let Some(real) = real {
+            self.show(&Executed::of(self.program, &real.best), &mut groups);
+        }
+        let bound = self.bound(&always, &overhead, real);
         let names = Names::new(self.program);
         let uses = self.uses();
         let groups = groups.into_iter().zip(searches).enumerate();
         let groups = groups
-            .map(|(index, (explained, search))| self.group(index, explained, search, &names, &uses))
+            .map(|(index, (explained, search))| {
+                self.group(index, explained, search, &names, &uses, real)
+            })
             .collect();
-        let table = self.table(&bound, &overhead);
+        let table = self.table(&bound, &overhead, real);
         let clocked = self.program.clocked;
         let possible = possible(&bound, table.factor.as_ref(), clocked.is_some());
-        let real = self.real().filter(|_| bound.lower < bound.model);
+        let stands_between = real
+            .filter(|_| bound.lower < bound.model)
+            .map(|real| stands_between(self.program, &real.best));
         let networks = self.networks();
         let response = delays.map(|delays| delays.around(bound.upper));
         Audit {
@@ -186,7 +191,7 @@ impl Findings<'_> {
             overhead,
             always,
             groups,
-            witness: self.witness(&names),
+            witness: self.witness(&names, real),
             witness_run: match clocked {
                 None => run,
                 // Every scan takes as long; the clock may be slower, and is not known to be.
@@ -195,9 +200,9 @@ impl Findings<'_> {
                     run.into_iter().map(at_most).collect()
                 }
             },
-            stands_between: real.map(|found| stands_between(self.program, &found.best)),
+            stands_between,
             path: match self.program.shows_path {
-                true => self.path(&self.found.best.replay, &names),
+                true => self.path(&found.best.replay, &names),
                 false => Vec::new(),
             },
             unbounded: loops.found,
@@ -216,23 +221,40 @@ impl Findings<'_> {
         }
     }
 
-    fn bound(&self, always: &[ChargeUse], overhead: &[OverheadUse]) -> Bound {
+    /// The bound: all that is always paid, and the groups' maxima.
+    fn upper(&self, always: &[ChargeUse], overhead: &[OverheadUse]) -> Picos {
+        let always = always.iter().map(|charge| charge.cost);
+        let overhead = overhead.iter().map(|term| term.time);
+        always.chain(overhead).chain(self.maxima.iter().map(|maximum| maximum.upper)).sum()
+    }
+
+    fn bound(&self, always: &[ChargeUse], overhead: &[OverheadUse], real: Option<&Found>) -> Bound {
+        let upper = self.upper(always, overhead);
         let always: Picos = always.iter().map(|charge| charge.cost).sum();
         let overhead: Picos = overhead.iter().map(|term| term.time).sum();
-        let groups: Picos = self.maxima.iter().map(|maximum| maximum.upper).sum();
         let lower: Picos = self.maxima.iter().map(|maximum| maximum.lower).sum();
         let model = always + overhead + lower;
-        let real = self.real().map(|found| overhead + found.best.replay.total);
-        let lower = real.unwrap_or(model);
+        let lower = real.map_or(model, |real| overhead + real.best.replay.total);
         Bound {
-            upper: always + overhead + groups,
+            upper,
             lower,
             // A search that ends early may know less of the model than of real scans.
             model: model.max(lower),
             naive: overhead + self.model.charges.iter().map(|charge| charge.dearer()).sum(),
             always,
             overhead,
-            groups,
+            groups: self.maxima.iter().map(|maximum| maximum.upper).sum(),
+        }
+    }
+
+    /// Takes from a scan that was run what charges cost in it.
+    fn show(&self, executed: &Executed, groups: &mut [(Vec<ChargeUse>, Vec<RungUse>)]) {
+        for (group, (uses, _)) in self.groups.iter().zip(groups) {
+            for (&charge, shown) in group.charges.iter().zip(uses) {
+                let charge = &self.model.charges[charge];
+                (shown.reached, shown.runs, shown.cost) =
+                    executed.at(charge.instruction, &charge.frames);
+            }
         }
     }
 
@@ -252,20 +274,11 @@ impl Findings<'_> {
         replayed.events.iter().filter(priced).map(step).collect()
     }
 
-    fn charge(
-        &self,
-        index: usize,
-        values: &Values,
-        executed: Option<&Executed>,
-        names: &Names<'_>,
-    ) -> ChargeUse {
+    fn charge(&self, index: usize, values: &Values, names: &Names<'_>) -> ChargeUse {
         let charge = &self.model.charges[index];
         let instruction = &self.program.instructions[charge.instruction];
         let price = self.prices.instructions[charge.instruction].as_ref();
-        let (reached, runs, cost) = match executed {
-            None => (values.get(charge.reached), values.get(charge.fires), charge.cost(values)),
-            Some(executed) => executed.at(charge.instruction, &charge.frames),
-        };
+        let cost = charge.cost(values);
         ChargeUse {
             at: instruction.place,
             block: instruction.block,
@@ -273,10 +286,10 @@ impl Findings<'_> {
             via: names.context(&charge.frames),
             on: charge.on,
             off: charge.off,
-            runs,
-            reached,
+            runs: values.get(charge.fires),
+            reached: values.get(charge.reached),
             cost,
-            share: charge.cost(values),
+            share: cost,
             routine: names.routine(&charge.frames),
             row: price.map_or_else(Arc::default, |price| price.row.clone()),
             evidence: price.map_or(Evidence::Published, |price| price.evidence),
@@ -290,6 +303,7 @@ impl Findings<'_> {
         search: SearchUse,
         names: &Names<'_>,
         uses: &[usize],
+        real: Option<&Found>,
     ) -> GroupUse {
         let (group, maximum) = (&self.groups[index], &self.maxima[index]);
         let mut by_device: BTreeMap<String, (usize, usize, String)> = BTreeMap::new();
@@ -317,7 +331,7 @@ impl Findings<'_> {
             devices: devices.into_iter().map(|(device, _)| device).collect(),
             ties,
             upper: maximum.upper,
-            lower: match self.real() {
+            lower: match real {
                 Some(_) => charges.iter().map(|charge| charge.cost).sum(),
                 None => maximum.lower,
             },
@@ -417,10 +431,10 @@ impl Findings<'_> {
         uses
     }
 
-    fn witness(&self, names: &Names<'_>) -> Vec<FreeValue> {
+    fn witness(&self, names: &Names<'_>, real: Option<&Found>) -> Vec<FreeValue> {
         let charges: Vec<usize> =
             self.groups.iter().flat_map(|group| group.charges.iter().copied()).collect();
-        let started = self.real().map(|found| started(self.model, found));
+        let started = real.map(|found| started(self.model, found));
         let assignment = started.as_ref().unwrap_or(self.assignment);
         let matters = deciding(self.model, assignment, &charges);
         let mut variables: Vec<usize> = self
@@ -461,7 +475,7 @@ impl Findings<'_> {
         found
     }
 
-    fn table(&self, bound: &Bound, overhead: &[OverheadUse]) -> TableUse {
+    fn table(&self, bound: &Bound, overhead: &[OverheadUse], real: Option<&Found>) -> TableUse {
         let assumed = |price: &&Arc<Price>| price.evidence == Evidence::Assumed;
         let mut rows: Vec<AssumedUse> = Vec::new();
         let mut known: BTreeMap<&str, usize> = BTreeMap::new();
@@ -486,7 +500,7 @@ impl Findings<'_> {
             });
             row_of.push(row);
         }
-        let costs: Vec<(usize, Picos)> = match self.real() {
+        let costs: Vec<(usize, Picos)> = match real {
             None => {
                 let values = self.model.circuit.evaluate(self.assignment);
                 let charges = self.model.charges.iter();

@@ -4,7 +4,7 @@
 use super::failure::Failure;
 use super::model_search::{ModelSearch, Searched};
 use super::modelling::put_back;
-use super::real::{self, Found};
+use super::real::{self, Found, Scouted};
 use super::request::{Progress, Request};
 use crate::base::budget::Budget;
 use crate::base::time::Picos;
@@ -38,16 +38,24 @@ pub struct Closing<'a> {
     pub whole: bool,
 }
 
+/// The real runs beside a search.
+pub enum Runs {
+    /// All that are made.
+    Made(Found),
+    /// Those that need nothing from it.
+    Scouted(Scouted),
+}
+
 impl Closing<'_> {
-    /// The model's dearest scan, and the longest real run. Where runs show how many iterations summarised loops make, the
-    /// program has these loops again.
+    /// The model's dearest scan, and what real runs found by then. Where these show how many iterations summarised loops make,
+    /// the program has these loops again.
     pub fn search(
         &self,
         program: &mut Program,
         prices: &mut Prices,
         mut model: ScanModel,
         mut slices: Vec<Group>,
-    ) -> Result<(Searched, Found), Failure> {
+    ) -> Result<(Searched, Runs), Failure> {
         let mut knowledge = Knowledge::new();
         let mut other = Witness::default();
         let mut rounds = 0;
@@ -61,16 +69,23 @@ impl Closing<'_> {
                 doubtful_from: self.doubtful_from,
                 whole: self.whole,
             };
-            let searched = search.run(model, slices, &knowledge)?;
-            (self.request.progress)(Progress::Stage("running it"));
             let least = prices.least_times();
             let reals = real::Search { program, least: &least, limits: self.limits };
+            let small = model.circuit.nodes().len() <= MOST_AGAIN;
+            if !small && !self.whole {
+                // Each takes about as long, and much of it on one core only.
+                let (searched, scouted) =
+                    rayon::join(|| search.run(model, slices, &knowledge), || reals.scout());
+                let scouted = scouted.map_err(Failure::Internal)?;
+                return Ok((searched?, Runs::Scouted(scouted)));
+            }
+            let searched = search.run(model, slices, &knowledge)?;
+            (self.request.progress)(Progress::Stage("running it"));
             let starts = [&searched.witness, &other];
             let found = reals.run(starts, searched.upper, knowledge).map_err(Failure::Internal)?;
-            let small = searched.model.circuit.nodes().len() <= MOST_AGAIN;
             let open = found.best.replay.total < searched.upper && !self.whole;
             if !small || !open || found.knowledge.is_empty() {
-                return Ok((searched, found));
+                return Ok((searched, Runs::Made(found)));
             }
             let limits = SizeLimits {
                 per_execution: usize::MAX,
@@ -80,7 +95,7 @@ impl Closing<'_> {
             let times = prices.times();
             let learned = &found.knowledge;
             let known = scan_model_knowing(program, &times, learned, Purpose::UpperBound, &limits);
-            let Ok(known) = known else { return Ok((searched, found)) };
+            let Ok(known) = known else { return Ok((searched, Runs::Made(found))) };
             if rounds < MOST_ROUNDS
                 && let Some(closer) =
                     put_back(program, prices, learned, &self.iterations(&known), &limits)
@@ -100,8 +115,25 @@ impl Closing<'_> {
                 let told = format!("a scan takes {took}, the bound is {upper}");
                 return Err(Failure::Internal(told));
             }
-            return Ok((searched, found));
+            return Ok((searched, Runs::Made(found)));
         }
+    }
+
+    /// The longest real run, after the search of the model.
+    pub fn longest(
+        &self,
+        program: &Program,
+        prices: &Prices,
+        (dearest, upper): (&Witness, Picos),
+        runs: Runs,
+    ) -> Result<Found, Failure> {
+        let scouted = match runs {
+            Runs::Made(found) => return Ok(found),
+            Runs::Scouted(scouted) => scouted,
+        };
+        let least = prices.least_times();
+        let reals = real::Search { program, least: &least, limits: self.limits };
+        reals.run_scouted(dearest, upper, scouted).map_err(Failure::Internal)
     }
 
     /// How many iterations summarised loops make at most: as the model noted from the form of their counts, or as a

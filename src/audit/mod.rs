@@ -207,13 +207,13 @@ impl Audit {
     /// The groups that are worth a look, of at least a two-hundredth of the bound and at most so many; and the others.
     #[must_use]
     pub fn main_groups(&self, most: usize) -> (&[GroupUse], &[GroupUse]) {
-        let main = |group: &&GroupUse| Audit::is_main(group.upper, &self.bound);
+        let main = |group: &&GroupUse| Audit::is_main(group.upper, self.bound.upper);
         let shown = self.groups.iter().take(most).take_while(main).count();
         self.groups.split_at(shown)
     }
 
-    fn is_main(group: Picos, bound: &Bound) -> bool {
-        u128::from(group.0) * 200 >= u128::from(bound.upper.0)
+    fn is_main(group: Picos, upper: Picos) -> bool {
+        u128::from(group.0) * 200 >= u128::from(upper.0)
     }
 }
 

@@ -240,11 +240,10 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
     let doubtful_from = program.shortest_timer;
     let closing = Closing { request, budget: &budget, limits, doubtful_from, whole };
-    let (searched, found) = closing.search(&mut program, &mut prices, model, groups)?;
-    let mut warnings = warnings;
-    warnings.extend(stated::left(&program, request.facts, &found.left)?);
+    let (searched, runs) = closing.search(&mut program, &mut prices, model, groups)?;
     let times = prices.times();
-    let Searched { model, groups, maxima, assignment, replayed, ended_early, .. } = searched;
+    let Searched { model, groups, maxima, assignment, witness, replayed, upper, ended_early } =
+        searched;
     let unsolved: Vec<&Maximum> = maxima.iter().filter(|found| found.lower < found.upper).collect();
     if let (false, false) = (unsolved.is_empty(), ended_early) {
         let apart: Picos = unsolved.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
@@ -257,7 +256,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
             ),
         );
     }
-    let same = found.best.replay.total == replayed.total;
+    let model_total = replayed.total;
     drop(replayed);
     let findings = Findings {
         request,
@@ -270,10 +269,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         maxima: &maxima,
         assignment: &assignment,
         limits: &limits,
-        found: &found,
-        same,
     };
-    let explained = findings.explain();
     let traces = request.trace.then(|| method::traces(&program, &model, &groups, &maxima));
     let mut loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
     if whole {
@@ -283,7 +279,15 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         budget.cut("asking for loops without end", "some of them were not asked to the end");
     }
     let bounded = loops.found.is_empty() && !whole;
-    let run = bounded.then(|| power_up::run(&program, &prices, &found, &limits));
+    let running = || {
+        let found = closing.longest(&program, &prices, (&witness, upper), runs)?;
+        let run = bounded.then(|| power_up::run(&program, &prices, &found, &limits));
+        Ok::<_, Failure>((found, run.unwrap_or_default()))
+    };
+    let (explained, ran) = rayon::join(|| findings.explain(), running);
+    let (found, run) = ran?;
+    let mut warnings = warnings;
+    warnings.extend(stated::left(&program, request.facts, &found.left)?);
     let mut opinions = None;
     if request.confirm {
         (request.progress)(Progress::Stage("confirming"));
@@ -291,6 +295,8 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     }
     let cuts = budget.cuts();
     let finished = Finished {
+        found: &found,
+        same: found.best.replay.total == model_total,
         start,
         warnings: warnings.clone(),
         cuts: cuts.clone(),
@@ -298,7 +304,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
         explained,
         searches: method::searches(&maxima, traces, opinions),
         loops,
-        run: run.unwrap_or_default(),
+        run,
         delays,
     };
     let audit = findings.audit(finished);

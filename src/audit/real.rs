@@ -37,6 +37,19 @@ pub struct Found {
     pub left: BTreeMap<usize, Left>,
 }
 
+impl Found {
+    fn new(best: Real, witness: Witness, knowledge: Knowledge) -> Found {
+        Found { best, witness, knowledge, left: BTreeMap::new() }
+    }
+}
+
+/// What runs found beside the search of the bound, without its scan.
+pub struct Scouted {
+    found: Found,
+    /// Whether any was found by the model of what is sure.
+    by_model: bool,
+}
+
 /// What a real run leaves in a word that is stated to hold something else whenever a scan starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Left {
@@ -55,6 +68,44 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// What runs find before any start is known: those of the dearest scans that surely go as the model has them.
+    /// `Err` if an operation wrote what its effects do not allow.
+    pub fn scout(&self) -> Result<Scouted, String> {
+        let start = Witness::default();
+        let best = self.real(&start)?;
+        let mut found = Found::new(best, start, Knowledge::new());
+        learn(&mut found.knowledge, &mut found.best);
+        self.note_left(&mut found.left, &found.best);
+        let by_model = self.go_on(&mut found, None)?;
+        Ok(Scouted { found, by_model })
+    }
+
+    /// Makes a real run of the model's dearest scan, which costs `upper`, beside what was scouted, and goes on from it if it
+    /// is the longest. `Err` if an operation wrote what its effects do not allow, or a run costs more than `upper`.
+    pub fn run_scouted(
+        &self,
+        dearest: &Witness,
+        upper: Picos,
+        scouted: Scouted,
+    ) -> Result<Found, String> {
+        let Scouted { mut found, by_model } = scouted;
+        self.within(&found.best, upper)?;
+        let scouted = found.best.replay.total;
+        let mut one = self.real(dearest)?;
+        self.within(&one, upper)?;
+        learn(&mut found.knowledge, &mut one);
+        self.note_left(&mut found.left, &one);
+        // Of two that take as long, the model's own is shown.
+        let before = std::mem::replace(&mut found.best, one);
+        let start = std::mem::replace(&mut found.witness, dearest.clone());
+        better(&mut found, before, start);
+        if by_model && found.best.replay.total > scouted {
+            self.go_on(&mut found, Some(upper))?;
+            self.within(&found.best, upper)?;
+        }
+        Ok(found)
+    }
+
     /// Makes real runs from these starts, the first that of the model's dearest scan, which costs `upper`, and goes on
     /// as long as a dearer one may be found; `knowledge` is what was learned before. `Err` if an operation wrote what
     /// its effects do not allow, or a run costs more than `upper`.
@@ -64,26 +115,34 @@ impl Search<'_> {
         upper: Picos,
         knowledge: Knowledge,
     ) -> Result<Found, String> {
-        let best = self.real(dearest, upper)?;
-        let left = BTreeMap::new();
-        let mut found = Found { best, witness: dearest.clone(), knowledge, left };
+        let best = self.real(dearest)?;
+        let mut found = Found::new(best, dearest.clone(), knowledge);
         learn(&mut found.knowledge, &mut found.best);
         self.note_left(&mut found.left, &found.best);
         if !found.best.is_possible() || found.best.replay.total < upper {
-            let mut one = self.real(other, upper)?;
+            let mut one = self.real(other)?;
             learn(&mut found.knowledge, &mut one);
             self.note_left(&mut found.left, &one);
             better(&mut found, one, other.clone());
         }
+        self.go_on(&mut found, Some(upper))?;
+        self.within(&found.best, upper)?;
+        Ok(found)
+    }
+
+    /// Makes further runs, each of the dearest scan of the model with what all before taught, as long as a dearer one may be
+    /// found; none costs more than `upper`, if that is known. Whether there were any.
+    fn go_on(&self, found: &mut Found, upper: Option<Picos>) -> Result<bool, String> {
         let summary = summary_choices(self.program);
         let limits = SizeLimits {
             per_execution: usize::MAX,
             in_all: MOST_GATES,
             is_over: &|| self.is_late(),
         };
-        let mut gates = 0;
+        let (mut gates, mut any) = (0, false);
         for _ in 0..MOST_ROUNDS {
-            if found.best.replay.total >= upper || (self.limits.cancelled)() || self.is_late() {
+            let reached = upper.is_some_and(|upper| found.best.replay.total >= upper);
+            if reached || (self.limits.cancelled)() || self.is_late() {
                 break;
             }
             let model = scan_model_knowing(
@@ -109,18 +168,19 @@ impl Search<'_> {
                 break;
             }
             let start = witness(&model, &assignment);
-            let mut one = self.real(&start, upper)?;
+            let mut one = self.real(&start)?;
+            any = true;
             let news = learn(&mut found.knowledge, &mut one);
             self.note_left(&mut found.left, &one);
             let total = one.replay.total;
             // A run that was left for its length is not tried again from other starts: that takes as long each time.
             let left = one.stopped.as_ref().is_some_and(|stopped| stopped.why == Why::TooLong);
-            better(&mut found, one, start);
+            better(found, one, start);
             if total >= most || !news || left || gates > MOST_GATES {
                 break;
             }
         }
-        Ok(found)
+        Ok(any)
     }
 
     fn is_late(&self) -> bool {
@@ -153,7 +213,7 @@ impl Search<'_> {
     }
 
     /// Makes a real run.
-    fn real(&self, witness: &Witness, upper: Picos) -> Result<Real, String> {
+    fn real(&self, witness: &Witness) -> Result<Real, String> {
         let counts = counts(self.program);
         let start = || Start { program: self.program, witness, counts: &counts };
         let found = real(self.program, self.least, start, MOST_RUN);
@@ -180,10 +240,15 @@ impl Search<'_> {
                 "a scan leaves {value} in {cell}, the analysis says that the program keeps its range"
             ));
         }
-        if found.is_possible() && found.replay.total > upper {
-            return Err(format!("a scan takes {}, the bound is {upper}", found.replay.total));
-        }
         Ok(found)
+    }
+
+    /// `Err` if a run costs more than the bound.
+    fn within(&self, one: &Real, upper: Picos) -> Result<(), String> {
+        if one.is_possible() && one.replay.total > upper {
+            return Err(format!("a scan takes {}, the bound is {upper}", one.replay.total));
+        }
+        Ok(())
     }
 
     /// The dearest scan of a model, if one keeps its constraints, and a bound on what any costs.
@@ -328,5 +393,71 @@ impl Free for Start<'_> {
 
     fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
         self.witness.choices.get(key).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audit::pipeline::{Followed, follow};
+    use crate::audit::request::Request;
+    use crate::base::facts::Facts;
+    use crate::front::Input;
+
+    fn followed(list: &str) -> Followed {
+        let inputs = [Input { name: "a.il".to_owned(), bytes: list.as_bytes().to_vec() }];
+        let facts = Facts::default();
+        let request = Request { cpu: Some("Q26UDV"), ..Request::new(&inputs, &facts) };
+        follow(&request).expect("a program")
+    }
+
+    /// Runs a list both ways: from the model's dearest scan, and scouted before that is known.
+    fn both_ways(list: &str) -> (Picos, Picos, Picos) {
+        let followed = followed(list);
+        let least = followed.prices.least_times();
+        let (model, slices) = (&followed.model, &followed.groups);
+        let methods = vec![Method::Cores; slices.len()];
+        let found = maxima(model, slices, &methods, &Limits::default(), &|_, _, _| {});
+        let mut all = Assignment(vec![0; model.variables.len()]);
+        let mut upper = model.cost(&model.constant(), &all);
+        for found in &found {
+            upper += found.upper;
+            found.best.put(&mut all);
+        }
+        let dearest = witness(model, &all);
+        let limits = Limits::default();
+        let search = Search { program: &followed.program, least: &least, limits };
+        let other = Witness::default();
+        let run = search.run([&dearest, &other], upper, Knowledge::new()).unwrap();
+        let scouted = search.scout().unwrap();
+        let beside = search.run_scouted(&dearest, upper, scouted).unwrap();
+        assert!(beside.best.is_possible() && run.best.is_possible());
+        (run.best.replay.total, beside.best.replay.total, upper)
+    }
+
+    #[test]
+    fn what_is_scouted_is_as_long_as_what_the_models_scan_leads_to() {
+        // What the sum is decides; that it is 7 or more, and the model takes for both at once.
+        let sum = "LD X0\n+ D0 D1 D2\nLD> D2 K7\nBMOV D100 D200 K50\nLD<= D2 K7\nBMOV D100 D200 K40\nEND\n";
+        let sine = "LD X0\nSIN D0 D2\nLDD> D2 K5\nAND X1\nBMOV D100 D200 K50\nEND\n";
+        let none = "LD X0\nMOV K1 D0\nEND\n";
+        for list in [sum, sine, none] {
+            let (run, beside, upper) = both_ways(list);
+            assert_eq!(run, beside, "{list}");
+            assert!(run <= upper);
+        }
+    }
+
+    #[test]
+    fn a_scouted_run_above_the_bound_is_an_error() {
+        let followed = followed("LD X0\nBMOV D100 D200 K50\nEND\n");
+        let least = followed.prices.least_times();
+        let limits = Limits::default();
+        let search = Search { program: &followed.program, least: &least, limits };
+        let scouted = search.scout().unwrap();
+        assert!(scouted.by_model);
+        let low = Picos(scouted.found.best.replay.total.0 - 1);
+        let found = search.run_scouted(&Witness::default(), low, scouted);
+        assert!(found.is_err_and(|told| told.contains("the bound is")));
     }
 }

@@ -71,9 +71,10 @@ fn lost(
     let readers = Readers::of(model);
     let mut worth = vec![Picos::ZERO; count];
     let mut lane_of: Vec<Vec<usize>> = vec![Vec::new(); model.variables.len()];
+    let mut changes = Changes::none(model, &values);
     for batch in trials.chunks(LANES) {
         batch.iter().enumerate().for_each(|(lane, trial)| lane_of[trial.variable].push(lane));
-        let changes = Changes::of(model, &values, batch, &lane_of, &readers);
+        changes.make(model, batch, &lane_of, &readers);
         for (trial, lost) in batch.iter().zip(losses(model, charges, &changes, batch.len())) {
             worth[trial.of] = worth[trial.of].max(lost);
         }
@@ -131,25 +132,32 @@ impl Readers {
 struct Changes<'a> {
     values: &'a Values,
     turned: Vec<u64>,
+    /// The nodes that are another in any lane.
+    any: Vec<usize>,
 }
 
 impl<'a> Changes<'a> {
-    fn of(
+    fn none(model: &ScanModel, values: &'a Values) -> Changes<'a> {
+        Changes { values, turned: vec![0; model.circuit.nodes().len()], any: Vec::new() }
+    }
+
+    /// Those of a batch, and no others.
+    fn make(
+        &mut self,
         model: &ScanModel,
-        values: &'a Values,
         batch: &[Trial],
         lane_of: &[Vec<usize>],
         readers: &Readers,
-    ) -> Changes<'a> {
+    ) {
+        self.any.drain(..).for_each(|index| self.turned[index] = 0);
         let nodes = model.circuit.nodes();
-        let mut changes = Changes { values, turned: vec![0; nodes.len()] };
         // A node comes behind what it reads.
         let mut open: BTreeSet<u32> =
             batch.iter().flat_map(|trial| &readers.of_variables[trial.variable]).copied().collect();
         while let Some(index) = open.pop_first() {
             let index = index as usize;
-            let now = || changes.values.get(Lit::positive(index));
-            changes.turned[index] = match nodes[index] {
+            let now = || self.values.get(Lit::positive(index));
+            let turned = match nodes[index] {
                 Node::True => 0,
                 Node::Atom(atom) => {
                     let is = |word: u16| match atom {
@@ -161,13 +169,14 @@ impl<'a> Changes<'a> {
                     let turns = lanes.filter(|&&lane| is(batch[lane].value) != now());
                     turns.fold(0, |all, &lane| all | 1 << lane)
                 }
-                Node::And(a, b) => (changes.lanes(a) & changes.lanes(b)) ^ every(now()),
+                Node::And(a, b) => (self.lanes(a) & self.lanes(b)) ^ every(now()),
             };
-            if changes.turned[index] != 0 {
+            if turned != 0 {
+                self.turned[index] = turned;
+                self.any.push(index);
                 open.extend(readers.of_node(index));
             }
         }
-        changes
     }
 
     /// What it is in every lane.

@@ -15,7 +15,7 @@ const MOST_PARTS: usize = 4096;
 /// What more guards than this say is no mark of one iteration or step.
 const FEW: usize = 16;
 /// So many parts of all guards.
-const MOST_IN_ALL: usize = 50_000_000;
+const MOST_IN_ALL: usize = 25_000_000;
 
 /// A problem whose exclusive guards are taken together. It costs what the original one costs under every assignment, and
 /// its variables are the same.
@@ -103,20 +103,23 @@ fn together(problem: &Problem) -> Vec<Vec<usize>> {
     let mut sets: Vec<Vec<usize>> = Vec::with_capacity(problem.items.len());
     let mut set_of: Vec<usize> = Vec::with_capacity(problem.items.len());
     let mut others: FxHashSet<usize> = FxHashSet::default();
+    let mut said: Vec<Lit> = Vec::new();
     for (place, item) in problem.items.iter().enumerate() {
         others.clear();
-        parts.each(item.guard, |part| {
+        said.clear();
+        parts.each(item.guard, |part| said.push(part));
+        for &part in &said {
             let opposite = saying.get(&!part).map_or(&[][..], Vec::as_slice);
             others.extend(opposite.iter().filter(|_| opposite.len() <= FEW));
-        });
+        }
         let mut excluded: FxHashMap<usize, usize> = FxHashMap::default();
         others.iter().for_each(|&other| *excluded.entry(set_of[other]).or_default() += 1);
-        parts.each(item.guard, |part| {
+        for &part in &said {
             let saying = saying.entry(part).or_default();
             if saying.len() <= FEW {
                 saying.push(place);
             }
-        });
+        }
         let whole = excluded.iter().filter(|&(&set, &count)| sets[set].len() == count);
         let largest = whole.map(|(&set, &count)| (count, Reverse(set))).max();
         let set = match largest {
