@@ -1,5 +1,6 @@
 //! A problem's circuit as clauses, and the way back from a solver's model to an assignment.
 
+use super::clause_list::ClauseList;
 use super::problem::Problem;
 use crate::scan::model::{Assignment, Atom, Lit, Node, VarId};
 use std::cmp::Reverse;
@@ -11,7 +12,7 @@ pub struct Clauses {
     /// How many variables there are.
     pub variables: usize,
     /// What holds in every model.
-    pub clauses: Vec<Vec<i32>>,
+    pub clauses: ClauseList,
     /// The variable that each clause helps to define.
     pub owners: Vec<i32>,
     /// The literal of each of the problem's items.
@@ -49,9 +50,8 @@ impl Clauses {
         }
         clauses.words();
         for &lit in &problem.hard {
-            let unit = if lit == Lit::FALSE { vec![] } else { vec![clauses.literal(lit)] };
-            let owner = unit.first().map_or(1, |l: &i32| l.abs());
-            clauses.push(owner, unit);
+            let unit = (lit != Lit::FALSE).then(|| clauses.literal(lit));
+            clauses.push(unit.map_or(1, i32::abs), unit);
         }
         clauses.items = problem.items.iter().map(|item| clauses.literal(item.guard)).collect();
         clauses
@@ -71,7 +71,7 @@ impl Clauses {
     /// The bits that occur in most clauses, so many at most.
     pub fn busiest_bits(&self, most: usize) -> Vec<VarId> {
         let mut occurrences = vec![0usize; self.variables + 1];
-        for literal in self.clauses.iter().flatten() {
+        for literal in self.clauses.literals() {
             occurrences[literal.unsigned_abs() as usize] += 1;
         }
         let bits = self.atoms.iter().filter_map(|&(variable, atom)| match atom {
@@ -104,7 +104,7 @@ impl Clauses {
         assignment
     }
 
-    fn push(&mut self, owner: i32, clause: Vec<i32>) {
+    fn push(&mut self, owner: i32, clause: impl IntoIterator<Item = i32>) {
         self.owners.push(owner);
         self.clauses.push(clause);
     }
@@ -117,9 +117,9 @@ impl Clauses {
     fn and(&mut self, inputs: &[i32]) -> i32 {
         let gate = self.variable();
         for &input in inputs {
-            self.push(gate, vec![-gate, input]);
+            self.push(gate, [-gate, input]);
         }
-        self.push(gate, inputs.iter().map(|input| -input).chain([gate]).collect());
+        self.push(gate, inputs.iter().map(|input| -input).chain([gate]));
         gate
     }
 
@@ -138,7 +138,7 @@ impl Clauses {
         for chain in thresholds.values_mut() {
             chain.sort_unstable();
             for pair in chain.windows(2) {
-                self.push(pair[1].1, vec![-pair[1].1, pair[0].1]);
+                self.push(pair[1].1, [-pair[1].1, pair[0].1]);
             }
         }
         for (word, places) in asked {
@@ -171,8 +171,8 @@ impl Clauses {
                 -self.and(&[-bit, -below])
             };
         }
-        self.push(reached, vec![-reached, below]);
-        self.push(reached, vec![reached, -below]);
+        self.push(reached, [-reached, below]);
+        self.push(reached, [reached, -below]);
     }
 }
 

@@ -31,7 +31,7 @@ pub fn wcnf(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) 
         let atom = atom_text(model, &problem, atom);
         line(&mut text, format_args!("c variable {variable}: {atom}"));
     }
-    for clause in &clauses.clauses {
+    for clause in clauses.clauses.iter() {
         line(&mut text, format_args!("h {}0", literals(clause)));
     }
     for (item, &literal) in problem.items.iter().zip(&clauses.items) {

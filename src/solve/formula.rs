@@ -18,11 +18,11 @@ pub struct Formula {
 
 #[derive(Clone, Copy)]
 struct Place {
-    position: usize,
+    position: u32,
     /// The variable whose value the clause helps to derive from others; 0 if it defines none.
     defines: i32,
     /// Where in the list of literals it ends.
-    end: usize,
+    end: u32,
 }
 
 impl Formula {
@@ -33,6 +33,8 @@ impl Formula {
             defined[input.unsigned_abs() as usize] = false;
         }
         let mut formula = Formula::empty(clauses.variables);
+        formula.clauses.reserve(clauses.owners.len());
+        formula.literals.reserve(clauses.clauses.literals().len());
         for (clause, owner) in clauses.clauses.iter().zip(&clauses.owners) {
             let position = owner.unsigned_abs() as usize;
             formula.push(position, if defined[position] { owner.abs() } else { 0 }, clause);
@@ -46,7 +48,11 @@ impl Formula {
 
     fn push(&mut self, position: usize, defines: i32, clause: &[i32]) {
         self.literals.extend_from_slice(clause);
-        self.clauses.push(Place { position, defines, end: self.literals.len() });
+        self.clauses.push(Place {
+            position: small(position),
+            defines,
+            end: small(self.literals.len()),
+        });
     }
 
     /// How many variables there are.
@@ -86,8 +92,8 @@ impl Formula {
     }
 
     fn clause(&self, index: usize) -> &[i32] {
-        let start = if index == 0 { 0 } else { self.clauses[index - 1].end };
-        &self.literals[start..self.clauses[index].end]
+        let start = if index == 0 { 0 } else { self.clauses[index - 1].end as usize };
+        &self.literals[start..self.clauses[index].end as usize]
     }
 
     /// Tells a solver all clauses from this index on.
@@ -107,7 +113,8 @@ impl Formula {
         let mut split: Vec<Formula> =
             (0..partitions).map(|_| Formula::empty(self.variables)).collect();
         for (index, place) in self.clauses.iter().enumerate() {
-            split[place.position / size].push(place.position, place.defines, self.clause(index));
+            let position = place.position as usize;
+            split[position / size].push(position, place.defines, self.clause(index));
         }
         *self = Formula::empty(self.variables);
         split
@@ -119,11 +126,7 @@ impl Formula {
             self.literals
                 .extend(partition.clause(index).iter().map(|&literal| renumber.of(literal)));
             let defines = renumber.of(place.defines);
-            self.clauses.push(Place {
-                position: place.position,
-                defines,
-                end: self.literals.len(),
-            });
+            self.clauses.push(Place { defines, end: small(self.literals.len()), ..*place });
         }
         self.variables += partition.variables - renumber.shared;
     }
@@ -133,6 +136,11 @@ impl Formula {
     pub fn renumber(&self, shared: usize) -> Renumber {
         Renumber { shared, by: self.variables - shared }
     }
+}
+
+/// There are too many clauses to give each number eight bytes.
+fn small(number: usize) -> u32 {
+    u32::try_from(number).expect("literals are counted in 32 bits")
 }
 
 /// New numbers for the variables that a partition of a formula added by itself.

@@ -1,6 +1,7 @@
 //! The maximum of one group: the most that its charges can cost in one scan.
 
 mod bounds;
+mod clause_list;
 mod clauses;
 mod cores;
 mod explain;

@@ -165,7 +165,7 @@ impl<'a, 'b> Judge<'a, 'b> {
             let variable = &variables[literal.unsigned_abs() as usize - 1];
             if literal < 0 { variable.not() } else { variable.clone() }
         };
-        for clause in &clauses.clauses {
+        for clause in clauses.clauses.iter() {
             let literals: Vec<Bool> = clause.iter().map(|&l| literal(l)).collect();
             solver.assert(Bool::or(&literals));
         }

@@ -1,0 +1,48 @@
+//! Clauses, one behind the other: there are millions, most of two literals.
+
+/// A list of clauses.
+#[derive(Debug, Clone, Default)]
+pub struct ClauseList {
+    literals: Vec<i32>,
+    /// Where in the list of literals each clause ends.
+    ends: Vec<u32>,
+}
+
+impl ClauseList {
+    /// Adds a clause.
+    pub fn push(&mut self, clause: impl IntoIterator<Item = i32>) {
+        self.literals.extend(clause);
+        self.ends.push(u32::try_from(self.literals.len()).expect("fewer literals than numbers"));
+    }
+
+    /// All clauses, in the order in which they came.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[i32]> {
+        let mut start = 0;
+        self.ends.iter().map(move |&end| {
+            let clause = &self.literals[start..end as usize];
+            start = end as usize;
+            clause
+        })
+    }
+
+    /// All their literals.
+    #[must_use]
+    pub fn literals(&self) -> &[i32] {
+        &self.literals
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clauses_come_back_as_they_were_put_in() {
+        let mut list = ClauseList::default();
+        let all: [&[i32]; 4] = [&[1, -2], &[], &[3], &[-1, 2, 3]];
+        all.iter().for_each(|clause| list.push(clause.iter().copied()));
+        assert!(list.iter().eq(all));
+        assert_eq!(list.literals(), [1, -2, 3, -1, 2, 3]);
+        assert_eq!(list.iter().len(), 4);
+    }
+}
