@@ -493,12 +493,17 @@ fn check(tape: &[u16], asked: &Asked, table: &Table, tally: &Tally) -> Result<()
         }
         false => None,
     };
+    let writes = |line: &String| {
+        line.ends_with(" D1.00") && ["OUT", "SET", "RSET"].iter().any(|name| line.starts_with(name))
+    };
+    let writes_bits = lines.iter().any(writes);
     let keeps = |word: Word| match trust {
         // Nobody but the program writes anything but inputs and the words that it never writes.
         Trust::All => {
             let never_zero = |&(low, high): &(i64, i64)| !(low..=high).contains(&0);
-            !matches!(word, ("CIO", 0) | ("D", 0 | 1))
+            !matches!(word, ("CIO" | "D", 0))
                 && word.0 != "IR"
+                && (word != ("D", 1) || writes_bits)
                 && !facts.ranges.get(&name(word)).is_some_and(never_zero)
         }
         _ => trusted.contains(&name(word)),
