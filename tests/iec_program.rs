@@ -353,6 +353,17 @@ fn operators_are_functions_too() {
 }
 
 #[test]
+fn an_instance_with_a_chart_is_not_handed_over_in_and_out() {
+    let found = bound(
+        "FUNCTION_BLOCK W INITIAL_STEP a: END_STEP STEP b: END_STEP \
+         TRANSITION FROM a TO b := TRUE; END_TRANSITION TRANSITION FROM b TO a := TRUE; END_TRANSITION \
+         END_FUNCTION_BLOCK FUNCTION_BLOCK G VAR_IN_OUT w : W; END_VAR w(); END_FUNCTION_BLOCK \
+         PROGRAM main VAR w : W; g : G; END_VAR w(); g(w := w); END_PROGRAM",
+    );
+    assert_eq!(found, Err(vec![Code::NotModelled]));
+}
+
+#[test]
 fn the_element_that_is_handed_over_stays_the_same() {
     let with = |body: &str| {
         bound(&format!(

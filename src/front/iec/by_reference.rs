@@ -9,7 +9,7 @@ use super::types::lineage;
 use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Part, Path};
 use crate::iec::fault::Fault;
-use crate::iec::{PouKind, Section, Variable, same, show};
+use crate::iec::{Body, PouKind, Section, TypeRef, Variable, same, show};
 
 impl Emit<'_> {
     /// Refuses a call that hands over a variable which what is called also reaches by another name: `owner` is the place of
@@ -22,6 +22,15 @@ impl Emit<'_> {
         given: &[Argument],
         line: u32,
     ) -> Result<(), Fault> {
+        let in_out = variables.iter().filter(|one| one.section == Section::InOut);
+        if let Some(one) = { in_out }.find(|one| self.has_chart(&one.of, 0)) {
+            let message = format!(
+                "{} is handed over in and out, and has a chart, whose state is not followed there",
+                one.name
+            );
+            let help = "call the instance where it is declared";
+            return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
+        }
         let is_both = |name: &str| {
             variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
         };
@@ -76,6 +85,32 @@ impl Emit<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether what a type holds carries out a chart.
+    fn has_chart(&self, of: &TypeRef, depth: u32) -> bool {
+        let within = |list: &[Variable]| list.iter().any(|one| self.has_chart(&one.of, depth + 1));
+        match of {
+            // Types that stand in each other without an end are told elsewhere.
+            _ if depth > 40 => false,
+            TypeRef::Array(_, of) => self.has_chart(of, depth + 1),
+            TypeRef::Struct(parts) => within(parts),
+            TypeRef::Named(name) => {
+                let own = self.project.types.iter().find(|one| same(&one.name, name));
+                let block =
+                    self.project.pous.iter().position(|pou| {
+                        pou.kind == PouKind::FunctionBlock && same(&pou.name, name)
+                    });
+                let lineage = block.map(|at| lineage(self.project, at)).unwrap_or_default();
+                own.is_some_and(|own| self.has_chart(&own.of, depth + 1))
+                    || lineage.into_iter().any(|pou| {
+                        let actions = pou.actions.iter().map(|action| &action.body);
+                        let mut bodies = actions.chain([&pou.body]);
+                        bodies.any(|body| matches!(body, Body::Chart(_))) || within(&pou.variables)
+                    })
+            }
+            _ => false,
+        }
     }
 
     /// Whether a variable belongs to the instance that is called.
