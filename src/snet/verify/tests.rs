@@ -125,7 +125,8 @@ fn melsec_code_does_what_the_net_says() {
     let code = for_melsec();
     assert_eq!(told(&code), [], "{code}");
     // Blocks, and relays set and reset.
-    let same = code.replace("LD M51\nAND L2\n", "LD M51\nLD L2\nANB\n");
+    let same = code.replace("ANI M49\nAND X1\n", "LDI M49\nANB\nLD X1\nANB\n");
+    assert_ne!(same, code);
     assert_eq!(told(&same), [], "{same}");
 }
 
@@ -134,7 +135,7 @@ fn slips_in_melsec_code_are_told() {
     let code = for_melsec();
     // M1 is another relay than the outer gate X1.
     for (right, wrong, what) in [
-        ("AND X1\n", "AND M1\n", "T (00310)"),
+        ("AND X1\n", "AND M1\n", "X (00313)"),
         ("K25", "K26", "set to 26"),
         ("K10", "K11", "set to 11"),
         ("ANI C4", "AND C4", "T (00310)"),
