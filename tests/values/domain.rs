@@ -136,7 +136,7 @@ fn signs_are_read_as_instructions_read_them() {
     let compared = |relation: &str| {
         of_omron(&format!("LD P_On; {relation} D50 &20; XFER(070) D50 D100 D2000; END(001)"))
     };
-    assert_eq!((compared("AND>(320)"), compared("AND<=(315)")), (32_768, 20));
+    assert_eq!((compared("AND>(320)"), compared("AND<=(315)")), (65_535, 20));
 }
 
 /// What the first scan starts with counts where later ones start from less.
