@@ -151,3 +151,27 @@ fn programs_of_no_task_stand_behind_all_others() {
     assert_eq!(own, [("background", Some(2)), ("t", Some(1))]);
     assert_eq!(found.tasks[0].response.clone().map(micros), Ok(3));
 }
+
+#[test]
+fn what_changes_while_a_call_runs_is_not_handed_over_in_and_out() {
+    let block = "FUNCTION_BLOCK Twice VAR_IN_OUT v : BOOL; END_VAR VAR x, y : BOOL; END_VAR \
+        IF v THEN x := TRUE; END_IF; IF NOT v THEN y := TRUE; END_IF; END_FUNCTION_BLOCK ";
+    let calls = |fast: &str, with: &str| {
+        let slow = format!("twice(v := {with});");
+        let text = project(fast, &slow).replace("main VAR", "main VAR twice : Twice;");
+        audited(&format!("{block}{text}"), None, &Facts::default()).map(|_| ())
+    };
+    assert_eq!(calls("g := NOT g;", "g"), Err(vec![Code::NotModelled]));
+    assert_eq!(calls("x := g;", "g"), Ok(()));
+    assert_eq!(calls("g := NOT g;", "x"), Ok(()));
+}
+
+#[test]
+fn tasks_are_told_apart_by_their_names() {
+    let text = project("x := TRUE;", "y := TRUE;");
+    assert!(audited(&text, None, &Facts::default()).is_ok());
+    let loose =
+        text.replace("TASK slow(", "TASK background(").replace("WITH slow", "WITH background");
+    let loose = loose.replace("PROGRAM one WITH fast", "PROGRAM one");
+    assert_eq!(audited(&loose, None, &Facts::default()).map(|_| ()), Err(vec![Code::NotModelled]));
+}

@@ -205,8 +205,13 @@ fn off_where(
 /// Whether memory was cleared before the scan, where a bit says so that the program leaves alone.
 fn fresh(program: &Program, model: &mut ScanModel) -> Option<Lit> {
     let bit = program.power_up.fresh?;
-    let writes =
-        |at: usize| flow::written(program, at).into_iter().any(|region| region.holds(bit.cell()));
+    let holds = program.power_up.holds;
+    let writes = |at: usize| {
+        let marks = |region: Region| {
+            region.holds(bit.cell()) || holds.is_some_and(|cell| region.holds(cell))
+        };
+        flow::written(program, at).into_iter().any(marks)
+    };
     if (0..program.instructions.len()).any(writes) {
         return None;
     }

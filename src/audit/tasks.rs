@@ -58,6 +58,12 @@ pub fn tasks(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Fai
         };
         bounds.push(found(&audit(&own)?));
     }
+    // What a task takes where it comes before another: what it costs to begin with it, too.
+    let entry = concluded.followed.table.row("@interrupt-entry").map_or(Picos::ZERO, |row| row.on);
+    let before: Vec<(Option<Picos>, Picos)> = bounds
+        .iter()
+        .map(|&(upper, _)| (upper, upper.map_or(entry, |upper| upper + entry)))
+        .collect();
     let uses = all.iter().zip(&bounds).enumerate().map(|(at, (task, &(upper, lower)))| {
         let others = || all.iter().enumerate().filter(move |(other, _)| *other != at);
         let interrupting = others().filter(|(_, one)| one.interrupts(task));
@@ -71,7 +77,7 @@ pub fn tasks(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Fai
             lower,
             interrupted_by: interrupting.map(|(_, one)| one.name.clone()).collect(),
             waits_for: waiting.map(|(_, one)| one.name.clone()).collect(),
-            response: response(&all, &bounds, at),
+            response: response(&all, &before, at),
         }
     });
     concluded.audit.tasks = uses.collect();
@@ -103,6 +109,7 @@ fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Resul
 }
 
 /// How long a task takes together with each that may run before it, as often as that is due in this time.
+/// `bounds` are of each its own bound, and what it takes where it comes before another.
 fn by_intervals(
     all: &[Task],
     bounds: &[(Option<Picos>, Picos)],
@@ -116,7 +123,8 @@ fn by_intervals(
         }
         let interval =
             task.interval.ok_or_else(|| format!("how often {} comes is not stated", task.name))?;
-        let takes = bounds[other].0.ok_or_else(|| format!("nothing bounds {}", task.name))?;
+        bounds[other].0.ok_or_else(|| format!("nothing bounds {}", task.name))?;
+        let takes = bounds[other].1;
         before.push((interval, takes));
     }
     let limit = all[at].interval.unwrap_or(LONGEST);

@@ -269,7 +269,16 @@ impl Project {
         self.globals.append(&mut other.globals);
         self.pous.append(&mut other.pous);
         for task in other.tasks {
-            match self.tasks.iter_mut().find(|own| same(&own.name, &task.name)) {
+            // Tasks of two resources may have one name.
+            let is_same = |own: &&mut Task| {
+                let differs = (own.interval.is_some()
+                    && task.interval.is_some_and(|_| own.interval != task.interval))
+                    || (own.priority.is_some()
+                        && task.priority.is_some()
+                        && own.priority != task.priority);
+                same(&own.name, &task.name) && !differs
+            };
+            match self.tasks.iter_mut().find(is_same) {
                 Some(own) => own.instances.extend(task.instances),
                 None => self.tasks.push(task),
             }

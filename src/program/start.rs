@@ -68,4 +68,6 @@ pub struct PowerUp {
     /// A bit that is on in a scan only if all that is not latched was cleared before it. (Where a CPU goes on with what
     /// memory holds when it is stopped and started again, the bit of the first scan is none.)
     pub fresh: Option<BitTarget>,
+    /// The word of the bit with which a program makes memory outlast that.
+    pub holds: Option<Cell>,
 }

@@ -9,7 +9,8 @@ use crate::front;
 use crate::iec::ast::{Expr, Literal};
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Project, Task, TypeRef, Variable, same};
-use crate::program::{AreaId, Logic, PowerUp, Program, Region, SourceFile, Step};
+use crate::program::{AreaId, Logic, PowerUp, Program, Region, SourceFile, Step, flow};
+use std::collections::BTreeSet;
 
 /// What is asked of the way in which charts are carried out.
 #[derive(Debug, Clone, Copy, Default)]
@@ -57,6 +58,8 @@ pub fn decode(
         }
         routines(&mut emit);
     }
+    one_name_each(&tasks, &mut emit);
+    changed_by_others(&mut emit, &entries);
     let direct = emit.globals.values().filter(|place| place.name.starts_with('%'));
     let direct: Vec<Variable> = direct.map(|place| named(&place.name)).collect();
     let instances = |name: &str| {
@@ -105,6 +108,57 @@ pub fn decode(
     });
     program.files = files.collect();
     Ok(program)
+}
+
+/// Tasks are told apart by their names.
+fn one_name_each(tasks: &[Task], emit: &mut Emit<'_>) {
+    for (at, task) in tasks.iter().enumerate() {
+        let name = named_task(task);
+        if tasks[..at].iter().any(|other| same(&named_task(other), &name)) {
+            let told = format!("there are two tasks {name}");
+            let help = "audit each resource by itself, or rename one";
+            emit.faults.push((0, Fault::new(1, told).code(Code::NotModelled).help(help)));
+        }
+    }
+}
+
+/// What is handed over in and out is followed as a copy; on a PLC it changes while the call runs if another task writes it. Such
+/// calls are faults.
+fn changed_by_others(emit: &mut Emit<'_>, entries: &[usize]) {
+    let program = &emit.builder.program;
+    let task_of = |at: usize| entries.partition_point(|&entry| entry <= at);
+    let mut written: BTreeSet<(usize, Region)> = BTreeSet::new();
+    for at in 0..program.instructions.len() {
+        let regions = flow::written(program, at).into_iter();
+        written.extend(regions.map(|region| (task_of(at), region)));
+    }
+    let mut faults = Vec::new();
+    for (range, file, line) in &emit.given_back {
+        let own: Vec<Region> = range.clone().flat_map(|at| flow::written(program, at)).collect();
+        let by_other = |(task, region): &(usize, Region)| {
+            *task != task_of(range.start) && own.iter().any(|one| meet(*one, *region))
+        };
+        if written.iter().any(by_other) {
+            let told = "what is handed over in and out is written by another task, too: it may change \
+                while the call runs, which is not followed";
+            let help = "copy it to a variable of the task before the call, and back behind it";
+            faults.push((*file, Fault::new(*line, told).code(Code::NotModelled).help(help)));
+        }
+    }
+    emit.faults.extend(faults);
+}
+
+/// Whether two regions have cells in common.
+fn meet(one: Region, other: Region) -> bool {
+    match (one, other) {
+        (Region::Everything, _) | (_, Region::Everything) => true,
+        (Region::Area(area), Region::Area(other)) => area == other,
+        (Region::Area(area), Region::Range { first, .. })
+        | (Region::Range { first, .. }, Region::Area(area)) => area == first.area,
+        (Region::Range { first, .. }, Region::Range { first: second, .. }) => {
+            first.area == second.area && (one.holds(second) || other.holds(first))
+        }
+    }
 }
 
 /// Puts together what is called.

@@ -61,6 +61,8 @@ pub(super) struct Emit<'p> {
     pub(super) faults: Vec<(usize, Fault)>,
     /// Values kept under names that begin with `~`, in the routine that is put together.
     pub(super) kept: BTreeMap<String, Value>,
+    /// Instructions that give back what was handed over in and out, with the file of the call and its line.
+    pub(super) given_back: Vec<(std::ops::Range<usize>, usize, u32)>,
     between: [u32; 2],
     pub(super) file: usize,
     /// The number of the task whose routines are put together.
@@ -91,6 +93,7 @@ impl<'p> Emit<'p> {
             open: Vec::new(),
             faults: Vec::new(),
             kept: BTreeMap::new(),
+            given_back: Vec::new(),
             between: [0, 0],
             file: 0,
             task: 0,

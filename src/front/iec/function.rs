@@ -215,18 +215,20 @@ impl Emit<'_> {
                 _ => continue,
             };
             let Some(from) = Self::part(place, name) else { continue };
-            let Some(cell) = from.tag.cell() else {
-                if let Some(to) = self.whole(at, target, line)? {
-                    self.copy_whole(&Whole::Place(from), &to);
+            let begin = self.builder.next();
+            if let Some(cell) = from.tag.cell() {
+                let mut value = read(cell, &from.ty);
+                if let (Value::Bit(logic), true) = (&value, negated) {
+                    value = Value::Bit(logic.clone().not());
                 }
-                continue;
-            };
-            let mut value = read(cell, &from.ty);
-            if let (Value::Bit(logic), true) = (&value, negated) {
-                value = Value::Bit(logic.clone().not());
+                self.cost(&["LD"], "contact");
+                self.assign(at, target, value, line)?;
+            } else if let Some(to) = self.whole(at, target, line)? {
+                self.copy_whole(&Whole::Place(from), &to);
             }
-            self.cost(&["LD"], "contact");
-            self.assign(at, target, value, line)?;
+            if is_both(name) {
+                self.given_back.push((begin..self.builder.next(), self.file, line));
+            }
         }
         Ok(())
     }

@@ -207,6 +207,7 @@ pub fn power_up(family: Family) -> PowerUp {
         first_scan: vec![Cell { area: area(relays), index: first }],
         // STOP to RUN clears no relays.
         fresh: None,
+        holds: None,
     }
 }
 

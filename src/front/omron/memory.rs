@@ -329,7 +329,13 @@ impl Memory {
         };
         let (area, index, bit) = fresh;
         let fresh = Some(BitTarget::WordBit(Cell { area: AreaId(area), index }, bit));
-        PowerUp { inputs: vec![inputs], cleared, latched, first_scan: Vec::new(), fresh }
+        // The IOM hold bit: 25212, A500.12.
+        let hold = match self.family {
+            Family::C => Cell { area: AreaId(0), index: 252 },
+            Family::Cs => Cell { area: AreaId(3), index: 500 },
+        };
+        let holds = Some(hold);
+        PowerUp { inputs: vec![inputs], cleared, latched, first_scan: Vec::new(), fresh, holds }
     }
 
     /// Whether a timer's condition was on when it ran last, for timers that run out between instructions.
