@@ -175,3 +175,9 @@ fn tasks_are_told_apart_by_their_names() {
     let loose = loose.replace("PROGRAM one WITH fast", "PROGRAM one");
     assert_eq!(audited(&loose, None, &Facts::default()).map(|_| ()), Err(vec![Code::NotModelled]));
 }
+
+#[test]
+fn inputs_change_while_other_tasks_run() {
+    let both = "IF %IX0.0 THEN x := TRUE; END_IF; IF NOT %IX0.0 THEN y := TRUE; END_IF;";
+    assert_eq!(bounds("n := 1;", both)[0], Some(2));
+}

@@ -85,6 +85,8 @@ pub fn decode(
     program.mains = vec![main];
     if tasks.len() > 1 {
         program.tasks = tasks.iter().map(known_task).collect();
+        // Where tasks have one image of inputs, one that begins refreshes it while another runs.
+        program.volatile.extend(program.power_up.inputs.clone());
     }
     for (task, &entry) in program.tasks.iter().zip(&entries).skip(1) {
         // What a task of a lower priority writes is there between scans.
