@@ -67,7 +67,7 @@ pub struct Explained {
 pub struct Finished<'a> {
     /// The longest real run, and the values with which it starts.
     pub found: &'a Found,
-    /// Whether that takes as long as the assignment's scan.
+    /// Whether that is the assignment's scan.
     pub same: bool,
     /// When the audit began.
     pub start: Instant,

@@ -296,7 +296,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     let cuts = budget.cuts();
     let finished = Finished {
         found: &found,
-        same: found.best.replay.total == model_total,
+        same: found.best.replay.total == model_total && found.witness == witness,
         start,
         warnings: warnings.clone(),
         cuts: cuts.clone(),
