@@ -18,6 +18,7 @@ const TOY: Format = Format {
     about: "One line",
     suffixes: &["toy"],
     draws: false,
+    escapes: false,
     audit: |audit, check, _, out| match check {
         None => writeln!(out, "at most {}", audit.bound.upper),
         Some(check) => writeln!(out, "at most {}, allowed {}", audit.bound.upper, check.limit),

@@ -27,7 +27,7 @@ use crate::front::Open;
 use crate::program::Program;
 use crate::replay::{Event, Replay};
 use crate::scan::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
-use crate::solve::{Limits, Maximum, exclusions};
+use crate::solve::{Exclusions, Limits, Maximum};
 use crate::timing::price::{Price, Prices};
 use crate::timing::table::{Evidence, Table};
 use std::cmp::Reverse;
@@ -114,12 +114,16 @@ impl Findings<'_> {
             .collect();
         let upper = self.upper(&always, &overhead);
         let explained = |(group, maximum): (&Group, &Maximum)| {
-            let mut charges = pick(&group.charges);
+            let explains = Audit::is_main(maximum.upper, upper) && !self.limits.reached();
+            let (mut charges, mut exclusions) = rayon::join(
+                || pick(&group.charges),
+                || explains.then(|| self.exclusions(group, maximum)).flatten(),
+            );
             if !maximum.kept {
                 // No scan of the group was found: all of its part in the bound is open.
                 charges.iter_mut().for_each(|charge| charge.share = Picos::ZERO);
             }
-            let rungs = self.rungs(group, &charges, &names, Audit::is_main(maximum.upper, upper));
+            let rungs = self.rungs(group, &charges, &names, exclusions.as_mut());
             let dearer = |charge: &ChargeUse| charge.on.max(charge.off);
             if maximum.upper == charges.iter().map(dearer).sum() {
                 // Nothing was taken off: the bound is their sum, so what each takes of it is known.
@@ -343,13 +347,20 @@ impl Findings<'_> {
         }
     }
 
+    /// What is asked why rungs don't cost their most; none if all of the group's do.
+    fn exclusions(&self, group: &Group, maximum: &Maximum) -> Option<Exclusions<'_>> {
+        let most = group.charges.iter().map(|&charge| self.model.charges[charge].dearer());
+        let lower = maximum.lower;
+        (lower < most.sum()).then(|| Exclusions::of(self.model, group, self.limits))
+    }
+
     /// The group's rungs, the dearest first, and why the dearest of them don't cost their most.
     fn rungs(
         &self,
         group: &Group,
         charges: &[ChargeUse],
         names: &Names<'_>,
-        explain: bool,
+        exclusions: Option<&mut Exclusions<'_>>,
     ) -> Vec<RungUse> {
         let instruction = |index: usize| {
             &self.program.instructions[self.model.charges[group.charges[index]].instruction]
@@ -358,15 +369,15 @@ impl Findings<'_> {
         let mut found = rungs(charges, comments);
         let missing: Vec<(usize, usize)> = found
             .iter()
-            .take(if explain { MOST_EXPLAINED } else { 0 })
+            .take(MOST_EXPLAINED)
             .enumerate()
             .filter_map(|(rung, (_, missing))| Some((rung, group.charges[(*missing)?])))
             .collect();
         let wanted: Vec<usize> = missing.iter().map(|(_, charge)| *charge).collect();
         let block =
             |charge: usize| self.program.instructions[self.model.charges[charge].instruction].block;
-        if !wanted.is_empty() {
-            let reasons = exclusions(self.model, group, self.assignment, &wanted, self.limits);
+        if let Some(exclusions) = exclusions {
+            let reasons = exclusions.in_scan(self.assignment, &wanted);
             for ((rung, charge), reason) in missing.into_iter().zip(reasons) {
                 found[rung].0.exclusion = reason.map(|others| Exclusion {
                     blocks: BTreeSet::from_iter(others.iter().map(|&other| block(other)))

@@ -44,17 +44,19 @@ pub enum Runs {
     Made(Found),
     /// Those that need nothing from it.
     Scouted(Scouted),
+    /// They are made beside.
+    Beside,
 }
 
 impl Closing<'_> {
     /// The model's dearest scan, and what real runs found by then. Where these show how many iterations summarised loops make,
-    /// the program has these loops again.
+    /// the program has these loops again. Of a large one no runs are made where some are made `beside`.
     pub fn search(
         &self,
         program: &mut Program,
         prices: &mut Prices,
-        mut model: ScanModel,
-        mut slices: Vec<Group>,
+        (mut model, mut slices): (ScanModel, Vec<Group>),
+        beside: bool,
     ) -> Result<(Searched, Runs), Failure> {
         let mut knowledge = Knowledge::new();
         let mut other = Witness::default();
@@ -72,6 +74,9 @@ impl Closing<'_> {
             let least = prices.least_times();
             let reals = real::Search { program, least: &least, limits: self.limits };
             let small = model.circuit.nodes().len() <= MOST_AGAIN;
+            if !small && !self.whole && beside {
+                return Ok((search.run(model, slices, &knowledge)?, Runs::Beside));
+            }
             if !small && !self.whole {
                 // Each takes about as long, and much of it on one core only.
                 let (searched, scouted) =
@@ -127,12 +132,13 @@ impl Closing<'_> {
         (dearest, upper): (&Witness, Picos),
         runs: Runs,
     ) -> Result<Found, Failure> {
+        let least = prices.least_times();
+        let reals = real::Search { program, least: &least, limits: self.limits };
         let scouted = match runs {
             Runs::Made(found) => return Ok(found),
             Runs::Scouted(scouted) => scouted,
+            Runs::Beside => reals.scout().map_err(Failure::Internal)?,
         };
-        let least = prices.least_times();
-        let reals = real::Search { program, least: &least, limits: self.limits };
         reals.run_scouted(dearest, upper, scouted).map_err(Failure::Internal)
     }
 

@@ -41,11 +41,12 @@ pub fn started(model: &ScanModel, found: &Found) -> Assignment {
     let value = |origin: &Origin| match origin {
         Origin::Start(cell) => found.witness.start.get(cell).copied(),
         Origin::Choice(key) => found.witness.choices.get(key).copied(),
-        Origin::Havocked(cell, moments) => moments.iter().rev().find_map(|&moment| {
-            let moment = &model.havocs[moment as usize];
-            let (frames, choice) = (moment.frames.clone(), moment.choice);
-            found.witness.choices.get(&ChoiceKey { frames, choice, cell: Some(*cell) }).copied()
-        }),
+        &Origin::Havocked { cell, since, until } => {
+            model.havocs.concerning(cell, since, until).find_map(|moment| {
+                let (frames, choice) = (moment.frames.clone(), moment.choice);
+                found.witness.choices.get(&ChoiceKey { frames, choice, cell: Some(cell) }).copied()
+            })
+        }
     };
     Assignment(model.variables.iter().map(|one| value(&one.origin).unwrap_or(0)).collect())
 }

@@ -60,7 +60,9 @@ pub use fact::{Fact, Status};
 pub use failure::Failure;
 pub use names::comments_in;
 pub use net::{NetBound, net_bound};
-pub use pipeline::{Concluded, Followed, Prepared, Ready, audit, conclude, follow, read, ready};
+pub use pipeline::{
+    Concluded, Followed, Prepared, Ready, audit, conclude, concluded, follow, read, ready,
+};
 pub use questions::{File, Form, certificates, question};
 pub use reason::Reason;
 pub use request::{Progress, Request};

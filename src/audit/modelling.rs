@@ -59,23 +59,23 @@ pub fn keep_in_range(
 /// The model of a scan, and whether it is only the structural bound, the sum of all that can run: so where the time is
 /// over, or the model would be too large.
 ///
-/// Loops and routines that execute too many instructions are summarised first. Where the model shows that a summarised
-/// loop makes fewer iterations than it was charged, it is followed after all.
+/// What runs too often is summarised before ([`fit`]): so many instructions are `executed`. Where the model shows that a
+/// summarised loop makes fewer iterations than it was charged, it is followed after all.
 pub fn model_of(
     program: &mut Program,
     prices: &mut Prices,
+    executed: u64,
     budget: &Budget<'_>,
 ) -> Result<(ScanModel, bool), Failure> {
-    let why = match follow(program, prices, budget)? {
+    let why = match follow(program, prices, executed, budget)? {
         Ok(mut model) => {
             // Following one loop may show the count of another, within it or behind it.
             for _ in 0..MOST_NESTED {
-                let mut closer = program.clone();
-                if !loops::put_back(&mut closer, &model.iterations) {
-                    break;
-                }
+                let Some(mut closer) = loops::put_back(program, &model.iterations) else { break };
+                let Ok(executed) = fit(&mut closer) else { break };
                 let mut priced = prices.clone();
-                let Ok(Ok(found)) = follow(&mut closer, &mut priced, budget) else { break };
+                let found = follow(&mut closer, &mut priced, executed, budget);
+                let Ok(Ok(found)) = found else { break };
                 (model, *program, *prices) = (found, closer, priced);
             }
             return Ok((model, false));
@@ -104,10 +104,7 @@ pub fn put_back(
     iterations: &BTreeMap<usize, u32>,
     limits: &SizeLimits<'_>,
 ) -> Option<(Program, Prices, ScanModel)> {
-    let mut closer = program.clone();
-    if !loops::put_back(&mut closer, iterations) {
-        return None;
-    }
+    let mut closer = loops::put_back(program, iterations)?;
     loops::fit(&mut closer, MOST_UNROLLED).ok()?;
     let mut priced = prices.clone();
     priced.instructions.resize(closer.instructions.len(), None);
@@ -116,14 +113,19 @@ pub fn put_back(
     Some((closer, priced, model))
 }
 
-/// Summarises what runs too often to be followed, and models the scan; or why that is not possible.
+/// Summarises loops and routines that execute too many instructions; how many are executed at most then.
+pub fn fit(program: &mut Program) -> Result<u64, Failure> {
+    let fitted = loops::fit(program, MOST_UNROLLED).map_err(too_often);
+    fitted.map_err(|error| cannot_follow(program, &error))
+}
+
+/// Models the scan, in which so many instructions are executed; or why that is not possible.
 fn follow(
     program: &mut Program,
     prices: &mut Prices,
+    executed: u64,
     budget: &Budget<'_>,
 ) -> Result<Result<ScanModel, Unfollowed>, Failure> {
-    let fitted = loops::fit(program, MOST_UNROLLED).map_err(too_often);
-    let executed = fitted.map_err(|error| cannot_follow(program, &error))?;
     // Instructions that summarising appended have no price.
     prices.instructions.resize(program.instructions.len(), None);
     let executed = usize::try_from(executed).unwrap_or(usize::MAX);

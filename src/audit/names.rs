@@ -1,5 +1,6 @@
 //! The names that people know things by: devices with their comments, and the call contexts of an instruction.
 
+use crate::base::location::Location;
 use crate::program::{BitTarget, Cell, Device, Frame, Instruction, Program, Role, Step, Write};
 use crate::scan::model::{Origin, Variable};
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,6 +9,8 @@ use std::sync::Arc;
 /// Looks up device comments and tells places.
 pub struct Names<'a> {
     program: &'a Program,
+    /// The files, as places tell them; none if there is only one.
+    files: Vec<&'a str>,
     /// The instructions that remember something in a cell that no device is.
     memories: BTreeMap<Cell, usize>,
 }
@@ -40,7 +43,11 @@ impl<'a> Names<'a> {
                 }
             }
         }
-        Names { program, memories }
+        let files = match program.files.len() {
+            0 | 1 => Vec::new(),
+            _ => program.files.iter().map(|file| program.short_name(file)).collect(),
+        };
+        Names { program, files, memories }
     }
 
     /// What is free, by a name that people know.
@@ -52,14 +59,22 @@ impl<'a> Names<'a> {
                 iterations
                     .fold(variable.name.clone(), |name, iteration| format!("{name}, {iteration}"))
             }
-            Origin::Havocked(..) => variable.name.clone(),
+            Origin::Havocked { .. } => variable.name.clone(),
+        }
+    }
+
+    /// What `Program::told` says: there are many executions, and few files.
+    fn told(&self, at: Location) -> String {
+        match self.files.get(at.file as usize) {
+            Some(file) => format!("{file}:{}", at.line),
+            None => self.program.told(at),
         }
     }
 
     fn cell(&self, cell: Cell) -> String {
         let Some(&index) = self.memories.get(&cell) else { return self.program.cell_name(cell) };
         let at = &self.program.instructions[index];
-        format!("last state of `{}` in {}", at.text, self.program.told(at.place))
+        format!("last state of `{}` in {}", at.text, self.told(at.place))
     }
 
     fn iteration(&self, frame: Frame) -> Option<String> {
@@ -110,13 +125,13 @@ impl<'a> Names<'a> {
         let interrupt = self.program.interrupts.iter().find(|one| one.entry == frame.at);
         let at = &self.program.instructions[frame.at];
         match (&at.step, interrupt) {
-            (Step::Call { .. }, _) => format!("{} in {}", at.text, self.program.told(at.place)),
+            (Step::Call { .. }, _) => format!("{} in {}", at.text, self.told(at.place)),
             (Step::ForBegin { .. }, _) => {
-                let place = self.program.told(at.place);
+                let place = self.told(at.place);
                 format!("{} in {place}, iteration {}", at.text, frame.iteration + 1)
             }
             (_, Some(interrupt)) => format!("{}, run {}", interrupt.name, frame.iteration + 1),
-            _ => format!("{} in {}", at.text, self.program.told(at.place)),
+            _ => format!("{} in {}", at.text, self.told(at.place)),
         }
     }
 }
@@ -124,7 +139,7 @@ impl<'a> Names<'a> {
 /// The cell that a free variable is about.
 fn cell_of(variable: &Variable) -> Option<Cell> {
     match &variable.origin {
-        Origin::Start(cell) | Origin::Havocked(cell, _) => Some(*cell),
+        Origin::Start(cell) | Origin::Havocked { cell, .. } => Some(*cell),
         Origin::Choice(key) => key.cell,
     }
 }

@@ -2,15 +2,16 @@
 
 use super::Audit;
 use super::assemble::{Findings, Finished};
-use super::closing::Closing;
+use super::closing::{Closing, Runs};
 use super::failure::Failure;
 use super::hints::Hints;
 use super::method;
 use super::model_search::Searched;
-use super::modelling::{keep_in_range, model_of};
+use super::modelling::{fit, keep_in_range, model_of};
 use super::power_up;
 use super::priced::Priced;
 use super::reachable;
+use super::real::{self, Scouted};
 use super::request::{Progress, Request};
 use super::response::Delays;
 use super::stated;
@@ -18,7 +19,7 @@ use super::unbounded::{self, loops};
 use super::understood::Understood;
 use crate::base::budget::{Budget, Cut};
 use crate::base::diagnostic::Diagnostic;
-use crate::base::time::Picos;
+use crate::base::time::{Picos, Times};
 use crate::front::Open;
 use crate::passes::{self, values::Trust};
 use crate::program::Program;
@@ -71,8 +72,21 @@ impl Followed {
 /// # Errors
 /// All faults of the input at once, or that the analysis and the interpreter disagree.
 pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
-    let followed = follow(request)?;
-    Ok(conclude(followed, request)?.audit)
+    Ok(concluded(request)?.audit)
+}
+
+/// Audits a project, and keeps what the audit was found in.
+///
+/// # Errors
+/// All faults of the input at once, or that the analysis and the interpreter disagree.
+pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
+    let fitted = Prepared::of(request)?.fitted(request)?;
+    let beside = Beside::of(&fitted, request);
+    let (searched, scouted) = rayon::join(
+        || fitted.followed(request)?.searched(request, beside.as_ref()),
+        || beside.as_ref().map(|beside| beside.scout(request)),
+    );
+    searched?.concluded(request, scouted)
 }
 
 /// Reads a project, and follows nothing of it.
@@ -166,17 +180,40 @@ impl Prepared {
     /// # Errors
     /// All instructions that have no time.
     pub fn priced(self, request: &Request<'_>) -> Result<Followed, Failure> {
+        self.fitted(request)?.followed(request)
+    }
+
+    fn fitted(self, request: &Request<'_>) -> Result<Fitted, Failure> {
         let Prepared { start, understood, cuts } = self;
-        let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
         let open = understood.open;
         let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
+        let executed = fit(&mut program)?;
+        // Instructions that summarising appended have no price.
+        prices.instructions.resize(program.instructions.len(), None);
+        Ok(Fitted { start, program, table, prices, executed, open, warnings, cuts })
+    }
+}
+
+/// A project with its prices, in which what runs too often to be followed is summarised.
+struct Fitted {
+    start: Instant,
+    program: Program,
+    table: Table,
+    prices: Prices,
+    /// How many instructions a scan executes at most.
+    executed: u64,
+    open: Open,
+    warnings: Vec<Diagnostic>,
+    cuts: Vec<Cut>,
+}
+
+impl Fitted {
+    fn followed(self, request: &Request<'_>) -> Result<Followed, Failure> {
+        let Fitted { start, mut program, table, mut prices, executed, open, warnings, cuts } = self;
+        let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
         (request.progress)(Progress::Stage("following the scan"));
-        let (mut model, whole) = model_of(&mut program, &mut prices, &budget)?;
-        let trusts_relays = match request.trusted() {
-            Trust::None => false,
-            Trust::Counts => !program.internal.is_empty(),
-            Trust::All => true,
-        };
+        let (mut model, whole) = model_of(&mut program, &mut prices, executed, &budget)?;
+        let trusts_relays = trusts_relays(&program, request);
         let mut relays = reachable::Found::default();
         if trusts_relays && request.relays && !whole {
             (request.progress)(Progress::Stage(reachable::STAGE));
@@ -206,6 +243,47 @@ impl Prepared {
     }
 }
 
+/// Whether relays are trusted to be kept apart by scans.
+fn trusts_relays(program: &Program, request: &Request<'_>) -> bool {
+    match request.trusted() {
+        Trust::None => false,
+        Trust::Counts => !program.internal.is_empty(),
+        Trust::All => true,
+    }
+}
+
+/// What ends searches.
+fn limits<'a>(request: &Request<'a>, deadline: Option<Instant>) -> Limits<'a> {
+    Limits { deadline, cancelled: request.cancelled, ..Limits::default() }
+}
+
+/// What takes so many instructions has a model so large that real runs are made beside following and searching it.
+const MANY: u64 = 10_000;
+
+/// A large program as it is before it is followed, for the real runs beside.
+struct Beside {
+    program: Program,
+    least: Vec<Times>,
+    deadline: Option<Instant>,
+}
+
+impl Beside {
+    fn of(fitted: &Fitted, request: &Request<'_>) -> Option<Beside> {
+        // What is found of relays makes another program of it.
+        let is_large = fitted.executed >= MANY && !trusts_relays(&fitted.program, request);
+        is_large.then(|| Beside {
+            program: fitted.program.clone(),
+            least: fitted.prices.least_times(),
+            deadline: request.time_limit.map(|limit| fitted.start + limit),
+        })
+    }
+
+    fn scout(&self, request: &Request<'_>) -> Result<Scouted, String> {
+        let limits = limits(request, self.deadline);
+        real::Search { program: &self.program, least: &self.least, limits }.scout()
+    }
+}
+
 /// An audit and what it was found in.
 pub struct Concluded {
     /// The audit.
@@ -221,105 +299,136 @@ pub struct Concluded {
 /// # Errors
 /// That the analysis and the interpreter disagree.
 pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, Failure> {
-    let Followed {
-        start,
-        mut program,
-        table,
-        mut prices,
-        model,
-        groups,
-        open,
-        warnings,
-        cuts,
-        whole,
-        relays,
-    } = followed;
-    let delays = request.response.map(|given| Delays::of(given, &program, &table)).transpose()?;
-    let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
-    let deadline = budget.deadline();
-    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
-    let doubtful_from = program.shortest_timer;
-    let closing = Closing { request, budget: &budget, limits, doubtful_from, whole };
-    let (searched, runs) = closing.search(&mut program, &mut prices, model, groups)?;
-    let times = prices.times();
-    let Searched { model, groups, maxima, assignment, witness, replayed, upper, ended_early } =
-        searched;
-    let unsolved: Vec<&Maximum> = maxima.iter().filter(|found| found.lower < found.upper).collect();
-    if let (false, false) = (unsolved.is_empty(), ended_early) {
-        let apart: Picos = unsolved.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
-        budget.cut(
-            "searching",
-            format!(
-                "the longest scan may be up to {apart} shorter: {} of {} groups are open",
-                unsolved.len(),
-                groups.len()
-            ),
-        );
+    followed.searched(request, None)?.concluded(request, None)
+}
+
+/// A project of which the groups' maxima were searched.
+struct Sought {
+    /// The project without its model, which what was found has.
+    followed: Followed,
+    delays: Option<Delays>,
+    searched: Searched,
+    runs: Runs,
+}
+
+impl Followed {
+    /// Searches the groups' maxima; real runs are made, too, unless some are made beside of the same program.
+    fn searched(
+        mut self,
+        request: &Request<'_>,
+        beside: Option<&Beside>,
+    ) -> Result<Sought, Failure> {
+        let delays = request.response.map(|given| Delays::of(given, &self.program, &self.table));
+        let delays = delays.transpose()?;
+        let cuts = std::mem::take(&mut self.cuts);
+        let budget = Budget::new(self.start, request.time_limit, request.cancelled, cuts);
+        let closing = self.closing(request, &budget);
+        let beside = beside.is_some_and(|beside| beside.program == self.program);
+        let model = (std::mem::take(&mut self.model), std::mem::take(&mut self.groups));
+        let (searched, runs) =
+            closing.search(&mut self.program, &mut self.prices, model, beside)?;
+        self.cuts = budget.cuts();
+        Ok(Sought { followed: self, delays, searched, runs })
     }
-    let model_total = replayed.total;
-    drop(replayed);
-    let findings = Findings {
-        request,
-        program: &program,
-        table: &table,
-        prices: &prices,
-        model: &model,
-        open,
-        groups: &groups,
-        maxima: &maxima,
-        assignment: &assignment,
-        limits: &limits,
-    };
-    let traces = request.trace.then(|| method::traces(&program, &model, &groups, &maxima));
-    let mut loops = loops(&program, &times, &model, &limits).map_err(Failure::Internal)?;
-    if whole {
-        loops.open = unbounded::unasked(&program);
+
+    fn closing<'a>(&self, request: &'a Request<'a>, budget: &'a Budget<'a>) -> Closing<'a> {
+        Closing {
+            request,
+            budget,
+            limits: limits(request, budget.deadline()),
+            doubtful_from: self.program.shortest_timer,
+            whole: self.whole,
+        }
     }
-    if !loops.open.is_empty() {
-        budget.cut("asking for loops without end", "some of them were not asked to the end");
+}
+
+impl Sought {
+    /// The audit, with what real runs beside found.
+    fn concluded(
+        self,
+        request: &Request<'_>,
+        scouted: Option<Result<Scouted, String>>,
+    ) -> Result<Concluded, Failure> {
+        let Sought { mut followed, delays, searched, runs } = self;
+        let runs = match (runs, scouted) {
+            (Runs::Beside, Some(found)) => Runs::Scouted(found.map_err(Failure::Internal)?),
+            (runs, _) => runs,
+        };
+        let cuts = std::mem::take(&mut followed.cuts);
+        let budget = Budget::new(followed.start, request.time_limit, request.cancelled, cuts);
+        let closing = followed.closing(request, &budget);
+        let limits = limits(request, budget.deadline());
+        let Followed { program, table, prices, .. } = &followed;
+        let times = prices.times();
+        let Searched { model, groups, maxima, assignment, witness, replayed, upper, ended_early } =
+            searched;
+        let unsolved: Vec<&Maximum> =
+            maxima.iter().filter(|found| found.lower < found.upper).collect();
+        if let (false, false) = (unsolved.is_empty(), ended_early) {
+            let apart: Picos =
+                unsolved.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
+            budget.cut(
+                "searching",
+                format!(
+                    "the longest scan may be up to {apart} shorter: {} of {} groups are open",
+                    unsolved.len(),
+                    groups.len()
+                ),
+            );
+        }
+        let model_total = replayed.total;
+        drop(replayed);
+        let findings = Findings {
+            request,
+            program,
+            table,
+            prices,
+            model: &model,
+            open: followed.open,
+            groups: &groups,
+            maxima: &maxima,
+            assignment: &assignment,
+            limits: &limits,
+        };
+        let traces = request.trace.then(|| method::traces(program, &model, &groups, &maxima));
+        let mut loops = loops(program, &times, &model, &limits).map_err(Failure::Internal)?;
+        if followed.whole {
+            loops.open = unbounded::unasked(program);
+        }
+        if !loops.open.is_empty() {
+            budget.cut("asking for loops without end", "some of them were not asked to the end");
+        }
+        let bounded = loops.found.is_empty() && !followed.whole;
+        let running = || {
+            let found = closing.longest(program, prices, (&witness, upper), runs)?;
+            let run = bounded.then(|| power_up::run(program, prices, &found, &limits));
+            Ok::<_, Failure>((found, run.unwrap_or_default()))
+        };
+        let (explained, ran) = rayon::join(|| findings.explain(), running);
+        let (found, run) = ran?;
+        let left = stated::left(program, request.facts, &found.left)?;
+        let warnings = [&*followed.warnings, &*left].concat();
+        let mut opinions = None;
+        if request.confirm {
+            (request.progress)(Progress::Stage("confirming"));
+            opinions = Some(method::opinions(request, &model, &groups, &maxima, &budget)?);
+        }
+        let cuts = budget.cuts();
+        let finished = Finished {
+            found: &found,
+            same: found.best.replay.total == model_total && found.witness == witness,
+            start: followed.start,
+            warnings: warnings.clone(),
+            cuts: cuts.clone(),
+            ended_early,
+            explained,
+            searches: method::searches(&maxima, traces, opinions),
+            loops,
+            run,
+            delays,
+        };
+        let audit = findings.audit(finished);
+        let followed = Followed { model, groups, warnings, cuts, ..followed };
+        Ok(Concluded { audit, followed, maxima })
     }
-    let bounded = loops.found.is_empty() && !whole;
-    let running = || {
-        let found = closing.longest(&program, &prices, (&witness, upper), runs)?;
-        let run = bounded.then(|| power_up::run(&program, &prices, &found, &limits));
-        Ok::<_, Failure>((found, run.unwrap_or_default()))
-    };
-    let (explained, ran) = rayon::join(|| findings.explain(), running);
-    let (found, run) = ran?;
-    let mut warnings = warnings;
-    warnings.extend(stated::left(&program, request.facts, &found.left)?);
-    let mut opinions = None;
-    if request.confirm {
-        (request.progress)(Progress::Stage("confirming"));
-        opinions = Some(method::opinions(request, &model, &groups, &maxima, &budget)?);
-    }
-    let cuts = budget.cuts();
-    let finished = Finished {
-        found: &found,
-        same: found.best.replay.total == model_total && found.witness == witness,
-        start,
-        warnings: warnings.clone(),
-        cuts: cuts.clone(),
-        ended_early,
-        explained,
-        searches: method::searches(&maxima, traces, opinions),
-        loops,
-        run,
-        delays,
-    };
-    let audit = findings.audit(finished);
-    let followed = Followed {
-        start,
-        program,
-        table,
-        prices,
-        model,
-        groups,
-        open,
-        warnings,
-        cuts,
-        whole,
-        relays,
-    };
-    Ok(Concluded { audit, followed, maxima })
 }

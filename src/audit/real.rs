@@ -17,8 +17,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The most instructions of a real run.
 const MOST_RUN: u64 = 400_000;
-/// Limits of the search in models that grow with what is learned: gates in all, and rounds.
-const MOST_GATES: usize = 2_000_000;
+/// Limits of the search in models that grow with what is learned: the size of each, gates in all, and rounds.
+const LARGEST: usize = 2_000_000;
+const MOST_GATES: usize = 1_000_000;
 const MOST_ROUNDS: usize = 400;
 /// The most decisions of a solver in a group in each of them: what is wanted is a long scan, not the proof that there is no
 /// longer one.
@@ -48,6 +49,8 @@ pub struct Scouted {
     found: Found,
     /// Whether any was found by the model of what is sure.
     by_model: bool,
+    /// How many gates the models had.
+    gates: usize,
 }
 
 /// What a real run leaves in a word that is stated to hold something else whenever a scan starts.
@@ -76,8 +79,9 @@ impl Search<'_> {
         let mut found = Found::new(best, start, Knowledge::new());
         learn(&mut found.knowledge, &mut found.best);
         self.note_left(&mut found.left, &found.best);
-        let by_model = self.go_on(&mut found, None)?;
-        Ok(Scouted { found, by_model })
+        let mut gates = 0;
+        let by_model = self.go_on(&mut found, None, &mut gates)?;
+        Ok(Scouted { found, by_model, gates })
     }
 
     /// Makes a real run of the model's dearest scan, which costs `upper`, beside what was scouted, and goes on from it if it
@@ -88,7 +92,7 @@ impl Search<'_> {
         upper: Picos,
         scouted: Scouted,
     ) -> Result<Found, String> {
-        let Scouted { mut found, by_model } = scouted;
+        let Scouted { mut found, by_model, mut gates } = scouted;
         self.within(&found.best, upper)?;
         let scouted = found.best.replay.total;
         let mut one = self.real(dearest)?;
@@ -100,7 +104,7 @@ impl Search<'_> {
         let start = std::mem::replace(&mut found.witness, dearest.clone());
         better(&mut found, before, start);
         if by_model && found.best.replay.total > scouted {
-            self.go_on(&mut found, Some(upper))?;
+            self.go_on(&mut found, Some(upper), &mut gates)?;
             self.within(&found.best, upper)?;
         }
         Ok(found)
@@ -125,21 +129,24 @@ impl Search<'_> {
             self.note_left(&mut found.left, &one);
             better(&mut found, one, other.clone());
         }
-        self.go_on(&mut found, Some(upper))?;
+        self.go_on(&mut found, Some(upper), &mut 0)?;
         self.within(&found.best, upper)?;
         Ok(found)
     }
 
     /// Makes further runs, each of the dearest scan of the model with what all before taught, as long as a dearer one may be
-    /// found; none costs more than `upper`, if that is known. Whether there were any.
-    fn go_on(&self, found: &mut Found, upper: Option<Picos>) -> Result<bool, String> {
+    /// found; none costs more than `upper`, if that is known. Whether there were any. Where the models of earlier rounds had
+    /// as many `gates` as all may have, one more round is made.
+    fn go_on(
+        &self,
+        found: &mut Found,
+        upper: Option<Picos>,
+        gates: &mut usize,
+    ) -> Result<bool, String> {
         let summary = summary_choices(self.program);
-        let limits = SizeLimits {
-            per_execution: usize::MAX,
-            in_all: MOST_GATES,
-            is_over: &|| self.is_late(),
-        };
-        let (mut gates, mut any) = (0, false);
+        let limits =
+            SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
+        let mut any = false;
         for _ in 0..MOST_ROUNDS {
             let reached = upper.is_some_and(|upper| found.best.replay.total >= upper);
             if reached || (self.limits.cancelled)() || self.is_late() {
@@ -153,10 +160,10 @@ impl Search<'_> {
                 &limits,
             );
             let Ok(full) = model else { break };
-            gates += full.circuit.nodes().len();
+            *gates += full.circuit.nodes().len();
             let standing = |variable| standing(self.program, &summary, &full, variable);
             let mut model = certain(&full, &standing, true);
-            gates += model.circuit.nodes().len();
+            *gates += model.circuit.nodes().len();
             let mut dearest = self.dearest(&model);
             if dearest.is_none() {
                 // Every path depends on what is not known.
@@ -176,7 +183,7 @@ impl Search<'_> {
             // A run that was left for its length is not tried again from other starts: that takes as long each time.
             let left = one.stopped.as_ref().is_some_and(|stopped| stopped.why == Why::TooLong);
             better(found, one, start);
-            if total >= most || !news || left || gates > MOST_GATES {
+            if total >= most || !news || left || *gates > MOST_GATES {
                 break;
             }
         }
@@ -331,9 +338,9 @@ fn standing(
     match &model.variables[variable.0 as usize].origin {
         Origin::Start(_) => Standing::Free,
         Origin::Choice(key) => of(key.choice),
-        Origin::Havocked(_, moments) => {
-            let choices = moments.iter().map(|&moment| model.havocs[moment as usize].choice);
-            let unknown = choices.into_iter().any(|choice| of(choice) == Standing::Unknown);
+        &Origin::Havocked { cell, since, until } => {
+            let mut moments = model.havocs.concerning(cell, since, until);
+            let unknown = moments.any(|moment| of(moment.choice) == Standing::Unknown);
             if unknown { Standing::Unknown } else { Standing::Free }
         }
     }

@@ -91,8 +91,9 @@ fn matter(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<Ch
         match &model.variables[variable.0 as usize].origin {
             Origin::Start(cell) => _ = starts.insert(*cell),
             Origin::Choice(_) => {}
-            Origin::Havocked(_, moments) => {
-                matter.extend(moments.iter().map(|&at| model.havocs[at as usize].choice));
+            &Origin::Havocked { cell, since, until } => {
+                let moments = model.havocs.concerning(cell, since, until);
+                matter.extend(moments.map(|moment| moment.choice));
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::base::time::Picos;
 use crate::scan::model::{Assignment, Atom, Lit, Node, ScanModel, Values, VarKind};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// So many other values are tried at once: one a bit.
@@ -69,16 +70,23 @@ fn lost(
 ) -> Vec<Picos> {
     let values = model.circuit.evaluate(assignment);
     let readers = Readers::of(model);
+    let of_some = |trials: &[Trial]| -> Vec<Picos> {
+        let mut lane_of: Vec<Vec<usize>> = vec![Vec::new(); model.variables.len()];
+        let mut changes = Changes::none(model, &values);
+        let of_batch = |batch: &[Trial]| {
+            batch.iter().enumerate().for_each(|(lane, trial)| lane_of[trial.variable].push(lane));
+            changes.make(model, batch, &lane_of, &readers);
+            batch.iter().for_each(|trial| lane_of[trial.variable].clear());
+            losses(model, charges, &changes, batch.len())
+        };
+        trials.chunks(LANES).flat_map(of_batch).collect()
+    };
+    // Each thread's share is batches as they would be without others.
+    let share = trials.len().div_ceil(rayon::current_num_threads()).next_multiple_of(LANES);
+    let lost: Vec<Vec<Picos>> = trials.par_chunks(share.max(LANES)).map(of_some).collect();
     let mut worth = vec![Picos::ZERO; count];
-    let mut lane_of: Vec<Vec<usize>> = vec![Vec::new(); model.variables.len()];
-    let mut changes = Changes::none(model, &values);
-    for batch in trials.chunks(LANES) {
-        batch.iter().enumerate().for_each(|(lane, trial)| lane_of[trial.variable].push(lane));
-        changes.make(model, batch, &lane_of, &readers);
-        for (trial, lost) in batch.iter().zip(losses(model, charges, &changes, batch.len())) {
-            worth[trial.of] = worth[trial.of].max(lost);
-        }
-        batch.iter().for_each(|trial| lane_of[trial.variable].clear());
+    for (trial, lost) in trials.iter().zip(lost.concat()) {
+        worth[trial.of] = worth[trial.of].max(lost);
     }
     worth
 }

@@ -78,8 +78,7 @@ fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
         let given = Given { input: arguments.input_delay, output: arguments.output_delay };
         let response = arguments.response.then_some(given);
         let request = Request { response, net: net.as_ref(), ..arguments.search.of(request) };
-        let followed = audit::follow(&request)?;
-        let mut concluded = audit::conclude(followed, &request)?;
+        let mut concluded = audit::concluded(&request)?;
         audit::coactivity(&mut concluded, &request)?;
         audit::tasks(&mut concluded, &request)?;
         audit::net_bound(&mut concluded, &request)?;

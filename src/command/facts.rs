@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let target = Target::new(arguments.output.as_deref())?;
     let text = project.with_request(|request| {
         let request = Request { incomplete: true, ..*request };
-        let mut concluded = audit::conclude(audit::follow(&request)?, &request)?;
+        let mut concluded = audit::concluded(&request)?;
         if let Some(most) = arguments.what_if.most() {
             audit::what_if_offered(&mut concluded, &request, most)?;
         }

@@ -557,7 +557,8 @@ impl ReportOptions {
         let is_shown = reports.iter().any(|(target, _)| matches!(target, Target::Stdout));
         for (target, format) in reports {
             let extent = self.extent(detail, &target);
-            target.fill(|out| write(format, extent, out))?;
+            let fill = |out: &mut dyn Write| write(format, extent, out);
+            if format.escapes { target.fill_escaped(fill) } else { target.fill(fill) }?;
         }
         if !is_shown && !self.quiet {
             say(&answer(Extent { width: output::width_of_stderr(), ..Extent::default() }));

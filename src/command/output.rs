@@ -145,8 +145,24 @@ impl Target {
 
     /// Has the result written, in files without colours. A reader of stdout that has gone away is not an error.
     pub fn fill(self, fill: impl Fn(&mut dyn Write) -> std::io::Result<()>) -> Result<(), Failure> {
+        self.fill_with(fill, |file| Box::new(StripStream::new(file)))
+    }
+
+    /// The same with what has neither colours nor control characters.
+    pub fn fill_escaped(
+        self,
+        fill: impl Fn(&mut dyn Write) -> std::io::Result<()>,
+    ) -> Result<(), Failure> {
+        self.fill_with(fill, |file| Box::new(file))
+    }
+
+    fn fill_with(
+        self,
+        fill: impl Fn(&mut dyn Write) -> std::io::Result<()>,
+        to: impl Fn(File) -> Box<dyn Write>,
+    ) -> Result<(), Failure> {
         let plain = |file: File| -> std::io::Result<()> {
-            let mut out = BufWriter::new(StripStream::new(file));
+            let mut out = BufWriter::new(to(file));
             fill(&mut out)?;
             out.flush()
         };

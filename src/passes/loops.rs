@@ -107,31 +107,31 @@ pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
     }
 }
 
-/// Puts back summarised loops where their counts say less than was charged: `iterations` tells how many iterations
-/// each makes at most wherever a scan was followed to it. Whether there were any.
+/// The program with summarised loops put back where their counts say less than was charged: `iterations` tells how many
+/// iterations each makes at most wherever a scan was followed to it. `None` if there are none.
 ///
 /// A loop that also runs within something else that is summarised, as in a routine that is called there, stays: how
 /// often it is repeated there was not followed.
-pub fn put_back(program: &mut Program, iterations: &BTreeMap<usize, u32>) -> bool {
+pub fn put_back(program: &Program, iterations: &BTreeMap<usize, u32>) -> Option<Program> {
     let summaries = program.instructions.iter().filter_map(|one| match &one.step {
         Step::Summary(summary) => Some(summary),
         _ => None,
     });
     let unfollowed: BTreeSet<usize> =
         summaries.flat_map(|summary| summary.charges.iter().map(|&(at, _)| at)).collect();
-    let mut any = false;
+    let mut closer: Option<Program> = None;
     for (&begin, &known) in iterations.iter().filter(|(begin, _)| !unfollowed.contains(begin)) {
         let Step::Summary(summary) = &program.instructions[begin].step else { continue };
         let (end, Some((count, least, most))) = (summary.end, summary.iterations) else { continue };
         if known < most {
-            program.instructions[begin].step = Step::ForBegin { count, least, most: known, end };
-            program
+            let closer = closer.get_or_insert_with(|| program.clone());
+            closer.instructions[begin].step = Step::ForBegin { count, least, most: known, end };
+            closer
                 .approximations
                 .retain(|one| one.instruction != begin || !one.what.is_loop_summary());
-            any = true;
         }
     }
-    any
+    closer
 }
 
 /// Lowers how many iterations loops make at most to what was found, over all paths to them. Those that were summarised

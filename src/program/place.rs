@@ -1,6 +1,6 @@
 //! Places of the source in words: with the file where there are several.
 
-use super::Program;
+use super::{Program, SourceFile};
 use crate::base::location::Location;
 
 /// A file's name without its directories, where that tells it from the others.
@@ -18,10 +18,13 @@ impl Program {
         match self.files.len() {
             // Programs made by hand may have no files.
             0 | 1 => format!("line {}", at.line),
-            _ => {
-                let names = self.files.iter().map(|file| file.name.as_str());
-                format!("{}:{}", short(&at.of(&self.files).name, names), at.line)
-            }
+            _ => format!("{}:{}", self.short_name(at.of(&self.files)), at.line),
         }
+    }
+
+    /// The name of one of the program's files, without its directories where that tells it from the others.
+    #[must_use]
+    pub fn short_name<'a>(&'a self, file: &'a SourceFile) -> &'a str {
+        short(&file.name, self.files.iter().map(|file| file.name.as_str()))
     }
 }

@@ -15,6 +15,7 @@ pub const FORMAT: Format = Format {
     about: "A row a charge, for spreadsheets",
     suffixes: &["csv"],
     draws: false,
+    escapes: false,
     audit: |audit, _, extent, out| match extent.by {
         Some(by) => write_parts(audit, by, out),
         None => write(audit, out),

@@ -19,6 +19,8 @@ pub struct Format {
     pub suffixes: &'static [&'static str],
     /// Whether it draws the project's rungs ([`Audit::ladder`]).
     pub draws: bool,
+    /// Whether it writes control characters of names and comments as something else, so that none has to be taken out.
+    pub escapes: bool,
     /// Writes an audit, and the check's result if there is one. A large one is written piece by piece.
     ///
     /// # Errors

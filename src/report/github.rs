@@ -10,6 +10,7 @@ pub const FORMAT: Format = Format {
     about: "Annotations for GitHub Actions",
     suffixes: &[],
     draws: false,
+    escapes: false,
     audit: |audit, check, _, out| write(&findings::of_audit(audit, check), out),
     compare: |found, out| write(&findings::of_comparison(found), out),
     diff: |found, _, out| write(&findings::of_difference(found), out),

@@ -27,6 +27,7 @@ pub const FORMAT: Format = Format {
     about: "For programs (docs/json.md)",
     suffixes: &["json"],
     draws: false,
+    escapes: true,
     audit: |audit, check, _, out| write(audit, check, out),
     compare: |found, out| out.write_all(compare::json::render(found).as_bytes()),
     diff: |found, _, out| diff::json::write(found, out),

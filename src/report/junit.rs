@@ -17,6 +17,7 @@ pub const FORMAT: Format = Format {
     about: "JUnit XML for pipelines",
     suffixes: &["xml"],
     draws: false,
+    escapes: false,
     audit: |audit, check, extent, out| {
         write(vec![suite(case(audit, check, extent), audit.files.join(", "))], out)
     },

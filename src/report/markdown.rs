@@ -16,6 +16,7 @@ pub const FORMAT: Format = Format {
     about: "A job's summary",
     suffixes: &["md"],
     draws: false,
+    escapes: false,
     audit: |audit, check, extent, out| out.write_all(render(audit, check, extent).as_bytes()),
     compare: |found, out| compared(&findings::of_comparison(found), out),
     diff: |found, extent, out| out.write_all(difference(found, extent).as_bytes()),

@@ -11,6 +11,7 @@ pub const FORMAT: Format = Format {
     about: "SARIF 2.1.0 for code hosts",
     suffixes: &["sarif", "sarif.json"],
     draws: false,
+    escapes: false,
     audit: |audit, check, _, out| write(&findings::of_audit(audit, check), out),
     compare: |found, out| write(&findings::of_comparison(found), out),
     diff: |found, _, out| write(&findings::of_difference(found), out),

@@ -72,8 +72,9 @@ impl Run<'_> {
             match &model.variables[variable.0 as usize].origin {
                 Origin::Start(cell) => _ = starts.insert(*cell),
                 Origin::Choice(_) => {}
-                Origin::Havocked(_, moments) => {
-                    let choices = moments.iter().map(|&at| model.havocs[at as usize].choice);
+                &Origin::Havocked { cell, since, until } => {
+                    let moments = model.havocs.concerning(cell, since, until);
+                    let choices = moments.map(|moment| moment.choice);
                     let is_far = |choice: &ChoiceId| {
                         *choice != own && model.far_writes.iter().any(|far| far.choice == *choice)
                     };

@@ -127,6 +127,7 @@ impl Sets {
 #[must_use]
 pub fn witness(model: &ScanModel, assignment: &Assignment) -> Witness {
     let values = model.circuit.evaluate(assignment);
+    let happened = model.havocs.where_holds(|lit| values.get(lit));
     let mut witness = Witness { settled: model.settled.clone(), ..Witness::default() };
     for (variable, &value) in model.variables.iter().zip(&assignment.0) {
         match &variable.origin {
@@ -136,13 +137,12 @@ pub fn witness(model: &ScanModel, assignment: &Assignment) -> Witness {
             Origin::Choice(key) => {
                 witness.choices.insert(key.clone(), value);
             }
-            Origin::Havocked(cell, moments) => {
-                let moments = moments.iter().map(|&moment| &model.havocs[moment as usize]);
-                if let Some(last) = moments.rev().find(|moment| values.get(moment.happened)) {
+            &Origin::Havocked { cell, since, until } => {
+                if let Some(last) = happened.newest(cell, since, until) {
                     let key = ChoiceKey {
                         frames: last.frames.clone(),
                         choice: last.choice,
-                        cell: Some(*cell),
+                        cell: Some(cell),
                     };
                     witness.choices.insert(key, value);
                 }

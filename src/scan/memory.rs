@@ -2,8 +2,12 @@
 
 use super::watch::Watch;
 use super::word::{Word, Words};
-use crate::program::{BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Program, Region, WordTarget};
-use crate::scan::model::{Atom, Circuit, Havoc, Lit, Origin, ScanModel, VarId, VarKind, Variable};
+use crate::program::{
+    AreaId, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Program, Region, WordTarget,
+};
+use crate::scan::model::{
+    Atom, Circuit, Concerned, Havoc, Havocs, Lit, Origin, ScanModel, VarId, VarKind, Variable,
+};
 use rustc_hash::FxHashMap;
 
 /// A cell's newest version, and how many of its area's havocked regions it already takes into account.
@@ -11,13 +15,6 @@ use rustc_hash::FxHashMap;
 struct Version<T> {
     value: T,
     seen: usize,
-}
-
-/// A region that was havocked: which, and its index in `ScanModel::havocs`.
-#[derive(Debug, Clone, Copy)]
-struct HavockedRegion {
-    region: Region,
-    index: u32,
 }
 
 /// The memory during symbolic execution, together with the model that grows along.
@@ -29,8 +26,8 @@ pub struct Memory<'p> {
     pub words: Words,
     bit_cells: FxHashMap<Cell, Version<Lit>>,
     word_cells: FxHashMap<Cell, Version<Word>>,
-    /// The havocked regions that each area may have cells in, by the area's id.
-    havocs: Vec<Vec<HavockedRegion>>,
+    /// Whether one of a block of havocs that all concern the same cells happens: by area, and the block's size and number.
+    happened: FxHashMap<(AreaId, u32, usize), Lit>,
     choices: FxHashMap<ChoiceKey, VarId>,
     word_choices: Vec<bool>,
     /// What is noted of writes, if anything is.
@@ -43,11 +40,14 @@ impl<'p> Memory<'p> {
     pub fn new(program: &'p Program, word_choices: Vec<bool>) -> Self {
         Memory {
             program,
-            model: ScanModel::default(),
+            model: ScanModel {
+                havocs: Havocs::of_areas(program.areas.len()),
+                ..ScanModel::default()
+            },
             words: Words::default(),
             bit_cells: FxHashMap::default(),
             word_cells: FxHashMap::default(),
-            havocs: vec![Vec::new(); program.areas.len()],
+            happened: FxHashMap::default(),
             choices: FxHashMap::default(),
             word_choices,
             watch: None,
@@ -167,30 +167,22 @@ impl<'p> Memory<'p> {
 
     /// A version that takes all regions havocked by now into account.
     fn newest<T>(&self, cell: Cell, value: T) -> Version<T> {
-        Version { value, seen: self.havocs[usize::from(cell.area.0)].len() }
+        Version { value, seen: self.model.havocs.count(cell.area) }
     }
 
     /// Whether a region that holds the cell was havocked since its version, and what the new value stands for.
     fn havocked_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
-        let havocs = &self.havocs[usize::from(cell.area.0)];
-        if havocs.len() == seen {
+        let count = self.model.havocs.count(cell.area);
+        if count == seen {
             return None;
         }
-        let mut indices = Vec::new();
-        let mut from = havocs.len();
-        while from > seen {
-            from -= 1;
-            if havocs[from].region.holds(cell) {
-                indices.push(havocs[from].index);
-                if self.model.havocs[havocs[from].index as usize].happened == Lit::TRUE {
-                    break;
-                }
-            }
-        }
-        indices.reverse();
-        self.words.spent += (havocs.len() - seen) / 64 + indices.len() / 8;
-        let happened = self.one_happened(cell, from);
-        (happened != Lit::FALSE).then_some((happened, Origin::Havocked(cell, indices)))
+        // Nothing of what was before one that always happens is left.
+        let since = self.model.havocs.newest_certain(cell, seen).unwrap_or(seen);
+        self.words.spent += (count - seen) / 64;
+        let happened = self.one_happened(cell, since);
+        let moments = |number: usize| u32::try_from(number).expect("too many havocked regions");
+        let origin = || Origin::Havocked { cell, since: moments(since), until: moments(count) };
+        (happened != Lit::FALSE).then(|| (happened, origin()))
     }
 
     /// Whether one of the havocs from `from` on that concern the cell happens.
@@ -198,24 +190,39 @@ impl<'p> Memory<'p> {
     /// Each cell was last read at another moment, so each asks for another stretch of the list. Stretches are put
     /// together from blocks that begin at multiples of their size: cells share the gates of these.
     fn one_happened(&mut self, cell: Cell, from: usize) -> Lit {
-        let havocs = &self.havocs[usize::from(cell.area.0)];
+        let count = self.model.havocs.count(cell.area);
         let (mut from, mut any) = (from, Lit::FALSE);
-        while from < havocs.len() {
-            let left = havocs.len() - from;
-            let size = 1 << from.trailing_zeros().min(left.ilog2());
-            let happened = havocs[from..from + size].iter().map(|havoc| {
-                let holds = havoc.region.holds(cell);
-                if holds { self.model.havocs[havoc.index as usize].happened } else { Lit::FALSE }
-            });
-            let mut happened: Vec<Lit> = happened.collect();
-            while happened.len() > 1 {
-                let pairs = happened.chunks(2);
-                happened = pairs.map(|pair| self.model.circuit.any(pair.iter().copied())).collect();
-            }
-            any = self.model.circuit.or(any, happened[0]);
-            from += size;
+        while from < count {
+            let level = from.trailing_zeros().min((count - from).ilog2());
+            let happened = self.one_of_block(cell, level, from >> level);
+            any = self.model.circuit.or(any, happened);
+            from += 1 << level;
         }
         any
+    }
+
+    /// Whether one of a block of havocs happens that concern the cell.
+    fn one_of_block(&mut self, cell: Cell, level: u32, number: usize) -> Lit {
+        let concerned = self.model.havocs.block(cell, level, number);
+        if concerned == Concerned::None {
+            return Lit::FALSE;
+        }
+        if level == 0 {
+            return self.model.havocs.happened(cell.area, number);
+        }
+        let block = (cell.area, level, number);
+        if concerned == Concerned::All
+            && let Some(&happened) = self.happened.get(&block)
+        {
+            return happened;
+        }
+        let first = self.one_of_block(cell, level - 1, 2 * number);
+        let second = self.one_of_block(cell, level - 1, 2 * number + 1);
+        let happened = self.model.circuit.or(first, second);
+        if concerned == Concerned::All {
+            self.happened.insert(block, happened);
+        }
+        happened
     }
 
     /// Writes a bit where `guard` holds.
@@ -265,13 +272,6 @@ impl<'p> Memory<'p> {
         if let Some(watch) = &mut self.watch {
             watch.lost(&mut self.model.circuit, region, guard);
         }
-        let index = u32::try_from(self.model.havocs.len()).expect("too many havocked regions");
-        self.model.havocs.push(Havoc { happened: guard, frames: frames.to_vec(), choice });
-        let havoc = HavockedRegion { region, index };
-        match region {
-            Region::Range { first, .. } => self.havocs[usize::from(first.area.0)].push(havoc),
-            Region::Area(area) => self.havocs[usize::from(area.0)].push(havoc),
-            Region::Everything => self.havocs.iter_mut().for_each(|havocs| havocs.push(havoc)),
-        }
+        self.model.havocs.push(Havoc { region, happened: guard, frames: frames.to_vec(), choice });
     }
 }

@@ -30,11 +30,18 @@ impl Clauses {
     /// of it are asked too, the thresholds are tied to the bits by comparison.
     #[must_use]
     pub fn new(problem: &Problem) -> Clauses {
+        Clauses::with_late(problem, problem.circuit.nodes().len())
+    }
+
+    /// The same of a problem whose gates from `late` on were put behind the others later. The variable of each of these
+    /// stands behind the last of its inputs', as all stands in the order of execution.
+    #[must_use]
+    pub fn with_late(problem: &Problem, late: usize) -> Clauses {
         let nodes = problem.circuit.nodes();
         let uses = uses(problem);
         let mut clauses = Clauses { nodes: vec![0; nodes.len()], ..Clauses::default() };
-        for (index, node) in nodes.iter().enumerate() {
-            match *node {
+        for index in order(nodes, late) {
+            match nodes[index] {
                 Node::Atom(atom) if uses[index] != Use::None => {
                     let variable = clauses.variable();
                     clauses.nodes[index] = variable;
@@ -174,6 +181,32 @@ impl Clauses {
         self.push(reached, [-reached, below]);
         self.push(reached, [reached, -below]);
     }
+}
+
+/// All nodes, those from `late` on each behind the last of its inputs.
+fn order(nodes: &[Node], late: usize) -> Vec<usize> {
+    let mut last: Vec<usize> = Vec::with_capacity(nodes.len() - late);
+    let mut behind: Vec<(usize, usize)> = Vec::with_capacity(nodes.len() - late);
+    for (index, node) in nodes.iter().enumerate().skip(late) {
+        let inputs = match *node {
+            Node::And(a, b) => [a.node(), b.node()],
+            Node::True | Node::Atom(_) => [0, 0],
+        };
+        let place = |node: usize| if node < late { node } else { last[node - late] };
+        let input = place(inputs[0]).max(place(inputs[1]));
+        last.push(input);
+        behind.push((input, index));
+    }
+    behind.sort_unstable();
+    let mut behind = behind.into_iter().peekable();
+    let mut order = Vec::with_capacity(nodes.len());
+    for index in 0..late {
+        order.push(index);
+        while let Some((_, late)) = behind.next_if(|&(input, _)| input == index) {
+            order.push(late);
+        }
+    }
+    order
 }
 
 /// What becomes of a node.

@@ -62,7 +62,7 @@ fn search_from(smallest: usize, easy: u64, problem: &Problem, bounds: &mut Bound
         bounds.step(|| Step::Core { items, counts: 0, weight: Picos(off) });
         bounds.falsified(off);
     }
-    let clauses = Clauses::new(&merged);
+    let clauses = Clauses::with_late(&merged, problem.circuit.nodes().len());
     let mut objective = Objective::new(Formula::new(&clauses), clauses.variables);
     for (item, &guard) in merged.items.iter().zip(&clauses.items) {
         objective.add_soft(guard, item.weight);

@@ -11,55 +11,66 @@ use std::cmp::Reverse;
 /// Decisions of the solver for one question, beyond one for each assumption; what takes more is left unexplained.
 const EFFORT: u64 = 10_000;
 
-/// For each wanted charge (an index into `ScanModel::charges`) that does not cost its most under the
-/// assignment: charges that do and together keep it from it, none of them to spare; empty if it never can.
-/// `None` if the charge costs its most, or nothing keeps it from that, or no reason is found in short time and within
-/// the limits.
-#[must_use]
-pub fn exclusions(
-    model: &ScanModel,
-    group: &Group,
-    assignment: &Assignment,
-    wanted: &[usize],
-    limits: &Limits<'_>,
-) -> Vec<Option<Vec<usize>>> {
-    if limits.reached() {
-        return vec![None; wanted.len()];
+/// What is asked why charges of a group do not cost their most.
+pub struct Exclusions<'a> {
+    model: &'a ScanModel,
+    problem: Problem,
+    judge: Judge<'a>,
+}
+
+impl<'a> Exclusions<'a> {
+    /// All that does not hang on a scan, which is most of the work.
+    #[must_use]
+    pub fn of(model: &'a ScanModel, group: &Group, limits: &'a Limits<'a>) -> Exclusions<'a> {
+        let problem = Problem::with_negations(model, group);
+        let judge = Judge::new(Clauses::new(&problem), limits);
+        Exclusions { model, problem, judge }
     }
-    let problem = Problem::with_negations(model, group);
-    let values = problem.circuit.evaluate(&problem.own(assignment));
-    let mut running: Vec<usize> =
-        (0..problem.items.len()).filter(|&item| values.get(problem.items[item].guard)).collect();
-    running.sort_by_key(|&item| Reverse(problem.items[item].weight));
-    let clauses = Clauses::new(&problem);
-    let mut judge = Judge::new(&clauses, limits);
-    wanted
-        .iter()
-        .map(|charge| {
-            let missing = (0..problem.items.len())
-                .filter(|&item| !values.get(problem.items[item].guard))
-                .filter(|&item| problem.items[item].charges.contains(charge))
-                .max_by_key(|&item| problem.items[item].weight)?;
-            let reason = judge.reason(missing, &running)?;
-            let dearest = |item: usize| {
-                let charges = problem.items[item].charges.iter().rev().copied();
-                charges.max_by_key(|&charge| model.charges[charge].dearer())
-            };
-            Some(reason.into_iter().filter_map(dearest).collect())
-        })
-        .collect()
+
+    /// For each wanted charge (an index into `ScanModel::charges`) that does not cost its most under the
+    /// assignment: charges that do and together keep it from it, none of them to spare; empty if it never can.
+    /// `None` if the charge costs its most, or nothing keeps it from that, or no reason is found in short time and
+    /// within the limits.
+    pub fn in_scan(
+        &mut self,
+        assignment: &Assignment,
+        wanted: &[usize],
+    ) -> Vec<Option<Vec<usize>>> {
+        let Exclusions { model, problem, judge } = self;
+        let values = problem.circuit.evaluate(&problem.own(assignment));
+        let items = 0..problem.items.len();
+        let mut running: Vec<usize> =
+            items.clone().filter(|&item| values.get(problem.items[item].guard)).collect();
+        running.sort_by_key(|&item| Reverse(problem.items[item].weight));
+        wanted
+            .iter()
+            .map(|charge| {
+                let missing = items
+                    .clone()
+                    .filter(|&item| !values.get(problem.items[item].guard))
+                    .filter(|&item| problem.items[item].charges.contains(charge))
+                    .max_by_key(|&item| problem.items[item].weight)?;
+                let reason = judge.reason(missing, &running)?;
+                let dearest = |item: usize| {
+                    let charges = problem.items[item].charges.iter().rev().copied();
+                    charges.max_by_key(|&charge| model.charges[charge].dearer())
+                };
+                Some(reason.into_iter().filter_map(dearest).collect())
+            })
+            .collect()
+    }
 }
 
 struct Judge<'a> {
     oracle: Oracle<'a>,
-    guards: &'a [i32],
+    guards: Vec<i32>,
 }
 
 impl<'a> Judge<'a> {
-    fn new(clauses: &'a Clauses, limits: &'a Limits<'a>) -> Judge<'a> {
+    fn new(clauses: Clauses, limits: &'a Limits<'a>) -> Judge<'a> {
         let mut oracle = Oracle::new(limits, Branching::Inputs);
-        Formula::new(clauses).teach(0, &mut oracle);
-        Judge { oracle, guards: &clauses.items }
+        Formula::new(&clauses).teach(0, &mut oracle);
+        Judge { oracle, guards: clauses.items }
     }
 
     /// Of the running items, the dearest first, some that the missing one cannot hold together with, none to spare.
@@ -105,7 +116,9 @@ mod tests {
         }
         b.model.constraints.push(!x[3]);
         let best = Assignment(vec![1, 1, 1, 0]);
-        let found = exclusions(&b.model, &b.group(), &best, &[0, 2, 4, 5], &Limits::default());
+        let limits = Limits::default();
+        let mut exclusions = Exclusions::of(&b.model, &b.group(), &limits);
+        let found = exclusions.in_scan(&best, &[0, 2, 4, 5]);
         // Charge 2 is excluded by 0 and by 3, of which the dearer is named; 4 by 0 alone; 5 by the constraint.
         assert_eq!(found, [None, Some(vec![0]), Some(vec![0]), Some(vec![])]);
     }
@@ -117,6 +130,8 @@ mod tests {
         b.charge(Lit::TRUE, x, 3, 0);
         b.charge(Lit::TRUE, y, 3, 0);
         let best = Assignment(vec![1, 0]);
-        assert_eq!(exclusions(&b.model, &b.group(), &best, &[1], &Limits::default()), [None]);
+        let limits = Limits::default();
+        let mut exclusions = Exclusions::of(&b.model, &b.group(), &limits);
+        assert_eq!(exclusions.in_scan(&best, &[1]), [None]);
     }
 }

@@ -19,7 +19,7 @@ mod subsets;
 mod totalizer;
 pub mod trace;
 
-pub use explain::exclusions;
+pub use explain::Exclusions;
 pub use impossible::impossible;
 pub use maxima::{maxima, methods};
 pub use problem::{Item, Problem};
@@ -134,7 +134,7 @@ impl Default for Limits<'_> {
 
 impl Limits<'_> {
     /// Whether to stop with what is proved.
-    fn reached(&self) -> bool {
+    pub(crate) fn reached(&self) -> bool {
         self.decisions.is_some_and(Decisions::are_spent)
             || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
             || (self.cancelled)()

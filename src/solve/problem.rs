@@ -197,20 +197,56 @@ fn sum(a: u64, b: u64) -> u64 {
 /// Copies parts of a circuit into another.
 pub struct Cone<'a> {
     source: &'a Circuit,
-    known: FxHashMap<usize, Lit>,
+    known: Known,
+}
+
+/// What nodes are in a copy: there are many small groups, and one that has most of the circuit.
+enum Known {
+    Few(FxHashMap<usize, Lit>),
+    /// By node; [`UNKNOWN`] what is not copied.
+    Many(Vec<Lit>),
+}
+
+const UNKNOWN: Lit = Lit(u32::MAX);
+
+/// Where more than one in so many nodes of a circuit is copied, each has its place.
+const MANY: usize = 32;
+
+impl Known {
+    fn get(&self, node: usize) -> Option<Lit> {
+        match self {
+            Known::Few(known) => known.get(&node).copied(),
+            Known::Many(known) => Some(known[node]).filter(|&copied| copied != UNKNOWN),
+        }
+    }
+
+    /// Notes what a node of a circuit of so many is.
+    fn put(&mut self, node: usize, copied: Lit, nodes: usize) {
+        match self {
+            Known::Many(known) => known[node] = copied,
+            Known::Few(known) => {
+                known.insert(node, copied);
+                if known.len() > nodes / MANY {
+                    let mut many = vec![UNKNOWN; nodes];
+                    known.iter().for_each(|(&node, &copied)| many[node] = copied);
+                    *self = Known::Many(many);
+                }
+            }
+        }
+    }
 }
 
 impl<'a> Cone<'a> {
     /// Of a circuit; nothing is copied yet.
     pub fn new(source: &'a Circuit) -> Cone<'a> {
-        Cone { source, known: FxHashMap::default() }
+        Cone { source, known: Known::Few(FxHashMap::default()) }
     }
 
     /// Copies a literal and all that it depends on, each gate once; what it is there.
     pub fn copy(&mut self, into: &mut Circuit, lit: Lit) -> Lit {
         let mut stack = vec![lit.node()];
         while let Some(&node) = stack.last() {
-            if self.known.contains_key(&node) {
+            if self.known.get(node).is_some() {
                 stack.pop();
                 continue;
             }
@@ -227,13 +263,13 @@ impl<'a> Cone<'a> {
                     }
                 },
             };
-            self.known.insert(node, copied);
+            self.known.put(node, copied, self.source.nodes().len());
             stack.pop();
         }
         self.get(lit).expect("the literal's node was just copied")
     }
 
     fn get(&self, lit: Lit) -> Option<Lit> {
-        self.known.get(&lit.node()).map(|&copied| if lit.is_negated() { !copied } else { copied })
+        self.known.get(lit.node()).map(|copied| if lit.is_negated() { !copied } else { copied })
     }
 }

@@ -18,6 +18,7 @@ pub const FORMAT: Format = Format {
     about: "One page for a browser, with the ladder drawn",
     suffixes: &["html", "htm"],
     draws: true,
+    escapes: false,
     audit: write,
     compare: |found, out| out.write_all(tables::comparison(found).as_bytes()),
     diff: |found, _, out| out.write_all(tables::difference(found).as_bytes()),

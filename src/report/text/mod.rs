@@ -28,6 +28,7 @@ pub const FORMAT: Format = Format {
     about: "To be read",
     suffixes: &["txt"],
     draws: false,
+    escapes: false,
     audit: |audit, check, extent, out| out.write_all(render(audit, check, extent).as_bytes()),
     compare: |found, out| out.write_all(compare::text::render(found).as_bytes()),
     diff: |found, extent, out| out.write_all(diff::text::render(found, extent).as_bytes()),

@@ -88,10 +88,7 @@ pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: 
     found.constraints.retain(|&holds| holds != Lit::TRUE);
     found.constraints.sort_unstable();
     found.constraints.dedup();
-    found.havocs = model.havocs.clone();
-    for havoc in &mut found.havocs {
-        havoc.happened = of(&pairs, havoc.happened).0;
-    }
+    found.havocs = model.havocs.where_happened(|happened| of(&pairs, happened).0);
     found.circuit = circuit;
     found
 }

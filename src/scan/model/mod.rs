@@ -2,9 +2,11 @@
 
 pub mod certain;
 mod circuit;
+mod havocs;
 mod shared;
 
 pub use circuit::{Atom, Circuit, Lit, Node, Values, VarId};
+pub use havocs::{Concerned, Happened, Havoc, Havocs};
 pub use shared::Shared;
 
 use crate::base::time::Picos;
@@ -28,20 +30,16 @@ pub enum Origin {
     Start(Cell),
     /// A choice of the program.
     Choice(ChoiceKey),
-    /// The cell's value after it was havocked by the last of these to have happened: indices into
-    /// `ScanModel::havocs`, in order of execution.
-    Havocked(Cell, Vec<u32>),
-}
-
-/// A write of any value to a region: a moment from which on cells hold what no one can tell.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Havoc {
-    /// Whether it happened.
-    pub happened: Lit,
-    /// The call context: calls and loop iterations on the path there.
-    pub frames: Vec<Frame>,
-    /// Under which choice.
-    pub choice: ChoiceId,
+    /// The cell's value after it was havocked by the last of these to have happened: what of `ScanModel::havocs`
+    /// concerns it.
+    Havocked {
+        /// The cell.
+        cell: Cell,
+        /// How many that may write to its area were before these.
+        since: u32,
+        /// The same with these.
+        until: u32,
+    },
 }
 
 /// A write of any value to where an index says that is not known, or to anywhere at all.
@@ -191,7 +189,7 @@ pub struct ScanModel {
     /// What holds in every scan.
     pub constraints: Vec<Lit>,
     /// The writes of any value, in order of execution.
-    pub havocs: Vec<Havoc>,
+    pub havocs: Havocs,
     /// The free words from which the counts of summarised loops come.
     pub counting: BTreeSet<VarId>,
     /// The writes of which it is not known where they go, in order of execution.

@@ -47,14 +47,25 @@ impl<T: Copy + Eq + Hash> Shared<T> {
         &self.values
     }
 
-    /// Changes the values, each to one that no other is.
-    pub fn change(&mut self, change: impl FnMut(&mut T)) {
-        let mut values = std::mem::take(&mut self.values);
-        values.iter_mut().for_each(change);
-        self.numbers.clear();
-        values.into_iter().for_each(|value| {
-            self.number(value);
-        });
+    /// Changes values, each to one that no other is. Those that stay as they are keep their place.
+    pub fn change(&mut self, mut change: impl FnMut(&mut T)) {
+        let Shared { values, numbers } = self;
+        let hash = |value: &T| FxBuildHasher.hash_one(value);
+        let mut changed = Vec::new();
+        for (value, number) in values.iter_mut().zip(0u32..) {
+            let before = *value;
+            change(value);
+            if *value != before {
+                if let Ok(entry) = numbers.find_entry(hash(&before), |&other| other == number) {
+                    entry.remove();
+                }
+                changed.push(number);
+            }
+        }
+        for number in changed {
+            let again = |&number: &u32| hash(&values[number as usize]);
+            numbers.insert_unique(hash(&values[number as usize]), number, again);
+        }
     }
 }
 

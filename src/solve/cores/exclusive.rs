@@ -6,7 +6,7 @@
 //! weighs is paid where any of them holds, what the next weighs more where any but the lightest does, and so on.
 
 use crate::scan::model::{Circuit, Lit, Node};
-use crate::solve::problem::{Cone, Item, Problem};
+use crate::solve::problem::{Item, Problem};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::cmp::Reverse;
 
@@ -18,7 +18,7 @@ const FEW: usize = 16;
 const MOST_IN_ALL: usize = 25_000_000;
 
 /// A problem whose exclusive guards are taken together. It costs what the original one costs under every assignment, and
-/// its variables are the same.
+/// its variables are the same. Its circuit is the original one, and the staircases behind it.
 pub struct Merged {
     /// The problem.
     pub problem: Problem,
@@ -36,29 +36,19 @@ pub fn merge(original: &Problem) -> Merged {
         member.extend(items.iter().map(|&item| (item, number)));
     }
     let mut merged = Merged {
-        problem: Problem {
-            constant: original.constant,
-            deducted: original.deducted,
-            variables: original.variables.clone(),
-            ..Problem::default()
-        },
+        problem: Problem { items: Vec::with_capacity(original.items.len()), ..original.clone() },
         origins: Vec::with_capacity(original.items.len()),
         taken: Vec::with_capacity(together.len()),
     };
-    let mut cone = Cone::new(&original.circuit);
     for (place, item) in original.items.iter().enumerate() {
-        let guard = cone.copy(&mut merged.problem.circuit, item.guard);
         match member.get(&place) {
-            None => merged.push(Item { guard, ..item.clone() }, Some(place)),
-            // The gates of a staircase stand behind its last guard, as all stands in the order of execution.
+            None => merged.push(item.clone(), Some(place)),
             Some(&number) if together[number].last() == Some(&place) => {
-                merged.staircase(original, &together[number], &mut cone);
+                merged.staircase(original, &together[number]);
             }
             Some(_) => {}
         }
     }
-    let hard = original.hard.iter().map(|&lit| cone.copy(&mut merged.problem.circuit, lit));
-    merged.problem.hard = hard.collect();
     merged
 }
 
@@ -68,13 +58,12 @@ impl Merged {
         self.origins.push(origin);
     }
 
-    fn staircase(&mut self, original: &Problem, items: &[usize], cone: &mut Cone<'_>) {
+    fn staircase(&mut self, original: &Problem, items: &[usize]) {
         let mut down: Vec<&Item> = items.iter().map(|&item| &original.items[item]).collect();
         down.sort_by_key(|item| Reverse(item.weight));
         let (mut any, mut charges) = (Lit::FALSE, Vec::new());
         for (place, item) in down.iter().enumerate() {
-            let guard = cone.copy(&mut self.problem.circuit, item.guard);
-            any = self.problem.circuit.or(any, guard);
+            any = self.problem.circuit.or(any, item.guard);
             charges.extend_from_slice(&item.charges);
             let weight = item.weight - down.get(place + 1).map_or(0, |next| next.weight);
             if weight == 0 {

@@ -46,6 +46,9 @@ impl Partition {
         // The cores found in this stratum, with their weights. They are relaxed only when all soft literals that are
         // left in it can be true together.
         let mut cores: Vec<(Vec<i32>, u64)> = Vec::new();
+        // How many strata the next question takes in: twice as many after each yes, one again after a core. Of the last
+        // rounds' many strata hardly any has one.
+        let mut strata = 1;
         loop {
             search.bounds().count();
             let stratum = self.objective.soft_literals(least);
@@ -59,6 +62,7 @@ impl Partition {
                         return;
                     }
                     let core = self.minimised(core, &mut asker, search.limits);
+                    strata = 1;
                     let weight = self.objective.subtract_core(&core);
                     if search.limits.trace {
                         self.trace.push(search.core(&core, weight));
@@ -70,8 +74,11 @@ impl Partition {
                         search.found(&mut self.objective, |literal| asker.oracle.holds(literal));
                     }
                     if cores.is_empty() {
-                        let Some(next) = self.stratum_below(least, &asker.oracle) else { break };
+                        let Some(next) = self.stratum_below(least, &asker.oracle, strata) else {
+                            break;
+                        };
                         least = next;
+                        strata *= 2;
                     }
                     for (core, weight) in cores.drain(..) {
                         self.objective.relax(&core, weight, |formula, literal| {
@@ -91,15 +98,20 @@ impl Partition {
         self.values = variables.map(|variable| asker.oracle.holds(variable)).collect();
     }
 
-    /// The stratum to go on with after the answer yes: the model found answers for those that it keeps whole. The last
-    /// one is asked for all the same.
-    fn stratum_below(&self, least: u64, oracle: &Oracle<'_>) -> Option<u64> {
+    /// The stratum to go on with after the answer yes, so many below: the model found answers for those that it keeps
+    /// whole. The last one is asked for all the same.
+    fn stratum_below(&self, least: u64, oracle: &Oracle<'_>, strata: usize) -> Option<u64> {
         let mut next = self.objective.next_stratum(least)?;
-        while self.objective.soft_literals(next).all(|(literal, _)| oracle.holds(literal)) {
-            let Some(below) = self.objective.next_stratum(next) else { break };
+        let mut left = strata - 1;
+        loop {
+            let kept = self.objective.soft_literals(next).all(|(literal, _)| oracle.holds(literal));
+            if !kept && left == 0 {
+                return Some(next);
+            }
+            let Some(below) = self.objective.next_stratum(next) else { return Some(next) };
+            left -= usize::from(!kept);
             next = below;
         }
-        Some(next)
     }
 
     /// Minimises a core as far as a small effort goes. Cores of two are left as they are: soft literals that cannot
