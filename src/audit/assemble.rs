@@ -3,6 +3,7 @@
 use super::assumption::Assumption;
 use super::deciding::{deciding, depends_on};
 use super::doubt::Doubt;
+use super::exactness::Exactness;
 use super::executed::{Executed, stands_between, started};
 use super::fact::Fact;
 use super::made_from::sources;
@@ -215,6 +216,7 @@ impl Findings<'_> {
             bases: self.prices.bases.clone(),
             networks,
             approximations: self.approximations(),
+            exactness: Exactness::of(self.program, self.model),
             warnings,
             response,
             ended_early,

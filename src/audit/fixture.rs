@@ -210,6 +210,7 @@ pub fn fixture() -> Audit {
             what: what.into(),
         })
         .into(),
+        exactness: None,
         warnings: vec![
             Diagnostic::file(Code::LeftOut, "搬送.csv", "no comments", "export COMMENT.csv")
                 .warning(),

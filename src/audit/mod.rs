@@ -16,6 +16,7 @@ mod deciding;
 pub mod difference;
 pub mod doctor;
 mod doubt;
+mod exactness;
 mod executed;
 pub mod explain;
 mod fact;
@@ -56,6 +57,7 @@ mod what_if;
 
 pub use coactivity::{Coactivity, coactivity};
 pub use doubt::Doubt;
+pub use exactness::{Construct, Exactness, InexactUse, LanguageUse};
 pub use fact::{Fact, Status};
 pub use failure::Failure;
 pub use names::comments_in;
@@ -153,6 +155,8 @@ pub struct Audit {
     pub ladder: Option<ladder::Ladder>,
     /// What is over-approximated.
     pub approximations: Vec<ApproximationUse>,
+    /// How much of the source is followed exactly, where its dialect tells statements apart.
+    pub exactness: Option<Exactness>,
     /// Findings that did not stop the audit.
     pub warnings: Vec<Diagnostic>,
     /// The worst response time, if it was asked for.

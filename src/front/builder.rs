@@ -142,6 +142,12 @@ impl Builder {
         WordSource::Free(self.choice())
     }
 
+    /// The same, so that the bound follows it whatever it reads.
+    pub(crate) fn followed(&mut self, choice: ChoiceId, meaning: Meaning) {
+        self.program.followed.insert(choice);
+        self.exactly(choice, meaning);
+    }
+
     /// Says what gives a choice its value.
     pub(crate) fn exactly(&mut self, choice: ChoiceId, meaning: Meaning) {
         if self.budget.meaning(&meaning) {

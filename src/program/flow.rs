@@ -170,6 +170,20 @@ pub fn written_by(write: &Write) -> Vec<Region> {
     }
 }
 
+/// Whether two regions have cells in common.
+#[must_use]
+pub fn meet(one: Region, other: Region) -> bool {
+    match (one, other) {
+        (Region::Everything, _) | (_, Region::Everything) => true,
+        (Region::Area(area), Region::Area(other)) => area == other,
+        (Region::Area(area), Region::Range { first, .. })
+        | (Region::Range { first, .. }, Region::Area(area)) => area == first.area,
+        (Region::Range { first, .. }, Region::Range { first: second, .. }) => {
+            first.area == second.area && (one.holds(second) || other.holds(first))
+        }
+    }
+}
+
 /// Whether any instruction may write the cell.
 #[must_use]
 pub fn is_written(program: &Program, cell: Cell) -> bool {

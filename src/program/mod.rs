@@ -42,6 +42,7 @@ pub mod place;
 mod reads;
 mod settled;
 mod start;
+mod statements;
 mod tags;
 mod task;
 #[cfg(test)]
@@ -57,6 +58,7 @@ pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
 pub use settled::{Settled, Settling};
 pub use start::{Apart, PowerUp, StartRange, TrustedRange};
+pub use statements::{Body, Statement, Statements};
 pub use tags::{Tag, Tags, Type};
 pub use task::Task;
 pub use timing::{Counted, TimingKey, Touched, Units};
@@ -625,6 +627,8 @@ pub struct Program {
     pub choices: u32,
     /// What is known of nondeterministic values; of one that is not named here nothing is.
     pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
+    /// Exact choices that the bound follows whatever they read; others only where that is known.
+    pub followed: BTreeSet<ChoiceId>,
     /// What registers of the CPU some choices read, which it sets by itself: their area and number.
     pub registers: BTreeMap<ChoiceId, (String, u32)>,
     /// What an emulated CPU's timers and counters do.
@@ -676,6 +680,8 @@ pub struct Program {
     pub invariants: Vec<Logic>,
     /// What charts among its routines tell.
     pub charts: Charts,
+    /// The statements that the instructions came from.
+    pub statements: Statements,
 }
 
 impl Program {

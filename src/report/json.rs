@@ -13,7 +13,7 @@ use crate::audit::verdict::{Check, Verdict};
 use crate::audit::{self, Audit, Engine, Opinion};
 use crate::base::budget::{Cut, End};
 use crate::base::location::Location;
-use iec::{Coactivity, Task, task};
+use iec::{Coactivity, Exactness, Task, task};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use serde::ser::SerializeMap;
@@ -77,6 +77,8 @@ pub(super) struct Report<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     tasks: Vec<Task<'a>>,
     approximations: Vec<Approximation<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exactness: Option<Exactness<'a>>,
     warnings: Vec<Warning<'a>>,
     overhead: Vec<Overhead<'a>>,
     breakdown: parts::Breakdown,
@@ -481,6 +483,7 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
                 what: one.what.to_string(),
             })
             .collect(),
+        exactness: audit.exactness.as_ref().map(Exactness::of),
         warnings: audit
             .warnings
             .iter()

@@ -110,45 +110,54 @@ impl Words {
     }
 
     /// The questions from whose answers this one's is put together.
-    fn needs(&mut self, question: Question) -> [Option<Question>; 3] {
+    fn needs(&mut self, question: Question) -> [Option<Question>; 4] {
         let range = |word, low, high| Some(Question::Range(Range(word, low, high)));
         let bits = |word| Some(Question::Bits(word));
         match question {
             Question::Range(Range(word, low, high)) => match self.node(word) {
-                Node::Either(_, a, b) => [range(a, low, high), range(b, low, high), None],
+                Node::Either(_, a, b) => [range(a, low, high), range(b, low, high), None, None],
                 Node::Plus(inner, addend) => {
                     let [first, second] = before_sum(addend, low, high);
                     let range = |(low, high)| range(inner, low, high);
-                    [first.and_then(range), second.and_then(range), None]
+                    [first.and_then(range), second.and_then(range), None, None]
                 }
                 Node::Carried(inner, addend, carry) => {
                     let [with, without] = self.either_sum(inner, addend);
                     let carry = Some(Question::Carry(carry));
-                    [carry, range(with, low, high), range(without, low, high)]
+                    [carry, range(with, low, high), range(without, low, high), None]
                 }
-                Node::Sum(..) | Node::Bitwise(..) => [bits(word), None, None],
-                Node::Const(_) | Node::Free(_) | Node::Bits(_) => [None; 3],
+                Node::Sum(..) | Node::Bitwise(..) | Node::Derived(..) => {
+                    [bits(word), None, None, None]
+                }
+                Node::Const(_) | Node::Free(_) | Node::Bits(_) => [None; 4],
             },
             Question::Bits(word) => match self.node(word) {
-                Node::Either(_, a, b) | Node::Bitwise(_, a, b) => [bits(a), bits(b), None],
-                Node::Plus(inner, _) => [bits(inner), None, None],
-                Node::Sum(a, b, carry) => [bits(a), bits(b), Some(Question::Carry(carry))],
+                Node::Either(_, a, b) | Node::Bitwise(_, a, b) => [bits(a), bits(b), None, None],
+                Node::Plus(inner, _) => [bits(inner), None, None, None],
+                Node::Sum(a, b, carry) => [bits(a), bits(b), Some(Question::Carry(carry)), None],
                 Node::Carried(inner, addend, carry) => {
                     let [with, without] = self.either_sum(inner, addend);
-                    [Some(Question::Carry(carry)), bits(with), bits(without)]
+                    [Some(Question::Carry(carry)), bits(with), bits(without), None]
                 }
-                Node::Const(_) | Node::Free(_) | Node::Bits(_) => [None; 3],
+                Node::Derived(number, _) => {
+                    let derived = self.derived_of(number);
+                    let mut operands = derived.operands().map(Question::Bits);
+                    std::array::from_fn(|_| operands.next())
+                }
+                Node::Const(_) | Node::Free(_) | Node::Bits(_) => [None; 4],
             },
             Question::Carry(carry) => match self.carry_of(carry) {
-                CarryOf::None | CarryOf::Always => [None; 3],
-                CarryOf::Sum(a, b, below) => [bits(a), bits(b), Some(Question::Carry(below))],
+                CarryOf::None | CarryOf::Always => [None; 4],
+                CarryOf::Sum(a, b, below) => {
+                    [bits(a), bits(b), Some(Question::Carry(below)), None]
+                }
                 CarryOf::Carried(word, addend, Carry::NONE) => {
-                    [range(word, 0u16.wrapping_sub(addend), u16::MAX), None, None]
+                    [range(word, 0u16.wrapping_sub(addend), u16::MAX), None, None, None]
                 }
                 CarryOf::Carried(word, addend, below) => {
                     let [without, with] = overflows(addend);
                     let range = |(low, high)| range(word, low, high);
-                    [Some(Question::Carry(below)), range(without), range(with)]
+                    [Some(Question::Carry(below)), range(without), range(with), None]
                 }
             },
         }
@@ -185,7 +194,7 @@ impl Words {
                         let [with, without] = sums.map(|word| range(self, word, (low, high)));
                         circuit.ite(self.carried(carry), with, without)
                     }
-                    Node::Bits(_) | Node::Sum(..) | Node::Bitwise(..) => {
+                    Node::Bits(_) | Node::Sum(..) | Node::Bitwise(..) | Node::Derived(..) => {
                         bits_in_range(circuit, &bits(self, word), low, high)
                     }
                 };
@@ -197,6 +206,16 @@ impl Words {
             Question::Bits(word) => {
                 let found = match self.node(word) {
                     Node::Const(_) | Node::Bits(_) => return,
+                    Node::Derived(number, place) => {
+                        let derived = self.derived_of(number);
+                        let mut operands = derived.operands().map(|word| bits(self, word));
+                        let count = usize::from(derived.words);
+                        let first: Vec<Lit> = operands.by_ref().take(count).flatten().collect();
+                        let second: Vec<Lit> = operands.flatten().collect();
+                        let all = derived.bits(circuit, &first, &second);
+                        let from = 16 * usize::from(place);
+                        std::array::from_fn(|at| all[from + at])
+                    }
                     Node::Free(variable) => {
                         std::array::from_fn(|i| circuit.atom(Atom::WordBit(variable, i as u8)))
                     }

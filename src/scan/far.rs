@@ -100,6 +100,7 @@ pub(super) fn parts(words: &Words, from: &[Word]) -> Vec<VarId> {
                 open.extend([a, b]);
             }
             Node::Plus(a, _) | Node::Carried(a, ..) => open.push(a),
+            Node::Derived(number, _) => open.extend(words.derived_of(number).operands()),
         }
     }
     found

@@ -100,6 +100,19 @@ fn widen(program: &mut Program, costly: &BTreeSet<usize>) -> bool {
         }
     }
     program.choices = choices;
+    // What an operation gives takes as much, too, where it is followed.
+    for &at in costly {
+        let havocked = program.instructions[at].effects.iter().filter_map(|effect| {
+            let Write::Havoc(_, choice) = effect.write else { return None };
+            Some(choice)
+        });
+        let followed: Vec<ChoiceId> =
+            havocked.filter(|choice| program.followed.contains(choice)).collect();
+        for choice in followed {
+            program.followed.remove(&choice);
+            wide.push((at, Approximated::CostlyRead));
+        }
+    }
     let any = !wide.is_empty();
     wide.into_iter().for_each(|(at, what)| program.approximate(at, what));
     any

@@ -288,9 +288,9 @@ impl Run<'_> {
         if self.known.written.iter().any(|&(own, ..)| own == choice) {
             return guard;
         }
-        if self.write_settled(choice, guard, at) {
-            self.known.written.push((choice, guard, Lit::FALSE));
-            return Lit::FALSE;
+        if let Some(rest) = self.write_settled(choice, guard, at) {
+            self.known.written.push((choice, guard, rest));
+            return rest;
         }
         if self.facts(choice).is_empty() {
             return guard;

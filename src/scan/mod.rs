@@ -5,6 +5,7 @@
 
 mod answer;
 mod charge;
+mod derived;
 #[cfg(test)]
 mod choice_tests;
 mod expression;

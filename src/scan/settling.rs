@@ -1,8 +1,8 @@
 //! Choices that an operation gives, carried out where what they read is known well enough: above all indexed devices
 //! whose index is known in this call and iteration.
 
-use super::Run;
 use super::word::{Word, Words};
+use super::{Run, derived};
 use crate::base::ring::{Ring, stretches};
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Shape, Target, Term, Unary,
@@ -18,6 +18,8 @@ use std::sync::Arc;
 const MOST_CASES: usize = 8;
 /// Numbers are put together from so many cases of their words.
 const MOST_PAIRS: usize = 64;
+/// An element of an array is followed where it may be one of so many.
+const MOST_ELEMENTS: usize = 256;
 /// Lists of more words are not followed word by word.
 const MOST_WORDS: usize = 64;
 
@@ -42,27 +44,29 @@ impl<'p> Run<'p> {
     pub(super) fn settled_word(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
         let program = self.program;
         let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };
-        let results = self.carried_out(meaning, at)?;
-        let word = *results.first()?.first()?;
+        let (results, settled) = self.carried_out(choice, meaning, at)?;
+        let word = *results.first()?.first().filter(|_| settled == Lit::TRUE)?;
         Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Exact);
         Some(word)
     }
 
-    /// Writes what an operation gives where `guard` holds; whether it is known.
-    pub(super) fn write_settled(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> bool {
+    /// Writes what an operation gives where `guard` holds. The guard under which that is not known, if it is known
+    /// anywhere.
+    pub(super) fn write_settled(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Option<Lit> {
         let program = self.program;
-        let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return false };
+        let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };
         if meaning.outputs.is_empty() {
-            return false;
+            return None;
         }
-        let Some(results) = self.carried_out(meaning, at) else { return false };
-        let places: Option<Vec<Placed<'p>>> = meaning
-            .outputs
-            .iter()
-            .zip(&results)
-            .map(|(target, result)| self.placed(target, result.len(), at))
-            .collect();
-        let Some(places) = places else { return false };
+        let (results, mut settled) = self.carried_out(choice, meaning, at)?;
+        let mut places: Vec<Placed<'p>> = Vec::with_capacity(results.len());
+        for (target, result) in meaning.outputs.iter().zip(&results) {
+            let (place, known) = self.placed(target, result.len(), self.follows(choice), at)?;
+            settled = self.memory.circuit().and(settled, known);
+            places.push(place);
+        }
+        let rest = self.memory.circuit().and(guard, !settled);
+        let guard = self.memory.circuit().and(guard, settled);
         Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Exact);
         for (place, result) in places.into_iter().zip(results) {
             match place {
@@ -77,7 +81,12 @@ impl<'p> Run<'p> {
                 }
             }
         }
-        true
+        Some(rest)
+    }
+
+    /// Whether a choice is to be followed even where what it reads is not known.
+    fn follows(&self, choice: ChoiceId) -> bool {
+        self.program.followed.contains(&choice)
     }
 
     /// The cells that a write by an index may reach in this call and iteration, if they are fewer than `region`. Beyond
@@ -164,14 +173,42 @@ impl<'p> Run<'p> {
         })
     }
 
-    /// The results of an operation, each a list of words, where its inputs are known well enough.
-    fn carried_out(&mut self, meaning: &Meaning, at: usize) -> Option<Vec<Vec<Word>>> {
-        if self.interrupts() || !can_be_carried_out(&meaning.operation) {
+    /// The results of an operation, each a list of words, where its inputs are known well enough; and where these results
+    /// are settled.
+    fn carried_out(
+        &mut self,
+        choice: ChoiceId,
+        meaning: &Meaning,
+        at: usize,
+    ) -> Option<(Vec<Vec<Word>>, Lit)> {
+        let follows = self.follows(choice);
+        if self.interrupts() || !(follows || can_be_carried_out(&meaning.operation)) {
             return None;
         }
-        let inputs: Option<Vec<Vec<Word>>> =
-            meaning.inputs.iter().map(|operand| self.operand(operand, at)).collect();
-        self.operate(&meaning.operation, inputs?)
+        let mut inputs: Vec<Vec<Word>> = Vec::with_capacity(meaning.inputs.len());
+        let mut settled = Lit::TRUE;
+        for operand in &meaning.inputs {
+            let (words, known) = self.operand(operand, follows, at)?;
+            settled = self.memory.circuit().and(settled, known);
+            inputs.push(words);
+        }
+        if !follows || meaning.operation == Operation::Copy {
+            return Some((self.operate(&meaning.operation, inputs)?, settled));
+        }
+        if let Some(results) = self.operate(&meaning.operation, inputs.clone()) {
+            return Some((results, settled));
+        }
+        let wanted = match meaning.outputs.first() {
+            Some(Target::Words(targets)) => {
+                targets.iter().rposition(|target| *target != WordTarget::Discard)? + 1
+            }
+            _ => inputs.first()?.len(),
+        };
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        let (result, known) =
+            derived::results(words, circuit, &meaning.operation, &inputs, wanted)?;
+        settled = circuit.and(settled, known);
+        Some((vec![result], settled))
     }
 
     fn operate(&mut self, operation: &Operation, inputs: Vec<Vec<Word>>) -> Option<Vec<Vec<Word>>> {
@@ -221,15 +258,21 @@ impl<'p> Run<'p> {
         }
     }
 
-    fn operand(&mut self, operand: &Operand, at: usize) -> Option<Vec<Word>> {
-        match operand {
+    /// The words of an operand, and where they are those.
+    fn operand(
+        &mut self,
+        operand: &Operand,
+        follows: bool,
+        at: usize,
+    ) -> Option<(Vec<Word>, Lit)> {
+        let words = match operand {
             Operand::Words(sources) => {
                 if sources.len() > MOST_WORDS
                     || !sources.iter().all(|&one| self.is_steady_word(one))
                 {
                     return None;
                 }
-                Some(sources.iter().map(|&source| self.word(source, at)).collect())
+                sources.iter().map(|&source| self.word(source, at)).collect()
             }
             Operand::Bits(sources) => {
                 if sources.len() > MOST_WORDS || !sources.iter().all(|&one| self.is_steady_bit(one))
@@ -237,18 +280,16 @@ impl<'p> Run<'p> {
                     return None;
                 }
                 let bit = |run: &mut Self, source| run.logic(&Logic::Bit(source), Lit::TRUE, at);
-                Some(
-                    sources
-                        .iter()
-                        .map(|&source| {
-                            let lit = bit(self, source);
-                            self.bit_word(lit)
-                        })
-                        .collect(),
-                )
+                sources
+                    .iter()
+                    .map(|&source| {
+                        let lit = bit(self, source);
+                        self.bit_word(lit)
+                    })
+                    .collect()
             }
             Operand::Number(number) => {
-                self.is_steady_number(number).then(|| self.number(number, at))
+                self.is_steady_number(number).then(|| self.number(number, at))?
             }
             Operand::Truth(logic) => {
                 if !self.program.volatile.is_empty() {
@@ -256,7 +297,7 @@ impl<'p> Run<'p> {
                 }
                 let condition = self.known.condition();
                 let truth = self.logic(logic, condition, at);
-                Some(vec![self.bit_word(truth)])
+                vec![self.bit_word(truth)]
             }
             Operand::Run(address, shape, count) => {
                 let count = match count {
@@ -270,7 +311,8 @@ impl<'p> Run<'p> {
                     Count::Text(_) => return None,
                 };
                 let mut found: Option<Vec<Word>> = None;
-                for (holds, spots) in self.spots(address, *shape, count as usize, at)? {
+                let (cases, known) = self.spots(address, *shape, count as usize, follows, at)?;
+                for (holds, spots) in cases {
                     let words: Option<Vec<Word>> =
                         spots.iter().map(|spot| self.read_spot(spot)).collect();
                     let words = words?;
@@ -283,23 +325,31 @@ impl<'p> Run<'p> {
                         }
                     });
                 }
-                found
+                return Some((found?, known));
             }
-        }
+        };
+        Some((words, Lit::TRUE))
     }
 
-    /// The places that a list of words from an address on may have.
+    /// The places that a list of words from an address on may have, and where it has one of them.
     fn spots(
         &mut self,
         address: &Address,
         shape: Shape,
         count: usize,
+        follows: bool,
         at: usize,
-    ) -> Option<Cases<Vec<Spot>>> {
+    ) -> Option<(Cases<Vec<Spot>>, Lit)> {
         if count > MOST_WORDS {
             return None;
         }
-        let sums = self.address(address, at)?;
+        let sums = self.address(address, at);
+        let is_partial = sums.is_none();
+        let sums = match sums {
+            Some(sums) => sums,
+            None if follows && shape == Shape::Cells => self.elements(address, count, at)?,
+            None => return None,
+        };
         let place = |(holds, from): (Lit, i64)| {
             let cell = |offset: usize| {
                 let at = from.checked_add(i64::try_from(offset).ok()?)?;
@@ -323,7 +373,54 @@ impl<'p> Run<'p> {
             };
             Some((holds, (0..count).map(spot).collect::<Option<Vec<Spot>>>()?))
         };
-        sums.into_iter().map(place).collect()
+        let found: Option<Cases<Vec<Spot>>> = sums.into_iter().map(place).collect();
+        let found = found?;
+        let known = match is_partial {
+            true => self.memory.circuit().any(found.iter().map(|(holds, _)| *holds)),
+            false => Lit::TRUE,
+        };
+        Some((found, known))
+    }
+
+    /// The addresses at which an element of so many cells lies within the stretches, each with the condition that it is the
+    /// one that is meant.
+    fn elements(&mut self, address: &Address, count: usize, at: usize) -> Option<Cases<i64>> {
+        let [term] = &address.terms[..] else { return None };
+        if term.reading != Digits::Signed
+            || term.times <= 0
+            || !term.words.iter().all(|&word| self.is_steady_word(word))
+        {
+            return None;
+        }
+        let index: Vec<Word> = term.words.iter().map(|&word| self.word(word, at)).collect();
+        let mut found = Vec::new();
+        for stretch in &address.stretches {
+            let last = i64::from(stretch.count).checked_sub(i64::try_from(count).ok()?)?;
+            for from in stretch.from..=stretch.from.checked_add(last)? {
+                let above = from.checked_sub(address.base)?;
+                if above % term.times != 0 {
+                    continue;
+                }
+                if found.len() >= MOST_ELEMENTS {
+                    return None;
+                }
+                let number = above / term.times;
+                let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+                let parts: Vec<Lit> = index
+                    .iter()
+                    .enumerate()
+                    .map(|(place, &word)| {
+                        let value = (number >> (16 * place)) as u16;
+                        words.in_range(circuit, word, value, value)
+                    })
+                    .collect();
+                let fits = index.len() > 1 || i16::try_from(number).is_ok();
+                if fits {
+                    found.push((circuit.all(parts), from));
+                }
+            }
+        }
+        Some(found)
     }
 
     fn address(&mut self, address: &Address, at: usize) -> Option<Cases<i64>> {
@@ -436,12 +533,20 @@ impl<'p> Run<'p> {
         })
     }
 
-    fn placed(&mut self, target: &'p Target, count: usize, at: usize) -> Option<Placed<'p>> {
+    /// Where a result goes, and where it goes there.
+    fn placed(
+        &mut self,
+        target: &'p Target,
+        count: usize,
+        follows: bool,
+        at: usize,
+    ) -> Option<(Placed<'p>, Lit)> {
         match target {
             Target::Run(address, shape) => {
-                Some(Placed::Cells(self.spots(address, *shape, count, at)?))
+                let (cases, known) = self.spots(address, *shape, count, follows, at)?;
+                Some((Placed::Cells(cases), known))
             }
-            target => Some(Placed::At(target)),
+            target => Some((Placed::At(target), Lit::TRUE)),
         }
     }
 

@@ -21,6 +21,8 @@ pub(super) enum Node {
     Sum(Word, Word, Carry),
     /// The sum of a word, a constant and a carry.
     Carried(Word, u16, Carry),
+    /// A word of what an operation gives, by the operation's number.
+    Derived(u32, u8),
 }
 
 /// What is done with two bits.

@@ -3,6 +3,7 @@
 //! Only how a word comes about is kept here. Its bits, or whether it lies in a range, are worked out where a guard asks
 //! for them (`answer`): most results of a plant's arithmetic decide nothing, so they cost nothing.
 
+use super::derived::{Derived, Function};
 use super::term::{Answers, CarryOf, Node};
 pub use super::term::{Carry, Gate, Word};
 use crate::scan::model::{self, Atom, Circuit, Lit, Shared, VarId};
@@ -20,6 +21,7 @@ pub struct Words {
     nodes: Shared<Node>,
     given_bits: Shared<[Lit; 16]>,
     carries: Shared<CarryOf>,
+    derived: Shared<Derived>,
     pub(super) answers: Answers,
     /// What may still be spent on questions of the current instruction.
     pub allowance: usize,
@@ -40,6 +42,7 @@ impl Default for Words {
             nodes: Shared::default(),
             given_bits: Shared::default(),
             carries,
+            derived: Shared::default(),
             answers: Answers::default(),
             allowance: usize::MAX,
             spent: 0,
@@ -135,6 +138,27 @@ impl Words {
         }
     }
 
+    /// The words that an operation gives on two numbers of equally many words, one or two.
+    pub fn derived(
+        &mut self,
+        function: Function,
+        first: &[Word],
+        second: &[Word],
+        wanted: usize,
+    ) -> Vec<Word> {
+        let pair = |number: &[Word]| [number[0], number[number.len() - 1]];
+        let words = u8::try_from(first.len()).unwrap_or(1);
+        let asked = u8::try_from(wanted).unwrap_or(1);
+        let (first, second) = (pair(first), pair(second));
+        let own = Derived { function, words, first, second, wanted: asked };
+        let number = self.derived.number(own);
+        (0..asked).map(|place| self.shared(Node::Derived(number, place))).collect()
+    }
+
+    pub(super) fn derived_of(&self, number: u32) -> Derived {
+        self.derived.get(number)
+    }
+
     /// A word of sixteen bits, the least first.
     pub fn of_bits(&mut self, circuit: &Circuit, bits: [Lit; 16]) -> Word {
         if bits.iter().all(|b| b.is_constant()) {
@@ -214,7 +238,11 @@ impl Words {
                     continue;
                 }
                 Node::Free(_) => i16::MAX,
-                Node::Bits(_) | Node::Bitwise(..) | Node::Sum(..) | Node::Carried(..) => {
+                Node::Bits(_)
+                | Node::Bitwise(..)
+                | Node::Sum(..)
+                | Node::Carried(..)
+                | Node::Derived(..) => {
                     let bits = self.bits_if_allowed(circuit, word)?;
                     let may = |i: usize| bits[i] != Lit::FALSE;
                     let most = (0..15).fold(0u16, |most, i| most | u16::from(may(i)) << i);

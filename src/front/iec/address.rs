@@ -1,8 +1,14 @@
-//! Direct addresses: memory and outputs that two variables share are not followed, so that no write goes unseen.
+//! Direct addresses: what is written into memory or outputs that two variables share, or may share, the other one sees.
 
+use super::emit::{Emit, Place};
+use super::types::lineage;
 use crate::base::code::Code;
+use crate::front::builder::always;
 use crate::iec::fault::Fault;
-use crate::iec::{Project, Variable};
+use crate::iec::same;
+use crate::program::{
+    BitTarget, Effect, Logic, Number, Region, WordSource, WordTarget, Write, flow,
+};
 
 /// An area, and from where to where in it, in both ways of counting.
 type Bits = (char, [(u64, u64); 2]);
@@ -10,7 +16,7 @@ type Bits = (char, [(u64, u64); 2]);
 /// The bits that an address takes: counted in bytes, as some count, and in units of its own size, as others do.
 fn bits(address: &str) -> Option<Bits> {
     let rest = address.strip_prefix('%')?;
-    let area = rest.chars().next().filter(|area| matches!(area, 'Q' | 'M'))?;
+    let area = rest.chars().next().filter(|area| matches!(area, 'I' | 'Q' | 'M'))?;
     let rest = &rest[1..];
     let digits = rest.trim_start_matches(|c: char| c.is_ascii_alphabetic());
     let size = match rest[..rest.len() - digits.len()].chars().next() {
@@ -32,75 +38,166 @@ fn bits(address: &str) -> Option<Bits> {
     Some((area, at.map(|at| (at, at.saturating_add(size)))))
 }
 
-/// The faults of variables that share memory or outputs: with each other, with addresses that code names by themselves, or
-/// with those of another instance of the same unit.
-pub(super) fn shared(
-    project: &Project,
-    named: &[Variable],
-    has_instances: &dyn Fn(&str) -> bool,
-) -> Vec<(usize, Fault)> {
-    let mut found: Vec<(usize, &Variable, Bits)> = Vec::new();
-    let mut faults = Vec::new();
-    let globals = project.globals.iter().flat_map(|(_, list)| list).map(|one| (0, one));
-    let own =
-        project.pous.iter().flat_map(|pou| pou.variables.iter().map(move |one| (pou.file, one)));
-    for (file, variable) in globals.chain(own).chain(named.iter().map(|one| (0, one))) {
-        let Some(taken) = variable.at.as_deref().and_then(bits) else { continue };
-        let meets = |one: &&(usize, &Variable, Bits)| {
-            let overlap = |side: usize| {
-                let ((a, b), (c, d)) = (one.2.1[side], taken.1[side]);
-                a < d && c < b
-            };
-            one.2.0 == taken.0 && (overlap(0) || overlap(1))
+/// A variable with an address.
+struct Located {
+    place: Place,
+    address: String,
+    taken: Bits,
+}
+
+impl Located {
+    /// A variable at an address that is known.
+    fn new(place: &Place, address: &str) -> Option<Located> {
+        let address = address.to_ascii_uppercase();
+        let (area, mut taken) = bits(&address)?;
+        if place.tag.cell().is_none() {
+            // A structure or an array takes more than its first part.
+            let size = place.tag.of.size()?;
+            let size = u64::from(size[0]) + 16 * u64::from(size[1]);
+            taken.iter_mut().for_each(|(from, to)| *to = (*to).max(from.saturating_add(size)));
+        }
+        Some(Located { place: place.clone(), address, taken: (area, taken) })
+    }
+
+    /// Whether it may share memory with another, in one of the ways of counting.
+    fn meets(&self, other: &Located) -> bool {
+        let overlap = |side: usize| {
+            let ((a, b), (c, d)) = (self.taken.1[side], other.taken.1[side]);
+            a < d && c < b
         };
-        if let Some((_, other, _)) = found.iter().find(meets) {
-            let message = format!(
-                "{} at {} may share memory with {} at {}, which is not followed",
-                variable.name,
-                variable.at.as_deref().unwrap_or_default(),
-                other.name,
-                other.at.as_deref().unwrap_or_default()
-            );
-            let help = "let one variable have the address, and use that in both places";
-            faults.push((
-                file,
-                Fault::new(variable.line, message).code(Code::NotModelled).help(help),
-            ));
-        }
-        found.push((file, variable, taken));
+        self.taken.0 == other.taken.0 && (overlap(0) || overlap(1))
     }
-    for pou in project.pous.iter().filter(|pou| has_instances(&pou.name)) {
-        let fixed = |one: &&Variable| one.at.as_deref().and_then(bits).is_some();
-        if let Some(one) = pou.variables.iter().find(fixed) {
-            let message = format!(
-                "{} has an address of its own, which several instances of {} share",
-                one.name, pou.name
-            );
-            let help = "hand the variable over as an input or output";
-            faults
-                .push((pou.file, Fault::new(one.line, message).code(Code::NotModelled).help(help)));
+
+    /// What another variable takes on when this one is written: the same value where both are one, else any.
+    fn passes_to(&self, other: &Located) -> Passes {
+        let one = self.place.tag.cell().zip(other.place.tag.cell());
+        match one.filter(|_| self.address == other.address && self.place.tag.of == other.place.tag.of)
+        {
+            None => Passes::Any(other.place.tag.regions()),
+            Some((from, to)) => match self.place.tag.of.size() {
+                Some([1, 0]) => {
+                    Passes::Same(vec![Write::Bit(BitTarget::Cell(to), Logic::cell(from))])
+                }
+                Some([0, words]) => {
+                    let targets = (0..words).map(|at| WordTarget::Cell(to.plus(at))).collect();
+                    let sources = (0..words).map(|at| WordSource::Cell(from.plus(at))).collect();
+                    Passes::Same(vec![Write::Words(targets, Number::Words(sources))])
+                }
+                _ => Passes::Any(other.place.tag.regions()),
+            },
         }
     }
-    faults
+}
+
+/// What a variable takes on.
+enum Passes {
+    Same(Vec<Write>),
+    Any(Vec<Region>),
+}
+
+/// All variables with addresses, those that code names by their addresses, too.
+fn located(emit: &Emit<'_>) -> Vec<Located> {
+    let mut found = Vec::new();
+    for one in &emit.instances {
+        for variable in lineage(emit.project, one.pou).into_iter().flat_map(|pou| &pou.variables) {
+            let part = Emit::part(&one.place, &variable.name);
+            let own = variable.at.as_deref().zip(part);
+            found.extend(own.and_then(|(address, place)| Located::new(&place, address)));
+        }
+    }
+    for variable in emit.project.globals.iter().flat_map(|(_, list)| list) {
+        let is_own = |place: &&Place| {
+            same(place.name.rsplit('.').next().unwrap_or_default(), &variable.name)
+        };
+        let own = variable.at.as_deref().zip(emit.globals.values().find(is_own));
+        found.extend(own.and_then(|(address, place)| Located::new(place, address)));
+    }
+    let direct = emit.globals.values().filter(|place| place.name.starts_with('%'));
+    found.extend(direct.filter_map(|place| Located::new(place, &place.name)));
+    found
+}
+
+/// Lets every write of a variable that shares memory with others be one of these, too.
+pub(super) fn share(emit: &mut Emit<'_>) {
+    let all = located(emit);
+    let pairs: Vec<(&Located, &Located)> = all
+        .iter()
+        .enumerate()
+        .flat_map(|(at, one)| {
+            let others = all.iter().enumerate().filter(move |(other, _)| *other != at);
+            others.map(move |(_, other)| (one, other)).filter(|(one, other)| one.meets(other))
+        })
+        .collect();
+    if pairs.is_empty() {
+        return;
+    }
+    let is_written = |write: &Write, one: &Located| {
+        let own = one.place.tag.regions();
+        flow::written_by(write)
+            .iter()
+            .any(|region| own.iter().any(|own| flow::meet(*region, *own)))
+    };
+    for at in 0..emit.builder.next() {
+        let mut more: Vec<Effect> = Vec::new();
+        let mut told = Vec::new();
+        for effect in &emit.builder.program.instructions[at].effects.clone() {
+            for (one, other) in pairs.iter().filter(|(one, _)| is_written(&effect.write, one)) {
+                let writes = match one.passes_to(other) {
+                    Passes::Same(writes) => writes,
+                    Passes::Any(regions) => {
+                        told.push(format!(
+                            "{} at {} may share memory with {} at {}: that may hold anything when this is written",
+                            one.place.name, one.address, other.place.name, other.address
+                        ));
+                        let choice = emit.builder.choice();
+                        regions.into_iter().map(|region| Write::Havoc(region, choice)).collect()
+                    }
+                };
+                let when = effect.when;
+                more.extend(writes.into_iter().map(|write| Effect { when, ..always(write) }));
+            }
+        }
+        emit.builder.program.instructions[at].effects.extend(more);
+        told.dedup();
+        told.into_iter().for_each(|what| emit.builder.program.approximate(at, what));
+    }
+    let mut faults = Vec::new();
+    for (range, file, line) in &emit.given_back {
+        let effects = range.clone().flat_map(|at| &emit.builder.program.instructions[at].effects);
+        let writes: Vec<&Write> = effects.map(|effect| &effect.write).collect();
+        let shared = pairs.iter().find(|(one, _)| writes.iter().any(|write| is_written(write, one)));
+        if let Some((one, other)) = shared {
+            let told = format!(
+                "{} at {} is handed over in and out, and may share memory with {} at {}, which is not followed",
+                one.place.name, one.address, other.place.name, other.address
+            );
+            let help = "copy it to a variable without an address before the call, and back behind it";
+            faults.push((*file, Fault::new(*line, told).code(Code::NotModelled).help(help)));
+        }
+    }
+    emit.faults.extend(faults);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::iec::parse::file;
 
     #[test]
-    fn variables_that_share_memory_are_found_and_others_left_alone() {
-        let faults = |variables: &str| {
-            let text = format!("PROGRAM p VAR {variables} END_VAR x := 1; END_PROGRAM");
-            shared(&file("a.st", &text).expect("a program"), &[], &|_| false).len()
+    fn addresses_meet_in_either_way_of_counting() {
+        let meet = |one: &str, other: &str| {
+            let [one, other] = [one, other].map(|address| bits(address).expect("an address"));
+            let overlap = |side: usize| {
+                let ((a, b), (c, d)) = (one.1[side], other.1[side]);
+                a < d && c < b
+            };
+            one.0 == other.0 && (overlap(0) || overlap(1))
         };
-        assert_eq!(faults("a AT %MW0 : INT; b AT %MX0.3 : BOOL;"), 1);
-        assert_eq!(faults("a AT %MW1 : INT; b AT %MB2 : BYTE;"), 1);
-        assert_eq!(faults("a AT %QX0.0 : BOOL; b AT %QX0.0 : BOOL;"), 1);
-        assert_eq!(
-            faults("a AT %QX0.0 : BOOL; b AT %QX0.1 : BOOL; c AT %MW8 : INT; d AT %IX0.0 : BOOL;"),
-            0
-        );
+        assert!(meet("%MW0", "%MX0.3"));
+        assert!(meet("%MW1", "%MB2"));
+        assert!(meet("%QW1", "%QW2"));
+        assert!(meet("%QX0.0", "%QX0.0"));
+        assert!(!meet("%QX0.0", "%QX0.1"));
+        assert!(!meet("%QX0.0", "%MX0.0"));
+        assert!(!meet("%MW0", "%MW8"));
     }
 }

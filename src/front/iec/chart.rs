@@ -87,7 +87,9 @@ impl Emit<'_> {
         let none = memory.clears.iter().map(|&cell| set(cell, Logic::Const(false))).collect();
         self.write(none);
         for (number, one) in chart.transitions.iter().enumerate() {
-            self.at(one.line, &format!("TRANSITION {}", chart.transition_name(number)));
+            let text = format!("TRANSITION {}", chart.transition_name(number));
+            self.at(one.line, &text);
+            let from = self.builder.next();
             let rivals = (0..number).filter(|&other| {
                 chart.transitions[other].from.iter().any(|step| one.from.contains(step))
             });
@@ -118,6 +120,7 @@ impl Emit<'_> {
             }
             self.land(skip);
             self.landing();
+            self.counted_part(from, one.line, &text, 1);
         }
         let clear = |which: &dyn Fn(usize) -> bool| {
             let own = (0..memory.clears.len()).filter(|&at| which(at));
@@ -146,7 +149,9 @@ impl Emit<'_> {
             ];
             for (path, fires) in hooks {
                 if let Some(path) = path {
+                    let from = self.builder.next();
                     self.carried_out(at, path, fires, one.line);
+                    self.counted_part(from, one.line, &format!("STEP {}", one.name), 1);
                 }
             }
         }
@@ -157,8 +162,11 @@ impl Emit<'_> {
         let mut outputs = Vec::new();
         for (name, action) in names.iter().zip(&memory.actions) {
             let line = chart.blocks_of(name).next().map_or(chart.line, |(_, block)| block.line);
-            self.at(line, &format!("ACTION {name}"));
+            let text = format!("ACTION {name}");
+            self.at(line, &text);
+            let from = self.builder.next();
             outputs.push(self.control(at, memory, action, line));
+            self.counted_part(from, line, &text, chart.blocks_of(name).count());
         }
         for (name, (on, runs)) in names.iter().zip(outputs) {
             let Some((_, block)) = chart.blocks_of(name).next() else { continue };
@@ -270,7 +278,11 @@ impl Emit<'_> {
     fn inline(&mut self, at: &Context, body: &Body, runs: Logic, line: u32) {
         let skip = self.jump(runs.not(), Some(Self::key(&["JMP"], "jump")));
         match body {
-            Body::Code(_, statements) => self.inner(at, statements),
+            Body::Code(_, statements) => {
+                let around = self.enter(body);
+                self.inner(at, statements);
+                self.leave(around);
+            }
             Body::Unread(_, fault) => self.faults.push((self.file, fault.clone())),
             Body::Chart(_) => {
                 self.faults.push((
@@ -315,7 +327,10 @@ impl Emit<'_> {
     fn carried_out(&mut self, at: &Context, path: &Path, fires: Logic, line: u32) {
         let skip = self.jump(fires.not(), Some(Self::key(&["JMP"], "jump")));
         let call = Statement { line, kind: Statements::Call(path.clone(), Vec::new()) };
+        // It is counted with the action's control.
+        let around = self.leave_out();
         self.inner(at, std::slice::from_ref(&call));
+        self.leave(around);
         self.land(skip);
         self.landing();
     }

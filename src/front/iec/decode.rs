@@ -60,13 +60,7 @@ pub fn decode(
     }
     one_name_each(&tasks, &mut emit);
     changed_by_others(&mut emit, &entries);
-    let direct = emit.globals.values().filter(|place| place.name.starts_with('%'));
-    let direct: Vec<Variable> = direct.map(|place| named(&place.name)).collect();
-    let instances = |name: &str| {
-        emit.instances.iter().filter(|one| same(&project.pous[one.pou].name, name)).count() > 1
-    };
-    let shared = super::address::shared(project, &direct, &instances);
-    emit.faults.extend(shared);
+    super::address::share(&mut emit);
     if !emit.faults.is_empty() {
         let name = |file: usize| project.files.get(file).map_or("", String::as_str);
         let mut told: Vec<Diagnostic> = Vec::new();
@@ -138,7 +132,7 @@ fn changed_by_others(emit: &mut Emit<'_>, entries: &[usize]) {
     for (range, file, line) in &emit.given_back {
         let own: Vec<Region> = range.clone().flat_map(|at| flow::written(program, at)).collect();
         let by_other = |(task, region): &(usize, Region)| {
-            *task != task_of(range.start) && own.iter().any(|one| meet(*one, *region))
+            *task != task_of(range.start) && own.iter().any(|one| flow::meet(*one, *region))
         };
         if written.iter().any(by_other) {
             let told = "what is handed over in and out is written by another task, too: it may change \
@@ -148,19 +142,6 @@ fn changed_by_others(emit: &mut Emit<'_>, entries: &[usize]) {
         }
     }
     emit.faults.extend(faults);
-}
-
-/// Whether two regions have cells in common.
-fn meet(one: Region, other: Region) -> bool {
-    match (one, other) {
-        (Region::Everything, _) | (_, Region::Everything) => true,
-        (Region::Area(area), Region::Area(other)) => area == other,
-        (Region::Area(area), Region::Range { first, .. })
-        | (Region::Range { first, .. }, Region::Area(area)) => area == first.area,
-        (Region::Range { first, .. }, Region::Range { first: second, .. }) => {
-            first.area == second.area && (one.holds(second) || other.holds(first))
-        }
-    }
 }
 
 /// Puts together what is called.
@@ -260,20 +241,6 @@ fn program(emit: &mut Emit<'_>, task: &Task, name: &str, of: &str) {
             emit.call(Logic::Const(true), instance, What::Body, "PROGRAM");
         }
         Err(fault) => emit.faults.push((emit.file, fault)),
-    }
-}
-
-/// A variable that code names by its address.
-fn named(address: &str) -> Variable {
-    Variable {
-        name: address.to_owned(),
-        section: crate::iec::Section::Global,
-        of: crate::iec::TypeRef::Named(String::new()),
-        initial: None,
-        at: Some(address.to_owned()),
-        constant: false,
-        retain: false,
-        line: 1,
     }
 }
 

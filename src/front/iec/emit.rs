@@ -1,5 +1,6 @@
 //! What all parts of a program have in common while its instructions are put together: memory, instances, routines.
 
+use super::tally::Tally;
 use super::types::{Kind, Ty, Types, layout};
 use super::value::Value;
 use crate::base::code::Code;
@@ -63,6 +64,7 @@ pub(super) struct Emit<'p> {
     pub(super) kept: BTreeMap<String, Value>,
     /// Instructions that give back what was handed over in and out, with the file of the call and its line.
     pub(super) given_back: Vec<(std::ops::Range<usize>, usize, u32)>,
+    pub(super) tally: Tally,
     between: [u32; 2],
     pub(super) file: usize,
     /// The number of the task whose routines are put together.
@@ -81,7 +83,9 @@ impl<'p> Emit<'p> {
             program.areas.push(area(name, AreaKind::Bit, role));
             program.areas.push(area(&format!("{name}word "), AreaKind::Word, role));
         }
+        let tally = Tally::of(project, &mut program.statements);
         Emit {
+            tally,
             builder: Builder::new(program),
             project,
             types: Types::new(project),
@@ -224,15 +228,18 @@ impl<'p> Emit<'p> {
         words: u32,
         meaning: Option<(Operation, Vec<Input>, u32)>,
     ) -> Number {
-        let wide = meaning.as_ref().map_or(words, |(.., wide)| (*wide).max(words));
-        let first = self.words_between(wide);
+        let first = self.words_between(words);
         let choice = self.builder.choice();
         if let Some((operation, inputs, wide)) = meaning {
-            let targets = (0..wide).map(|at| WordTarget::Cell(first.plus(at))).collect();
-            let outputs = vec![Target::Words(targets)];
-            self.builder.exactly(choice, Meaning { operation, inputs, outputs });
+            // What the operation gives beyond the words that are asked for is lost.
+            let target = |at| match at < words {
+                true => WordTarget::Cell(first.plus(at)),
+                false => WordTarget::Discard,
+            };
+            let outputs = vec![Target::Words((0..wide).map(target).collect())];
+            self.builder.followed(choice, Meaning { operation, inputs, outputs });
         }
-        self.write(vec![Write::Havoc(Region::Range { first, count: wide }, choice)]);
+        self.write(vec![Write::Havoc(Region::Range { first, count: words }, choice)]);
         Number::Words((0..words).map(|at| WordSource::Cell(first.plus(at))).collect())
     }
 

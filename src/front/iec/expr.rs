@@ -161,10 +161,12 @@ impl Emit<'_> {
             let number = self.worked_out(words, Some((Operation::Copy, vec![run], words)));
             return Value::Number(kind, number);
         }
-        let choice = self.builder.choice();
-        self.builder.exactly(choice, Meaning::of(run));
-        let kept = self.keep_bit(Logic::Bit(BitSource::Free(choice)));
-        Value::Bit(kept)
+        let (cell, choice) = (self.bit_between(), self.builder.choice());
+        let outputs = vec![Target::Bits(vec![BitTarget::Cell(cell)])];
+        let meaning = Meaning { operation: Operation::Copy, inputs: vec![run], outputs };
+        self.builder.followed(choice, meaning);
+        self.write(vec![Write::Havoc(Region::Range { first: cell, count: 1 }, choice)]);
+        Value::Bit(Logic::cell(cell))
     }
 
     fn binary(
@@ -405,6 +407,7 @@ impl Emit<'_> {
         let words = self.copied(Number::Sub(Box::new(left), Box::new(right)), 2);
         if let Some(&WordSource::Cell(first)) = words.first() {
             let choice = self.builder.choice();
+            self.program().statements.unsettled.insert(choice);
             let any = Write::Havoc(Region::Range { first, count: 2 }, choice);
             let at = self.write_if(below, vec![any], None);
             let why = "a time below 0, of which controllers differ: it may be any time";
@@ -634,7 +637,7 @@ impl Emit<'_> {
             _ => return Ok(Vec::new()),
         };
         let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
-        self.builder.exactly(choice, meaning);
+        self.builder.followed(choice, meaning);
         Ok(vec![Write::Havoc(Region::Range { first, count }, choice)])
     }
 }

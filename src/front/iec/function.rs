@@ -277,6 +277,19 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<Value, Fault> {
         let upper = name.to_ascii_uppercase();
+        let is_enable = |one: &Argument| one.name.as_ref().is_some_and(|name| same(name, "EN"));
+        if given.iter().any(is_enable) {
+            // Where it is off, what stands for the result is not said.
+            let why = format!("the result of {upper} with EN may be any value");
+            let rest: Vec<Argument> = given.iter().filter(|one| !is_enable(one)).cloned().collect();
+            for one in given.iter().filter(|one| is_enable(one)) {
+                self.value(at, &one.value, line)?;
+            }
+            self.standard(at, name, &rest, line)?;
+            let from = self.builder.next() - 1;
+            self.program().approximate(from, why);
+            return Ok(Value::Any);
+        }
         let mut values = Vec::new();
         for argument in given.iter().filter(|one| !one.is_output) {
             if self.calls_own(&argument.value) {
@@ -285,10 +298,26 @@ impl Emit<'_> {
             }
             values.push(self.value(at, &argument.value, line)?);
         }
+        let names: Option<Vec<&String>> =
+            given.iter().filter(|one| !one.is_output).map(|one| one.name.as_ref()).collect();
+        if let Some(names) = names {
+            let mut ranked: Vec<(u32, Value)> =
+                names.into_iter().map(|name| input_rank(name)).zip(values).collect();
+            ranked.sort_by_key(|(rank, _)| *rank);
+            values = ranked.into_iter().map(|(_, value)| value).collect();
+        }
         for argument in given.iter().filter(|one| one.is_output) {
             if let Expr::Variable(target) = &argument.value {
                 self.assign(at, target, Value::Any, line)?;
             }
+        }
+        if let Some((reads, to)) = decimal(&upper) {
+            self.cost(&[&upper, "CONVERT"], "conversion");
+            let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), reads);
+            return match to {
+                Some(to) => self.conversion(Some(value), &to, line),
+                None => Ok(value),
+            };
         }
         if let Some((from, to)) = upper.split_once("_TO_") {
             let to = elementary(to).ok_or_else(|| unknown(line, name))?;
@@ -380,6 +409,20 @@ impl Emit<'_> {
                     Value::Number(kind, number),
                     line,
                 )
+            }
+            ("SHL" | "SHR" | "ROL" | "ROR", 2) => {
+                self.cost(&[&upper, "FUNCTION"], "special");
+                let (places, of) = (values.remove(1), values.remove(0));
+                let found = self.moved(&upper, of, places);
+                if matches!(found, Value::Any) {
+                    let at = self.builder.next() - 1;
+                    self.program().approximate(at, format!("the result of {upper} may be any value"));
+                }
+                Ok(found)
+            }
+            ("MUX", 2..) => {
+                self.cost(&["MUX", "FUNCTION"], "special");
+                self.multiplexed(values, line)
             }
             _ if FOLLOWED_NOT.contains(&upper.as_str()) => {
                 self.cost(&[&upper, "FUNCTION"], "special");
@@ -502,6 +545,33 @@ pub(super) fn parameters<'a>(
     given
         .iter()
         .map(move |one| (one.name.as_ref().or_else(|| inputs.next().map(|input| &input.name)), one))
+}
+
+/// Where an input of this name stands among those of the standard's functions, however they are written down.
+fn input_rank(name: &str) -> u32 {
+    let name = name.to_ascii_uppercase();
+    match name.as_str() {
+        "G" | "K" | "MN" => 0,
+        "IN" => 1,
+        _ => name.strip_prefix("IN").and_then(|number| number.parse().ok()).map_or(
+            u32::MAX,
+            |number: u32| number.saturating_add(1),
+        ),
+    }
+}
+
+/// Of a function that reads (or writes) decimal digits of four bits: that, and the type of the number that it gives.
+fn decimal(name: &str) -> Option<(bool, Option<Ty>)> {
+    if let Some((digits, number)) = name.split_once("BCD_TO_") {
+        let is_own = digits.is_empty() || elementary(digits.strip_suffix('_')?).is_some();
+        return elementary(number).filter(|_| is_own).map(|to| (true, Some(to)));
+    }
+    let (number, digits) = name.split_once("_TO_BCD")?;
+    elementary(number)?;
+    match digits.strip_prefix('_') {
+        Some(to) => Some((false, Some(elementary(to)?))),
+        None => digits.is_empty().then_some((false, None)),
+    }
 }
 
 /// Functions of the standard whose results may be any value.

@@ -378,7 +378,7 @@ impl Emit<'_> {
         if variable.rest.iter().any(|part| matches!(part, Part::Index(_) | Part::Dereference)) {
             return true;
         }
-        if writes_to(body, variable) {
+        if writes_to(body, variable) || self.writes_beside(body, variable) {
             return true;
         }
         let mut called = false;
@@ -414,6 +414,32 @@ impl Emit<'_> {
                 named || reaches(body, &variable.first)
             })
         })
+    }
+
+    /// Whether a variable has an address, and statements write another that has one, or call what may: both may share memory.
+    fn writes_beside(&self, body: &[Statement], variable: &Path) -> bool {
+        let has_address = |name: &str| {
+            let globals = self.project.globals.iter().flat_map(|(_, list)| list);
+            let own = self.project.pous.iter().flat_map(|pou| &pou.variables);
+            let is = |one: &crate::iec::Variable| one.at.is_some() && same(&one.name, name);
+            name.starts_with('%') || globals.chain(own).any(is)
+        };
+        let mut found = false;
+        if has_address(&variable.first) {
+            crate::iec::ast::visit(body, &mut |one| {
+                found |= match &one.kind {
+                    Statements::Assign(target, _)
+                    | Statements::Latch(target, ..)
+                    | Statements::For(target, ..) => {
+                        !alike(target, variable) && has_address(&target.first)
+                    }
+                    Statements::Call(..) | Statements::CallIf(..) => true,
+                    _ => false,
+                };
+                expressions(one, &mut |expr| found |= calls(self.project, expr));
+            });
+        }
+        found
     }
 
     /// Whether a call hands a variable over for being changed.

@@ -74,6 +74,7 @@ impl<'p> Emit<'p> {
             let carries = self.any_bit(why);
             self.jump(carries.not(), None)
         });
+        let around = self.enter(body);
         match body {
             Body::Code(_, statements) => {
                 let mut ways = Ways::default();
@@ -94,6 +95,7 @@ impl<'p> Emit<'p> {
                 self.faults.push((self.file, fault));
             }
         }
+        self.leave(around);
         if let Some(inherited) = inherited {
             self.land(inherited);
         }
@@ -106,7 +108,10 @@ impl<'p> Emit<'p> {
         for statement in statements {
             let text = show::statements(std::slice::from_ref(statement), 0);
             self.at(statement.line, text.lines().next().unwrap_or_default());
-            if let Err(fault) = self.statement(at, statement, ways) {
+            let counted = self.begin_statement(statement);
+            let done = self.statement(at, statement, ways);
+            self.end_statement(counted);
+            if let Err(fault) = done {
                 let fault =
                     if fault.line == 0 { Fault { line: statement.line, ..fault } } else { fault };
                 let place = &self.instances[at.instance].place.name;

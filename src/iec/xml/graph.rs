@@ -4,7 +4,7 @@
 //! is kept in a variable, so that nothing is written twice, however often ways fork and join.
 
 use super::node::{Text, child, children, elements, inputs, is, sources};
-use super::order::rank;
+use super::order::{order, rank};
 use super::reading::Reading;
 use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Kind, Path, Statement};
@@ -26,6 +26,8 @@ pub(super) struct Graph<'a, 'i> {
     open: BTreeSet<&'a str>,
     done: BTreeSet<&'a str>,
     statements: Vec<Statement>,
+    /// The number of execution of the element that is carried out, if it has one.
+    acting: Option<u64>,
 }
 
 fn wrong(text: &Text, node: Node<'_, '_>, message: String) -> Fault {
@@ -69,6 +71,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             open: BTreeSet::new(),
             done: BTreeSet::new(),
             statements: Vec::new(),
+            acting: None,
         })
     }
 
@@ -81,6 +84,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             self.nodes.iter().enumerate().map(|(at, (&id, &node))| (rank(node, at), id)).collect();
         acting.sort();
         for (_, id) in acting {
+            self.acting = order(self.nodes[id]);
             self.act(reading, id)?;
         }
         Ok(std::mem::take(&mut self.statements))
@@ -149,6 +153,9 @@ impl<'a, 'i> Graph<'a, 'i> {
             return Ok(kept.clone());
         }
         let node = self.nodes[id];
+        if self.is_fed_back(id, node) {
+            return Ok(self.block_output(reading, id, node, output));
+        }
         if !self.open.insert(id) || self.open.len() > DEPTH {
             let message =
                 format!("{}: the ways through it come back to where they began", called(node));
@@ -167,6 +174,15 @@ impl<'a, 'i> Graph<'a, 'i> {
         // A variable may change before it is read again; what is kept does not.
         self.kept.insert(key, value.clone());
         Ok(value)
+    }
+
+    /// Whether an output is that of an instance that is not carried out before it is asked for: a way leads back to it, or its
+    /// number of execution is a later one. It holds what the scan before left in it.
+    fn is_fed_back(&self, id: &str, node: Node<'_, '_>) -> bool {
+        let is_instance = node.tag_name().name() == "block"
+            && node.attribute("instanceName").is_some_and(|name| !name.is_empty());
+        let later = order(node).zip(self.acting).is_some_and(|(own, acting)| own > acting);
+        is_instance && (self.open.contains(id) || (later && !self.done.contains(id)))
     }
 
     fn add(&mut self, node: Node<'_, '_>, kind: Kind) {

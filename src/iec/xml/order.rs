@@ -6,12 +6,17 @@ use roxmltree::Node;
 /// Where an element comes: by its number of execution, if it has one, else from top to bottom and from left to right, else
 /// as it stands in the file.
 pub(super) fn rank(node: Node<'_, '_>, at: usize) -> (u64, i64, i64, usize) {
-    let number = |name: &str| node.attribute(name).and_then(|text| text.parse::<u64>().ok());
-    let order = number("executionOrderId").filter(|&order| order > 0).unwrap_or(u64::MAX);
+    let order = order(node).unwrap_or(u64::MAX);
     let position = child(node, "position");
     let coordinate =
         |name: &str| position.and_then(|one| tenths(one.attribute(name)?)).unwrap_or(0);
     (order, coordinate("y"), coordinate("x"), at)
+}
+
+/// An element's number of execution, if it has one.
+pub(super) fn order(node: Node<'_, '_>) -> Option<u64> {
+    let number = node.attribute("executionOrderId")?.parse().ok();
+    number.filter(|&order| order > 0)
 }
 
 /// A coordinate in tenths of its unit.

@@ -1,4 +1,4 @@
-//! What projects of IEC 61131-3 have: charts and tasks.
+//! What projects of IEC 61131-3 have: charts, tasks and statements.
 
 use crate::audit::{self, TaskUse};
 use schemars::JsonSchema;
@@ -48,4 +48,76 @@ impl Coactivity<'_> {
     pub(super) fn of(found: &audit::Coactivity) -> Coactivity<'_> {
         Coactivity { without_ps: found.without.0, active: &found.active }
     }
+}
+
+/// How much of the source is followed exactly.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Exactness<'a> {
+    statements: u64,
+    exact: u64,
+    languages: Vec<Language<'a>>,
+    constructs: Vec<Construct<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    unread: Vec<Unread<'a>>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Language<'a> {
+    language: &'a str,
+    bodies: u64,
+    uncalled: u64,
+    statements: u64,
+    exact: u64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Construct<'a> {
+    what: &'a str,
+    statements: u64,
+    places: Vec<Inexact<'a>>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Inexact<'a> {
+    file: u32,
+    line: u32,
+    body: &'a str,
+    statement: &'a str,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Unread<'a> {
+    body: &'a str,
+    why: &'a str,
+}
+
+impl Exactness<'_> {
+    pub(super) fn of(found: &audit::Exactness) -> Exactness<'_> {
+        let (statements, exact) = found.total();
+        let language = |one: &audit::LanguageUse| Language {
+            language: one.language,
+            bodies: one.called,
+            uncalled: one.uncalled,
+            statements: one.statements,
+            exact: one.exact,
+        };
+        let unread = found.unread.iter().map(|(body, why)| Unread { body, why });
+        Exactness {
+            statements,
+            exact,
+            languages: found.languages.iter().map(language).collect(),
+            constructs: found.constructs.iter().map(construct).collect(),
+            unread: unread.collect(),
+        }
+    }
+}
+
+fn construct(one: &audit::Construct) -> Construct<'_> {
+    let inexact = one.places.iter().map(|place| Inexact {
+        file: place.at.file,
+        line: place.at.line,
+        body: &place.body,
+        statement: &place.text,
+    });
+    Construct { what: &one.what, statements: one.statements, places: inexact.collect() }
 }

@@ -2,6 +2,7 @@
 
 mod approximated;
 mod bound;
+mod exactness;
 mod exclusion;
 mod founded;
 mod net;
@@ -94,6 +95,7 @@ fn sections(audit: &Audit, extent: Extent) -> String {
     text += &list("What was stated and is believed", &founded::facts(audit), extent);
     text += &founded::trusted(audit, extent);
     text += &list("Left open: what is not stated may make the bound too low", &doubts, extent);
+    text += &exactness::section(audit, extent);
     text += &approximated::approximations(audit, extent);
     text + &list("Warnings", &warnings(audit), extent)
 }

@@ -1,0 +1,149 @@
+//! Functions of the standard that move bits, choose among values, or read and write decimal digits.
+
+use super::emit::Emit;
+use super::expr::{common, holding};
+use super::types::{DINT, Kind};
+use super::value::{Value, constant, wrapped};
+use crate::iec::fault::Fault;
+use crate::program::meaning::{Operand as Input, Operation, Unary};
+use crate::program::{
+    BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, WordSource, WordTarget,
+    Write,
+};
+
+impl Emit<'_> {
+    /// SHL, SHR, ROL and ROR. Controllers differ where bits are moved by as many places as there are, or more.
+    pub(super) fn moved(&mut self, name: &str, of: Value, places: Value) -> Value {
+        let rotates = name.starts_with('R');
+        let (kind, number) = match of {
+            Value::Number(kind, number) => (kind, number),
+            Value::Constant(value) if !rotates => {
+                let kind = holding(DINT, value);
+                (kind, constant(value, kind.words()))
+            }
+            _ => return Value::Any,
+        };
+        let places = match places {
+            Value::Constant(value) if (0..=0xFFFF).contains(&value) => constant(value, 1),
+            Value::Number(kind @ Kind::Whole { .. }, number) if kind.words() == 1 => number,
+            _ => return Value::Any,
+        };
+        let Kind::Whole { bits, signed } = kind else { return Value::Any };
+        let left = name.ends_with('L');
+        // What comes in at the top of a number with a sign, controllers do not say alike.
+        if bits > 32 || (rotates && bits == 8) || (signed && !left) {
+            return Value::Any;
+        }
+        let operation = match rotates {
+            true => Operation::Rotate { left, through: false },
+            false => Operation::Shift { left, signed: false },
+        };
+        let places = Number::Words(self.copied(places, 1));
+        let words = kind.words();
+        let inputs = vec![Input::Number(number), Input::Number(places.clone())];
+        let moved = self.worked_out(words, Some((operation, inputs, words)));
+        let words = self.copied(moved, words);
+        let beyond = compared(Relation::GreaterOrEqual, places, constant(i64::from(bits), 1));
+        self.open_where(beyond, &words);
+        Value::Number(kind, wrapped(kind, Number::Words(words)))
+    }
+
+    /// MUX: the value of this number, from 0 on. Controllers differ beyond the last.
+    pub(super) fn multiplexed(
+        &mut self,
+        mut values: Vec<Value>,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let which = values.remove(0);
+        if let Value::Constant(number) = which {
+            let own = usize::try_from(number).ok().filter(|&number| number < values.len());
+            return match own {
+                Some(number) => Ok(values.swap_remove(number)),
+                None => Err(Fault::new(line, format!("MUX has no input {number}"))),
+            };
+        }
+        let Value::Number(kind @ Kind::Whole { .. }, number) = which else {
+            return Ok(Value::Any);
+        };
+        let which = Number::Words(self.copied(number, kind.words()));
+        let mut fits = Vec::new();
+        for number in 0..values.len() {
+            let number = constant(i64::try_from(number).unwrap_or(i64::MAX), kind.words());
+            fits.push(self.keep_bit(compared(Relation::Equal, which.clone(), number)));
+        }
+        let none = Logic::Any(fits.clone()).not();
+        if values.iter().all(|value| matches!(value, Value::Bit(_))) {
+            let cell = self.bit_between();
+            let choice = self.builder.choice();
+            self.program().statements.unsettled.insert(choice);
+            let any = Write::Havoc(Region::Range { first: cell, count: 1 }, choice);
+            self.write_if(none, vec![any], None);
+            for (fit, value) in fits.into_iter().zip(values) {
+                let Value::Bit(logic) = value else { continue };
+                self.write_if(fit, vec![Write::Bit(BitTarget::Cell(cell), logic)], None);
+            }
+            return Ok(Value::Bit(Logic::cell(cell)));
+        }
+        let Some(kind) = kind_of(&values) else { return Ok(Value::Any) };
+        let first = self.words_between(kind.words());
+        let targets = || (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
+        for (fit, value) in fits.into_iter().zip(values) {
+            let number = self.as_number(value, kind, line)?;
+            self.write_if(fit, vec![Write::Words(targets(), number)], None);
+        }
+        let words = cells(first, kind.words());
+        self.open_where(none, &words);
+        Ok(Value::Number(kind, Number::Words(words)))
+    }
+
+    /// Decimal digits of four bits as a number, or the opposite. Anything where they are none, or the number has too many.
+    pub(super) fn decimal(&mut self, value: Value, reads: bool) -> Value {
+        let (kind, number) = match value {
+            Value::Number(kind @ Kind::Whole { .. }, number) if kind.words() <= 2 => (kind, number),
+            _ => return Value::Any,
+        };
+        let Kind::Whole { bits, .. } = kind else { return Value::Any };
+        if bits == 8 && !reads {
+            return Value::Any;
+        }
+        let unary = if reads { Unary::FromBcd } else { Unary::ToBcd };
+        let inputs = vec![Input::Number(number)];
+        let words = kind.words();
+        let found = self.worked_out(words, Some((Operation::Each(unary), inputs, words)));
+        Value::Number(Kind::Whole { bits, signed: false }, found)
+    }
+
+    /// Takes words as any value where a condition holds, since the language leaves open what they are there.
+    fn open_where(&mut self, condition: Logic, words: &[WordSource]) {
+        let Some(&WordSource::Cell(first)) = words.first() else { return };
+        let count = u32::try_from(words.len()).unwrap_or(1);
+        let choice = self.builder.choice();
+        self.program().statements.unsettled.insert(choice);
+        let any = Write::Havoc(Region::Range { first, count }, choice);
+        self.write_if(condition, vec![any], None);
+    }
+}
+
+fn compared(relation: Relation, left: Number, right: Number) -> Logic {
+    let reading = Reading::Unsigned;
+    Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+}
+
+fn cells(first: Cell, words: u32) -> Vec<WordSource> {
+    (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
+}
+
+/// The kind in which several values meet; `None` if one of them is none that is followed.
+fn kind_of(values: &[Value]) -> Option<Kind> {
+    let mut found: Option<Kind> = None;
+    for value in values {
+        found = Some(match (found, value) {
+            (None, Value::Number(kind, _)) => *kind,
+            (None, Value::Constant(value)) => holding(DINT, *value),
+            (Some(own), Value::Number(kind, _)) => common(own, *kind),
+            (Some(own), Value::Constant(value)) => holding(own, *value),
+            (_, Value::Bit(_) | Value::Any) => return None,
+        });
+    }
+    found
+}
