@@ -190,9 +190,17 @@ fn enumerations_begin_with_their_first_value() {
 }
 
 #[test]
-fn shared_memory_and_unknown_names_are_refused() {
-    assert_eq!(of("m AT %MW0 : INT; n AT %MX0.0 : BOOL;", "m := 1;"), Err(vec![Code::NotModelled]));
-    assert_eq!(of("m AT %QX0.0 : BOOL;", "%QX0.0 := TRUE;"), Err(vec![Code::NotModelled]));
+fn shared_memory_is_seen_by_both_and_unknown_names_are_refused() {
+    let tested = "IF n THEN x := TRUE; END_IF";
+    let word = |body: &str| of("m AT %MW0 : INT; n AT %MX0.0 : BOOL;", body);
+    assert_eq!(word(&format!("n := FALSE; m := 1; {tested}")), Ok(3));
+    let bit = |body: &str| of("n AT %QX0.0 : BOOL;", body);
+    assert_eq!(bit(&format!("n := FALSE; %QX0.0 := TRUE; {tested}")), Ok(3));
+    assert_eq!(bit(&format!("n := TRUE; %QX0.0 := FALSE; {tested}")), Ok(2));
+    // A copy of what is handed over would not see what the other one takes on.
+    let handed = "FUNCTION_BLOCK f VAR_IN_OUT v : INT; END_VAR v := 0; END_FUNCTION_BLOCK
+        PROGRAM main VAR i : f; m AT %MW0 : INT; n AT %MX0.0 : BOOL; END_VAR i(v := m); END_PROGRAM";
+    assert_eq!(bound(handed), Err(vec![Code::NotModelled]));
     assert_eq!(of("", "q := TRUE;"), Err(vec![Code::UnknownName]));
     assert_eq!(of("t : FB_Pump;", "x := TRUE;"), Err(vec![Code::UnknownType]));
 }
@@ -220,7 +228,7 @@ fn loops_on_conditions_go_round_as_often_as_what_they_count_says() {
         "WHILE i < 5 DO IF a THEN CONTINUE; END_IF i := i + 1; END_WHILE",
         "WHILE i < 5 DO i := i - 1; END_WHILE",
         "WHILE i < n DO i := i + 1; n := n + 1; END_WHILE",
-        "REPEAT i := i + 1; UNTIL i = 5 END_REPEAT",
+        "REPEAT i := i + 2; UNTIL i = 5 END_REPEAT",
         "REPEAT i := i + 1; UNTIL i > 5 AND a END_REPEAT",
     ] {
         assert_eq!(of("i, n : INT;", unknown), Err(vec![Code::LoopCount]), "{unknown}");

@@ -27,6 +27,8 @@ struct Counting {
     /// The last value with which the loop goes on.
     end: Expr,
     by: i64,
+    /// Whether it ends only where the variable is just beyond the end: from further on it goes round through all values.
+    only_there: bool,
 }
 
 impl Emit<'_> {
@@ -79,9 +81,8 @@ impl Emit<'_> {
         line: u32,
         ways: &mut Ways,
     ) -> Result<(), Fault> {
-        let Counting { variable, end, by } = self.counting(at, condition, true, body, line)?;
-        let from = Expr::Variable(variable.clone());
-        let turns = self.turns(at, &variable, (&from, &end, by), 0, line)?;
+        let counting = self.counting(at, condition, true, body, line)?;
+        let turns = self.turns_of(at, &counting, 0, line)?;
         let begin = self.begin_loop(&turns, None);
         let goes_on = self.bit(at, condition, line)?;
         let leave = self.jump(goes_on.not(), Some(Self::key(&["JMP"], "jump")));
@@ -107,9 +108,8 @@ impl Emit<'_> {
         line: u32,
         ways: &mut Ways,
     ) -> Result<(), Fault> {
-        let Counting { variable, end, by } = self.counting(at, until, false, body, line)?;
-        let from = Expr::Variable(variable.clone());
-        let turns = self.turns(at, &variable, (&from, &end, by), 1, line)?;
+        let counting = self.counting(at, until, false, body, line)?;
+        let turns = self.turns_of(at, &counting, 1, line)?;
         let begin = self.begin_loop(&turns, None);
         let mut out = self.around(at, body, ways);
         self.at(line, "END_REPEAT");
@@ -117,6 +117,42 @@ impl Emit<'_> {
         out.push(self.jump(ends, Some(Self::key(&["JMP"], "jump"))));
         self.end_loop(begin, "JMP", out);
         Ok(())
+    }
+
+    /// How often a loop goes round that counts a variable, but at least so often.
+    fn turns_of(
+        &mut self,
+        at: &Context,
+        counting: &Counting,
+        fewest: u32,
+        line: u32,
+    ) -> Result<Turns, Fault> {
+        let Counting { variable, end, by, only_there } = counting;
+        let from = Expr::Variable(variable.clone());
+        if *only_there {
+            // A loop that is carried out before it is tested begins one step further on.
+            let (first, far) = match (fewest, *by > 0) {
+                (0, true) => (Operator::Greater, *by),
+                (0, false) => (Operator::Less, *by),
+                (_, true) => (Operator::Greater, 0),
+                (_, false) => (Operator::Less, 0),
+            };
+            let start = self.value(at, &from, line)?;
+            let last = self.value(at, end, line)?;
+            let last = self.combined(Operator::Add, last, Value::Constant(far), line)?;
+            let beyond = self.holds(first, start, last, line)?;
+            self.without_end(beyond);
+        }
+        self.turns(at, variable, (&from, end, *by), fewest, line)
+    }
+
+    /// Where a condition holds, the loop that begins has no end.
+    fn without_end(&mut self, condition: Logic) {
+        let skip = self.jump(condition.not(), None);
+        let here = self.builder.next();
+        self.builder.add(None, Vec::new(), Step::Unbounded { from: here });
+        self.land(skip);
+        self.landing();
     }
 
     fn begin_loop(&mut self, turns: &Turns, row: Option<&str>) -> usize {
@@ -230,11 +266,7 @@ impl Emit<'_> {
         };
         let endless = Logic::Any(vec![limit, wraps, ever]);
         let beyond = Logic::All(vec![none.clone().not(), endless]);
-        let skip = self.jump(beyond.not(), None);
-        let here = self.builder.next();
-        self.builder.add(None, Vec::new(), Step::Unbounded { from: here });
-        self.land(skip);
-        self.landing();
+        self.without_end(beyond);
         if let WordSource::Cell(cell) = words[0] {
             let fewest = constant(fewest.into(), 1);
             let write = Write::Words(vec![WordTarget::Cell(cell)], fewest);
@@ -310,7 +342,7 @@ impl Emit<'_> {
     /// What a loop counts that goes on while (or until) a condition holds: a variable that is compared with an end, and that
     /// one statement of the body, which every turn comes to, moves by a constant.
     fn counting(
-        &self,
+        &mut self,
         at: &Context,
         condition: &Expr,
         while_true: bool,
@@ -325,15 +357,23 @@ impl Emit<'_> {
         let mut skips = false;
         crate::iec::ast::visit(body, &mut |one| skips |= leaves(one));
         let parts = parts.into_iter().filter(|_| !skips);
-        for (path, operator, end) in parts.flat_map(|part| compared(part, while_true)) {
+        let mut candidates: Vec<_> = parts.flat_map(|part| compared(part, while_true)).collect();
+        // What ends a loop only at one value is taken where nothing else does.
+        candidates.sort_by_key(|(_, operator, _)| *operator == Operator::NotEqual);
+        for (path, operator, end) in candidates {
             let mut steps = body
                 .iter()
                 .enumerate()
                 .filter_map(|(number, one)| Some((number, self.step_of(at, one, path)?)));
             let (Some((number, by)), None) = (steps.next(), steps.next()) else { continue };
             let rest = [&body[..number], &body[number + 1..]].concat();
-            let upwards = matches!(operator, Operator::Less | Operator::LessOrEqual);
+            let only_there = operator == Operator::NotEqual;
+            let upwards = match only_there {
+                true => by > 0,
+                false => matches!(operator, Operator::Less | Operator::LessOrEqual),
+            };
             if upwards != (by > 0)
+                || (only_there && (by.abs() != 1 || !self.is_wide(at, path, line)))
                 || self.may_write(at, &rest, path)
                 || self.end_stays(at, end, body, line).is_err()
             {
@@ -346,15 +386,22 @@ impl Emit<'_> {
             let end = match operator {
                 Operator::Less => one(Operator::Subtract),
                 Operator::Greater => one(Operator::Add),
+                Operator::NotEqual if by > 0 => one(Operator::Subtract),
+                Operator::NotEqual => one(Operator::Add),
                 _ => end.clone(),
             };
-            return Ok(Counting { variable: path.clone(), end, by });
+            return Ok(Counting { variable: path.clone(), end, by, only_there });
         }
         let help = "let it go on while a variable is below an end (WHILE i < 10 DO), which one statement of the loop moves \
                     by a constant (i := i + 1), or write it as FOR with EXIT";
         Err(Fault::new(line, "how often WHILE or REPEAT goes round is not known")
             .code(Code::LoopCount)
             .help(help))
+    }
+
+    /// Whether a variable has so many values that no loop that is followed goes through all of them.
+    fn is_wide(&mut self, at: &Context, variable: &Path, line: u32) -> bool {
+        self.range_of(at, variable, line).is_ok_and(|(least, most)| most - least > MOST)
     }
 
     /// By how much a statement moves a variable: `i := i + 1`.
@@ -497,9 +544,11 @@ fn joined<'e>(one: &'e Expr, by: Operator, parts: &mut Vec<&'e Expr>) {
 
 /// Variables, how they are to an end while a loop goes on, and the end.
 fn compared(one: &Expr, while_true: bool) -> Vec<(&Path, Operator, &Expr)> {
-    use Operator::{Greater, GreaterOrEqual, Less, LessOrEqual};
+    use Operator::{Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual};
     let Expr::Binary(operator, left, right) = one else { return Vec::new() };
     let mirrored = |operator: Operator| match operator {
+        Equal => Some(Equal),
+        NotEqual => Some(NotEqual),
         Less => Some(Greater),
         LessOrEqual => Some(GreaterOrEqual),
         Greater => Some(Less),
@@ -509,9 +558,11 @@ fn compared(one: &Expr, while_true: bool) -> Vec<(&Path, Operator, &Expr)> {
     let Some(other) = mirrored(*operator) else { return Vec::new() };
     let goes_on = |operator: Operator| match (while_true, operator) {
         (true, operator) => operator,
+        (false, Equal) => NotEqual,
         (false, Less) => GreaterOrEqual,
         (false, LessOrEqual) => Greater,
         (false, Greater) => LessOrEqual,
+        (false, NotEqual) => Equal,
         (false, _) => Less,
     };
     let mut found = Vec::new();
@@ -521,6 +572,8 @@ fn compared(one: &Expr, while_true: bool) -> Vec<(&Path, Operator, &Expr)> {
     if let Expr::Variable(path) = &**right {
         found.push((path, goes_on(other), &**left));
     }
+    // A loop that goes on at one value alone says nothing of its turns.
+    found.retain(|(_, operator, _)| *operator != Equal);
     found
 }
 

@@ -3,13 +3,20 @@
 use super::emit::{Emit, Place, What};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, lineage};
-use super::value::Value;
+use super::value::{Value, constant};
 use crate::base::code::Code;
-use crate::iec::ast::{Argument, Expr, Kind as Statements, Operator, Path, Selector, Statement};
+use crate::iec::ast::{
+    Argument, Expr, Kind as Statements, Literal, Operator, Part, Path, Selector, Statement,
+};
 use crate::iec::fault::Fault;
 use crate::iec::{Body, Pou, PouKind, same, show};
-use crate::program::{Logic, Number, Step, WordSource, WordTarget, Write};
+use crate::program::{
+    Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
+};
 use std::collections::BTreeMap;
+
+/// An array of so many instances is called by a number that is worked out.
+const MOST_INSTANCES: i64 = 64;
 
 /// Where jumps of a body lead: labels, and the ends of loops.
 #[derive(Default)]
@@ -144,6 +151,15 @@ impl<'p> Emit<'p> {
                 self.assign(at, target, value, line)
             }
             Statements::Latch(target, set, condition) => {
+                let found = self.find(at, target, line)?;
+                if let Found::Place(place) = &found
+                    && matches!(place.ty, Ty::Standard(..) | Ty::Block(..))
+                {
+                    // S and R of an instruction list call an instance with its input of that name.
+                    let name = Some(if *set { "S" } else { "R" }.to_owned());
+                    let given = Argument { name, is_output: false, value: condition.clone() };
+                    return self.instance_called(at, place, &[given], line);
+                }
                 let fires = self.bit(at, condition, line)?;
                 let found = self.find(at, target, line)?;
                 let writes = self.writes(found, Value::Bit(Logic::Const(*set)), line)?;
@@ -323,6 +339,9 @@ impl<'p> Emit<'p> {
                 return self.method(at, at.instance, name, given, line).map(|_| ());
             }
         }
+        if self.one_of_called(at, target, given, line)? {
+            return Ok(());
+        }
         let place = self.find(at, target, line);
         if let Ok(Found::Place(place)) = place {
             return self.instance_called(at, &place, given, line);
@@ -364,6 +383,55 @@ impl<'p> Emit<'p> {
             }
             _ => Err(unknown(line, &show::path(target))),
         }
+    }
+
+    /// Calls the instance of an array that has this number, where that is worked out: the one of all whose number it is.
+    /// Whether it is such a call.
+    fn one_of_called(
+        &mut self,
+        at: &Context,
+        target: &Path,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<bool, Fault> {
+        let Some((Part::Index(indices), owner)) = target.rest.split_last() else {
+            return Ok(false);
+        };
+        let owner = Path { first: target.first.clone(), rest: owner.to_vec() };
+        let [index] = &indices[..] else { return Ok(false) };
+        let Ok(Found::Place(all)) = self.find(at, &owner, line) else { return Ok(false) };
+        let Ty::Array { dimensions, of } = &all.ty else { return Ok(false) };
+        let is_instance = matches!(**of, Ty::Standard(..) | Ty::Block(..));
+        if !is_instance || self.constant(at, index).is_some() {
+            return Ok(false);
+        }
+        let (low, high) = match dimensions[..] {
+            [(low, high)] if high - low < MOST_INSTANCES => (low, high),
+            _ => {
+                let told = format!("{}: an instance of unknown number is called", all.name);
+                let help = "call one of an array of up to 64 instances, or write CASE";
+                return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
+            }
+        };
+        let number = self.number(at, index, DINT, line)?;
+        let words = self.copies(number, DINT);
+        for number in low..=high {
+            let own = Compare {
+                relation: Relation::Equal,
+                reading: Reading::Signed,
+                left: Number::Words(words.clone()),
+                right: constant(number, 2),
+            };
+            let skip = self.jump(Logic::Compare(Box::new(own)).not(), None);
+            let mut one = owner.clone();
+            let number = Literal::Int(number.into(), None);
+            one.rest.push(Part::Index(vec![Expr::Literal(number)]));
+            let done = self.called(at, &one, given, line);
+            self.land(skip);
+            self.landing();
+            done?;
+        }
+        Ok(true)
     }
 
     fn instance_called(

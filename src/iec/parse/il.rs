@@ -20,9 +20,15 @@ pub(super) fn begins(cursor: &mut Cursor) -> bool {
     cursor.is_one_of(WORDS) && operand
 }
 
+/// Inputs of the standard's blocks that are instructions, too. (S, R and LD are others besides.)
+const INPUTS: &[&str] = &["S1", "R1", "CLK", "CU", "CD", "PV", "IN", "PT"];
+
 /// What a list has come to.
+#[derive(Default)]
 struct List {
     result: Option<Expr>,
+    /// Whether the result was worked out and nothing was done with it yet.
+    is_new: bool,
     statements: Vec<Statement>,
     kept: usize,
 }
@@ -33,13 +39,27 @@ impl List {
     }
 
     fn result(&self, line: u32) -> Result<Expr, Fault> {
-        let none = || Fault::new(line, "no result is there yet").help("begin with LD");
+        let none = || {
+            let told = match self.statements.last().map(|one| &one.kind) {
+                Some(Kind::Label(label)) => {
+                    format!("the result with which jumps come to {label} is not followed")
+                }
+                _ => "no result is there yet".to_owned(),
+            };
+            Fault::new(line, told).help("begin with LD")
+        };
         self.result.clone().ok_or_else(none)
+    }
+
+    /// Keeps a result that nothing was done with, so that what it takes is not lost.
+    fn leave(&mut self, line: u32) -> Result<(), Fault> {
+        if self.is_new { self.keep(line).map(|_| ()) } else { Ok(()) }
     }
 
     /// Keeps the result in a variable of its own, since what it is made of may change.
     fn keep(&mut self, line: u32) -> Result<Expr, Fault> {
         let result = self.result(line)?;
+        self.is_new = false;
         if matches!(&result, Expr::Literal(_)) || is_kept(&result) {
             return Ok(result);
         }
@@ -57,15 +77,16 @@ fn is_kept(result: &Expr) -> bool {
 
 /// Reads a list up to the end of a body.
 pub(super) fn instructions(cursor: &mut Cursor) -> Result<Vec<Statement>, Fault> {
-    let mut list = List { result: None, statements: Vec::new(), kept: 0 };
+    let mut list = List::default();
     read(cursor, &mut list, &[])?;
+    list.leave(cursor.line())?;
     Ok(list.statements)
 }
 
 /// Reads a list that stores nothing, up to one of these words: its result.
 pub(super) fn value(cursor: &mut Cursor, ends: &[&str]) -> Result<Expr, Fault> {
     let line = cursor.line();
-    let mut list = List { result: None, statements: Vec::new(), kept: 0 };
+    let mut list = List::default();
     read(cursor, &mut list, ends)?;
     if let Some(first) = list.statements.first() {
         return Err(Fault::new(first.line, "a condition stores nothing"));
@@ -88,6 +109,9 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
         let line = cursor.line();
         let word = cursor.name("an instruction")?;
         if cursor.take_sign(":") {
+            list.leave(line)?;
+            // Jumps bring results of their own.
+            list.result = None;
             list.add(line, Kind::Label(word));
             continue;
         }
@@ -99,8 +123,10 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
 fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Result<(), Fault> {
     match word {
         "LD" | "LDN" => {
+            list.leave(line)?;
             let value = operand(cursor, list)?;
             list.result = Some(if word == "LDN" { value.not() } else { value });
+            list.is_new = true;
         }
         "ST" | "STN" => {
             let result = list.keep(line)?;
@@ -115,14 +141,17 @@ fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> R
         "NOT" => list.result = Some(list.result(line)?.not()),
         "JMP" | "JMPC" | "JMPCN" => {
             let label = cursor.name("a label")?;
+            list.leave(line)?;
             let condition = condition(list, &word[3..], line)?;
             list.add(line, Kind::Jump(condition, label));
         }
         "RET" | "RETC" | "RETCN" => {
+            list.leave(line)?;
             let condition = condition(list, &word[3..], line)?;
             list.add(line, Kind::Return(condition));
         }
         "CAL" | "CALC" | "CALCN" => {
+            list.leave(line)?;
             let condition = condition(list, &word[3..], line)?;
             let target = path(cursor)?;
             let given = if cursor.is_sign("(") { arguments(cursor)? } else { Vec::new() };
@@ -134,6 +163,14 @@ fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> R
                 let right = operand(cursor, list)?;
                 let right = if negated { right.not() } else { right };
                 list.result = Some(Expr::Binary(operator, Box::new(left), Box::new(right)));
+                list.is_new = true;
+            }
+            // The input of an instance's: it is called with it.
+            None if INPUTS.contains(&word) && !cursor.is_sign("(") => {
+                let value = list.keep(line)?;
+                let target = path(cursor)?;
+                let given = Argument { name: Some(word.to_owned()), is_output: false, value };
+                list.add(line, Kind::Call(target, vec![given]));
             }
             None => function(cursor, list, word, line)?,
         },
@@ -159,6 +196,7 @@ fn function(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Resu
         return Err(Fault::new(line, format!("'{word}' is no instruction")));
     }
     list.result = Some(Expr::Call(Path::name(word), given));
+    list.is_new = true;
     Ok(())
 }
 
@@ -173,14 +211,14 @@ fn operand(cursor: &mut Cursor, list: &mut List) -> Result<Expr, Fault> {
     }
     let line = cursor.line();
     let inner = if begins(cursor) {
-        let mut inner = List { result: None, statements: Vec::new(), kept: list.kept };
+        let mut inner = List { kept: list.kept, ..List::default() };
         cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
         list.kept = inner.kept;
         list.statements.extend(inner.statements.clone());
         inner
     } else {
         let first = unary(cursor)?;
-        let mut inner = List { result: Some(first), statements: Vec::new(), kept: list.kept };
+        let mut inner = List { result: Some(first), kept: list.kept, ..List::default() };
         cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
         list.kept = inner.kept;
         list.statements.extend(inner.statements.clone());

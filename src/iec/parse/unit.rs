@@ -85,6 +85,10 @@ fn unit(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
     Ok(())
 }
 
+/// What may stand between METHOD and its name.
+const MODIFIERS: &[&str] =
+    &["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "FINAL", "ABSTRACT", "OVERRIDE"];
+
 fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, Fault> {
     let name = cursor.name("a unit's name")?;
     let mut pou = Pou {
@@ -111,9 +115,23 @@ fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, 
     while let Some(section) = section(cursor) {
         pou.variables.extend(variables(cursor, section).map_err(within)?);
     }
+    methods(cursor, &mut pou).map_err(within)?;
     body(cursor, &mut pou, end).map_err(within)?;
+    methods(cursor, &mut pou).map_err(within)?;
     cursor.word(end).map_err(within)?;
     Ok(pou)
+}
+
+/// `METHOD PUBLIC name : type ... END_METHOD`, of a function block.
+fn methods(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
+    while pou.kind == PouKind::FunctionBlock && cursor.is_word("METHOD") {
+        let line = cursor.line();
+        cursor.word("METHOD")?;
+        while MODIFIERS.iter().any(|word| cursor.take_word(word)) {}
+        let method = self::pou(cursor, PouKind::Function, "END_METHOD", line)?;
+        pou.methods.push(method);
+    }
+    Ok(())
 }
 
 fn body(cursor: &mut Cursor, pou: &mut Pou, end: &str) -> Result<(), Fault> {
@@ -126,7 +144,7 @@ fn body(cursor: &mut Cursor, pou: &mut Pou, end: &str) -> Result<(), Fault> {
     if il::begins(cursor) {
         pou.body = Body::Code(Language::Il, il::instructions(cursor)?);
     } else {
-        pou.body = Body::Code(Language::St, statements(cursor, &[end, "ACTION"])?);
+        pou.body = Body::Code(Language::St, statements(cursor, &[end, "ACTION", "METHOD"])?);
     }
     while cursor.is_word("ACTION") {
         pou.actions.push(action(cursor)?);

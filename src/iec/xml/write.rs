@@ -383,6 +383,10 @@ fn unit(pou: &Pou) -> Result<String, String> {
         PouKind::FunctionBlock => "functionBlock",
         PouKind::Function => "function",
     };
+    if let Some(method) = pou.methods.first() {
+        let (unit, name) = (&pou.name, &method.name);
+        return Err(format!("{unit}: PLCopen XML has no place for methods such as {name}"));
+    }
     let mut text =
         format!("<pou name=\"{}\" pouType=\"{kind}\">\n<interface>\n", escaped(&pou.name));
     if let Some(result) = &pou.result {

@@ -383,6 +383,15 @@ function rest() {
   }
   if (kinds.size) section("approximations", "What is taken as more than the PLC does",
     first(8, ["what", ">instructions", "first"], [...kinds].sort((a, b) => b[1].length - a[1].length).map(([what, all]) => () => [what, String(all.length), place(all[0]) + "  " + all[0].instruction])));
+  if (report.exactness) {
+    const all = report.exactness;
+    const part = (exact, of) => of ? (100 * exact / of).toFixed(1) + " %" : "";
+    const languages = all.languages.map((one) => () => [one.language, String(one.bodies), String(one.uncalled), String(one.statements), String(one.exact), part(one.exact, one.statements)]);
+    const at = (one) => place(one) + "  " + one.body + ": " + one.statement;
+    const boxes = [first(8, ["language", ">bodies", ">not called", ">statements", ">exactly", ">share"], languages)];
+    if (all.constructs.length) boxes.push(first(8, ["taken as any value", ">statements", "first"], all.constructs.map((one) => () => [one.what, String(one.statements), at(one.places[0])])));
+    section("exactness", "Followed exactly: " + all.exact + " of " + all.statements + " statements", ...boxes);
+  }
   const details = el("details", {}, el("summary", {}, "The report as text"), el("pre", {}, text));
   const from = report.inputs.map((one) => () => [one.what, one.name + (one.date ? " (" + one.date + ")" : ""), one.sha256]);
   const sums = el("details", {}, el("summary", {}, "What it was made from, with checksums"),

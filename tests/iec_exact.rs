@@ -1,0 +1,299 @@
+//! What of programs of IEC 61131-3 is followed exactly: that it is, that the report says so, and that it says what is not.
+
+use scanbound::audit::{Audit, Exactness, Failure, Request, audit};
+use scanbound::base::code::Code;
+use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
+use scanbound::front::Input;
+use scanbound::passes::values::Trust;
+use scanbound::timing::table::{CLASSES, Table};
+
+/// An audit with a table by which a store takes a microsecond, and nothing else anything.
+fn audited(name: &str, text: &str) -> Result<Audit, Vec<Code>> {
+    let mut rows = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES {
+        rows += &format!("@{class},0,0\n");
+    }
+    rows += "ST,1,1\nTON,100,100\n@end,0,\n";
+    let table =
+        Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
+    let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
+    let facts = Facts::default();
+    let request =
+        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+    match audit(&request) {
+        Ok(found) => Ok(found),
+        Err(Failure::Input(faults)) => Err(faults.into_iter().map(|fault| fault.code).collect()),
+        Err(other) => panic!("{other:?}"),
+    }
+}
+
+fn program(variables: &str, body: &str) -> Audit {
+    let text = format!("PROGRAM main VAR x, y : BOOL; {variables} END_VAR {body} END_PROGRAM");
+    audited("main.st", &text).unwrap_or_else(|faults| panic!("{body}: {faults:?}"))
+}
+
+fn exactness(found: &Audit) -> &Exactness {
+    found.exactness.as_ref().expect("statements are told")
+}
+
+fn micros(found: &Audit) -> u64 {
+    found.bound.upper.0.div_ceil(Picos(1_000_000).0)
+}
+
+/// Whether `x` may be set where a condition holds behind some statements. They store as often in every scan.
+fn may_be(variables: &str, before: &str, condition: &str) -> bool {
+    let without = micros(&program(variables, before));
+    let found = program(variables, &format!("{before} IF {condition} THEN x := TRUE; END_IF"));
+    match micros(&found) - without {
+        0 => false,
+        1 => true,
+        more => panic!("{more}"),
+    }
+}
+
+#[test]
+fn whole_numbers_are_followed_exactly() {
+    let all = "n, m : INT; d : DINT; u, v : UINT; w : WORD; b : BYTE; s : SINT;";
+    for (before, never, at_times) in [
+        ("m := n * 2;", "m = 7", "m = 8"),
+        ("d := n * 3; m := n * n;", "m = 3", "m = 9"),
+        ("u := v * v;", "u = 2", "u = 16#E240"),
+        ("m := n / 10;", "m > 3276", "m = -3276"),
+        ("m := n / -10;", "m < -3276", "m = 3276"),
+        ("m := n MOD 8;", "m = 8 OR m = -8", "m = -7"),
+        ("u := v / 3; v := v - u * 3;", "v > 2", "v = 2"),
+        ("d := d / 100000;", "d > 21474", "d = -21474"),
+        ("s := s * 2;", "s = 3", "s = -128"),
+        ("w := SHL(w, 4);", "w.0 OR w.3", "w.4"),
+        ("w := SHR(w, 12);", "w > 15", "w = 15"),
+        ("b := SHL(b, 7);", "b <> 0 AND b <> 128", "b = 128"),
+        ("w := ROL(w AND 16#8001, 1);", "w.15 OR w.2", "w = 3"),
+        ("u := UINT_TO_BCD(v MOD 100);", "u > 16#99 OR u = 16#1A", "u = 16#42"),
+        ("m := MUX(n MOD 2 * (n MOD 2), 4, 6);", "m = 5", "m = 6"),
+        ("m := LIMIT(MX := 9, IN := n, MN := 3);", "m > 9 OR m < 3", "m = 7"),
+        ("m := SEL(G := x, IN1 := 5, IN0 := 6);", "m < 5 OR m > 6", "m = 5"),
+    ] {
+        let found = program(all, before);
+        let (statements, exact) = exactness(&found).total();
+        assert_eq!(statements, exact, "{before}: {:?}", exactness(&found).constructs);
+        assert!(!may_be(all, before, never), "{before} {never}");
+        assert!(may_be(all, before, at_times), "{before} {at_times}");
+    }
+}
+
+#[test]
+fn what_the_language_leaves_open_may_be_anything() {
+    for (before, condition) in [
+        ("m := n / m;", "m = 1234"),
+        ("w := SHL(w, u);", "w = 3 AND u = 16"),
+        ("m := MUX(n, 4, 6);", "m = 5"),
+        ("u := BCD_TO_UINT(w);", "u > 9999"),
+        ("u := UINT_TO_BCD(v);", "u = 16#000A"),
+        ("a[n] := 1; m := a[n];", "m = 2"),
+    ] {
+        let all = "n, m : INT; u, v : UINT; w : WORD; a : ARRAY[1..3] OF INT;";
+        assert!(may_be(all, before, condition), "{before} {condition}");
+    }
+}
+
+#[test]
+fn elements_are_followed_by_their_index() {
+    let all = "n, m : INT; a : ARRAY[1..3] OF INT; b : ARRAY[0..9] OF BOOL; d : ARRAY[0..4] OF DINT; e : DINT;";
+    let within = "n := LIMIT(1, n, 3); a[n] := 7; m := a[n];";
+    assert!(!may_be(all, within, "m <> 7"));
+    assert!(may_be(all, "n := LIMIT(1, n, 3); a[2] := 5; a[n] := 7; m := a[2];", "m = 5"));
+    assert!(!may_be(all, "n := LIMIT(1, n, 3); a[2] := 5; a[n] := 7; m := a[2];", "m = 6"));
+    let bits = "n := LIMIT(0, n, 9); b[n] := TRUE; y := b[n];";
+    assert!(!may_be(all, bits, "NOT y"));
+    let long = "n := LIMIT(0, n, 4); d[n] := 100000; e := d[n];";
+    assert!(!may_be(all, long, "e <> 100000"));
+    for body in [within, bits, long] {
+        let found = program(all, body);
+        let (statements, exact) = exactness(&found).total();
+        assert_eq!(statements, exact, "{body}: {:?}", exactness(&found).constructs);
+    }
+}
+
+#[test]
+fn the_rest_is_told_with_what_it_is() {
+    let text = "
+FUNCTION_BLOCK scaled
+VAR_INPUT raw : INT; END_VAR
+VAR_OUTPUT value : REAL; END_VAR
+value := INT_TO_REAL(raw);
+value := value * 0.1;
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK unused
+VAR k : INT; END_VAR
+k := k + 1;
+END_FUNCTION_BLOCK
+PROGRAM main
+VAR one, other : scaled; text : STRING; x : BOOL; n : INT; END_VAR
+one(raw := n);
+other(raw := n);
+IF n > 3 THEN
+  x := FIND(text, 'a') = 3;
+END_IF
+INITIAL_STEP_IS_NONE := FALSE;
+END_PROGRAM";
+    let text = text.replace("INITIAL_STEP_IS_NONE := FALSE;", "n := n + 1;");
+    let found = audited("main.st", &text).expect("an audit");
+    let all = exactness(&found);
+    assert_eq!(all.languages.len(), 1);
+    let st = &all.languages[0];
+    // Of the block two statements, though it has two instances; of the program five.
+    assert_eq!((st.language, st.called, st.uncalled), ("ST", 2, 1));
+    assert_eq!((st.statements, st.exact), (7, 4));
+    let places: Vec<(u32, &str)> = all
+        .constructs
+        .iter()
+        .flat_map(|one| &one.places)
+        .map(|place| (place.at.line, place.body.as_str()))
+        .collect();
+    assert_eq!(all.constructs.iter().map(|one| one.statements).sum::<u64>(), 3);
+    for place in [(5, "scaled"), (6, "scaled"), (17, "main")] {
+        assert!(places.contains(&place), "{places:?}");
+    }
+    let what = |line: u32| {
+        let has = |one: &&scanbound::audit::Construct| one.places.iter().any(|at| at.at.line == line);
+        all.constructs.iter().find(has).map(|one| one.what.as_str())
+    };
+    assert_eq!(what(6), Some("arithmetic of REAL: taken as any value"));
+    assert_eq!(what(17), Some("the result of FIND may be any value"));
+}
+
+#[test]
+fn charts_count_conditions_and_blocks_of_actions() {
+    let text = "
+PROGRAM main
+VAR go, x, y : BOOL; n, m : INT; END_VAR
+INITIAL_STEP A: x(S); fill(N); END_STEP
+STEP B: x(R); y(N); END_STEP
+TRANSITION FROM A TO B := go; END_TRANSITION
+TRANSITION FROM B TO A := n * m = 6; END_TRANSITION
+ACTION fill: n := n + 1; END_ACTION
+END_PROGRAM";
+    let found = audited("main.st", text).expect("an audit");
+    let of = |language: &str| {
+        let own = exactness(&found).languages.iter().find(|one| one.language == language);
+        own.map(|one| (one.called, one.statements, one.exact))
+    };
+    // Two transitions and four blocks; the action's only statement.
+    assert_eq!(of("SFC"), Some((1, 6, 6)));
+    assert_eq!(of("ST"), Some((1, 1, 1)));
+}
+
+#[test]
+fn what_shares_memory_takes_on_what_is_written() {
+    // The same address and type: one variable with two names.
+    let same = "a AT %MW4 : INT; b AT %MW4 : INT;";
+    assert!(!may_be(same, "a := 5; b := 5;", "a <> 5"));
+    assert!(!may_be(same, "a := 5;", "b <> 5"));
+    // A word and a bit of it, or words that overlap if addresses count bytes.
+    for other in ["b AT %MX4.3 : BOOL; m AT %MW5 : INT;", "b AT %MX8.1 : BOOL; m AT %MW3 : INT;"] {
+        let all = format!("a AT %MW4 : INT; {other}");
+        assert!(may_be(&all, "m := 3; a := 5;", "m <> 3"), "{other}");
+        assert!(may_be(&all, "b := FALSE; a := 5;", "b"), "{other}");
+    }
+    let apart = "a AT %MW4 : INT; m AT %MW8 : INT;";
+    assert!(!may_be(apart, "m := 3; a := 5;", "m <> 3"));
+    // So do variables of a block that has several instances.
+    let text = "
+FUNCTION_BLOCK f VAR_INPUT v : INT; END_VAR VAR q AT %QW0 : INT; END_VAR q := v; END_FUNCTION_BLOCK
+PROGRAM main VAR one, two : f; x : BOOL; END_VAR
+one(v := 1); two(v := 2); IF one.q <> 2 THEN x := TRUE; END_IF END_PROGRAM";
+    let longest = micros(&audited("main.st", text).expect("an audit"));
+    assert_eq!(longest, 4);
+}
+
+#[test]
+fn loops_that_end_at_one_value_have_a_count() {
+    let of = |body: &str| {
+        let text = format!(
+            "PROGRAM main VAR x : BOOL; n, m : INT; u : UINT; s : SINT; END_VAR {body} END_PROGRAM"
+        );
+        let found = audited("main.st", &text).map_err(|faults| faults[0])?;
+        Ok::<_, Code>(found.unbounded.is_empty().then(|| micros(&found)))
+    };
+    // A store in each turn, one that counts, and those before.
+    assert_eq!(of("n := 4; WHILE n <> 0 DO x := TRUE; n := n - 1; END_WHILE"), Ok(Some(9)));
+    assert_eq!(of("n := 4; REPEAT x := TRUE; n := n - 1; UNTIL n = 0 END_REPEAT"), Ok(Some(9)));
+    assert_eq!(of("u := u MOD 4; WHILE u <> 0 DO u := u - 1; END_WHILE"), Ok(Some(4)));
+    assert_eq!(of("n := 1; WHILE n <> 6 DO n := n + 1; x := TRUE; END_WHILE"), Ok(Some(11)));
+    // From beyond, or from anywhere, it goes through all values.
+    assert_eq!(of("n := -1; WHILE n <> 0 DO n := n - 1; END_WHILE"), Ok(None));
+    assert_eq!(of("n := 0; REPEAT n := n - 1; UNTIL n = 0 END_REPEAT"), Ok(None));
+    assert_eq!(of("WHILE n <> m DO n := n + 1; END_WHILE"), Ok(None));
+    // A step of more than one may never meet it, and few values are gone through.
+    assert_eq!(of("n := 4; WHILE n <> 0 DO n := n - 2; END_WHILE"), Err(Code::LoopCount));
+    assert_eq!(of("s := 4; WHILE s <> 0 DO s := s - 1; END_WHILE"), Err(Code::LoopCount));
+}
+
+#[test]
+fn instruction_lists_lose_nothing() {
+    let of = |list: &str| {
+        let text = format!("PROGRAM main VAR a, x : BOOL; t : TON; f : SR; END_VAR\n{list}\nEND_PROGRAM");
+        audited("main.st", &text)
+    };
+    // An input of an instance as an instruction calls it.
+    let found = of("LD a\nIN t\nLD t.Q\nST x").expect("an audit");
+    assert!(micros(&found) >= 100, "{}", micros(&found));
+    let found = of("LD a\nS1 f\nLD a\nR f\nLD f.Q1\nST x").expect("an audit");
+    assert_eq!(exactness(&found).total(), (3, 3));
+    // What jumps bring to a label is not known.
+    assert_eq!(of("LD a\nJMPC out\nLD 0\nout:\nST x").err(), Some(vec![Code::Syntax]));
+}
+
+#[test]
+fn the_instance_of_a_number_is_called() {
+    let text = "
+FUNCTION_BLOCK f VAR_INPUT v : INT; END_VAR VAR k : INT; END_VAR
+METHOD PUBLIC twice : INT VAR_INPUT w : INT; END_VAR twice := w * 2; END_METHOD
+k := v; END_FUNCTION_BLOCK
+PROGRAM main VAR all : ARRAY[1..3] OF f; t : ARRAY[0..1] OF TON; n : INT; x : BOOL; END_VAR
+n := LIMIT(1, n, 3);
+all[2](v := 0);
+all[n](v := 7);
+BODY
+END_PROGRAM";
+    let longest = |body: &str| {
+        let found = audited("main.st", &text.replace("BODY", body)).expect("an audit");
+        let (statements, exact) = exactness(&found).total();
+        assert_eq!(statements, exact, "{body}: {:?}", exactness(&found).constructs);
+        micros(&found)
+    };
+    // A store for the number, and for each call one that hands over and that of the block.
+    assert_eq!(longest(""), 5);
+    assert_eq!(longest("IF n = 2 AND all[2].k <> 7 THEN x := TRUE; END_IF"), 5);
+    assert_eq!(longest("IF n = 1 AND all[2].k <> 7 THEN x := TRUE; END_IF"), 6);
+    // Only one of two timers runs.
+    assert_eq!(longest("t[n - 1](IN := x);"), 106);
+    // A method in text hands over and stores its result.
+    assert_eq!(longest("IF all[1].twice(w := 3) <> 6 THEN x := TRUE; END_IF"), 7);
+}
+
+/// Two blocks that feed each other.
+const FEEDBACK: &str = r#"<?xml version="1.0" encoding="utf-8"?>
+<project xmlns="http://www.plcopen.org/xml/tc6_0201"><fileHeader companyName="" productName="" productVersion="1" creationDateTime="2024-01-01T00:00:00"/>
+<contentHeader name="c"><coordinateInfo><fbd><scaling x="1" y="1"/></fbd><ld><scaling x="1" y="1"/></ld><sfc><scaling x="1" y="1"/></sfc></coordinateInfo></contentHeader>
+<types><dataTypes/><pous><pou name="main" pouType="program"><interface><localVars>
+<variable name="f"><type><derived name="SR"/></type></variable><variable name="g"><type><derived name="RS"/></type></variable>
+<variable name="x"><type><BOOL/></type></variable></localVars></interface><body><FBD>
+<block localId="1" typeName="SR" instanceName="f"><position x="10" y="10"/><inputVariables><variable formalParameter="S1"><connectionPointIn><connection refLocalId="2" formalParameter="Q1"/></connectionPointIn></variable></inputVariables><inOutVariables/><outputVariables><variable formalParameter="Q1"><connectionPointOut/></variable></outputVariables></block>
+<block localId="2" typeName="RS" instanceName="g"><position x="50" y="10"/><inputVariables><variable formalParameter="S"><connectionPointIn><connection refLocalId="1" formalParameter="Q1"/></connectionPointIn></variable></inputVariables><inOutVariables/><outputVariables><variable formalParameter="Q1"><connectionPointOut/></variable></outputVariables></block>
+<outVariable localId="3"><position x="90" y="10"/><connectionPointIn><connection refLocalId="2" formalParameter="Q1"/></connectionPointIn><expression>x</expression></outVariable>
+</FBD></body></pou></pous></types><instances><configurations/></instances></project>"#;
+
+#[test]
+fn what_is_fed_back_is_what_the_scan_before_left() {
+    let found = audited("main.xml", FEEDBACK).expect("an audit");
+    assert_eq!(exactness(&found).total(), (3, 3));
+    // Without an instance that keeps it, nothing says what is fed back.
+    let function = FEEDBACK
+        .replace(" instanceName=\"f\"", "")
+        .replace(" instanceName=\"g\"", "")
+        .replace("typeName=\"SR\"", "typeName=\"AND\"")
+        .replace("typeName=\"RS\"", "typeName=\"OR\"");
+    assert_eq!(audited("main.xml", &function).err(), Some(vec![Code::Connection]));
+}
