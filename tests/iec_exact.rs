@@ -156,7 +156,8 @@ END_PROGRAM";
         assert!(places.contains(&place), "{places:?}");
     }
     let what = |line: u32| {
-        let has = |one: &&scanbound::audit::Construct| one.places.iter().any(|at| at.at.line == line);
+        let has =
+            |one: &&scanbound::audit::Construct| one.places.iter().any(|at| at.at.line == line);
         all.constructs.iter().find(has).map(|one| one.what.as_str())
     };
     assert_eq!(what(6), Some("arithmetic of REAL: taken as any value"));
@@ -233,7 +234,8 @@ fn loops_that_end_at_one_value_have_a_count() {
 #[test]
 fn instruction_lists_lose_nothing() {
     let of = |list: &str| {
-        let text = format!("PROGRAM main VAR a, x : BOOL; t : TON; f : SR; END_VAR\n{list}\nEND_PROGRAM");
+        let text =
+            format!("PROGRAM main VAR a, x : BOOL; t : TON; f : SR; END_VAR\n{list}\nEND_PROGRAM");
         audited("main.st", &text)
     };
     // An input of an instance as an instruction calls it.

@@ -85,13 +85,8 @@ impl Exactness {
             }
         }
         let mut languages: BTreeMap<&'static str, LanguageUse> = BTreeMap::new();
-        let blank = |language| LanguageUse {
-            language,
-            called: 0,
-            uncalled: 0,
-            statements: 0,
-            exact: 0,
-        };
+        let blank =
+            |language| LanguageUse { language, called: 0, uncalled: 0, statements: 0, exact: 0 };
         for body in &source.bodies {
             let own = languages.entry(body.language).or_insert_with(|| blank(body.language));
             *if body.is_called { &mut own.called } else { &mut own.uncalled } += 1;

@@ -148,9 +148,7 @@ impl Words {
             },
             Question::Carry(carry) => match self.carry_of(carry) {
                 CarryOf::None | CarryOf::Always => [None; 4],
-                CarryOf::Sum(a, b, below) => {
-                    [bits(a), bits(b), Some(Question::Carry(below)), None]
-                }
+                CarryOf::Sum(a, b, below) => [bits(a), bits(b), Some(Question::Carry(below)), None],
                 CarryOf::Carried(word, addend, Carry::NONE) => {
                     [range(word, 0u16.wrapping_sub(addend), u16::MAX), None, None, None]
                 }

@@ -326,9 +326,7 @@ impl Implied {
                 let most = bits.iter().enumerate().filter(|(_, bit)| **bit != Lit::FALSE);
                 Ring::of(0, most.map(|(place, _)| 1 << place).sum())
             }
-            Node::Bitwise(..) | Node::Sum(..) | Node::Carried(..) | Node::Derived(..) => {
-                Ring::TOP
-            },
+            Node::Bitwise(..) | Node::Sum(..) | Node::Carried(..) | Node::Derived(..) => Ring::TOP,
         };
         found.closer(known)
     }

@@ -5,9 +5,9 @@
 
 mod answer;
 mod charge;
-mod derived;
 #[cfg(test)]
 mod choice_tests;
+mod derived;
 mod expression;
 mod far;
 pub mod fit;
@@ -18,6 +18,7 @@ mod knowing;
 mod memory;
 pub mod model;
 mod number;
+mod operation;
 mod settling;
 mod spans;
 mod term;

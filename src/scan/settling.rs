@@ -2,7 +2,7 @@
 //! whose index is known in this call and iteration.
 
 use super::word::{Word, Words};
-use super::{Run, derived};
+use super::{Run, operation};
 use crate::base::ring::{Ring, stretches};
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Shape, Target, Term, Unary,
@@ -206,7 +206,7 @@ impl<'p> Run<'p> {
         };
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
         let (result, known) =
-            derived::results(words, circuit, &meaning.operation, &inputs, wanted)?;
+            operation::results(words, circuit, &meaning.operation, &inputs, wanted)?;
         settled = circuit.and(settled, known);
         Some((vec![result], settled))
     }
@@ -259,12 +259,7 @@ impl<'p> Run<'p> {
     }
 
     /// The words of an operand, and where they are those.
-    fn operand(
-        &mut self,
-        operand: &Operand,
-        follows: bool,
-        at: usize,
-    ) -> Option<(Vec<Word>, Lit)> {
+    fn operand(&mut self, operand: &Operand, follows: bool, at: usize) -> Option<(Vec<Word>, Lit)> {
         let words = match operand {
             Operand::Words(sources) => {
                 if sources.len() > MOST_WORDS

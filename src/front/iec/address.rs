@@ -71,7 +71,8 @@ impl Located {
     /// What another variable takes on when this one is written: the same value where both are one, else any.
     fn passes_to(&self, other: &Located) -> Passes {
         let one = self.place.tag.cell().zip(other.place.tag.cell());
-        match one.filter(|_| self.address == other.address && self.place.tag.of == other.place.tag.of)
+        match one
+            .filter(|_| self.address == other.address && self.place.tag.of == other.place.tag.of)
         {
             None => Passes::Any(other.place.tag.regions()),
             Some((from, to)) => match self.place.tag.of.size() {
@@ -133,9 +134,7 @@ pub(super) fn share(emit: &mut Emit<'_>) {
     }
     let is_written = |write: &Write, one: &Located| {
         let own = one.place.tag.regions();
-        flow::written_by(write)
-            .iter()
-            .any(|region| own.iter().any(|own| flow::meet(*region, *own)))
+        flow::written_by(write).iter().any(|region| own.iter().any(|own| flow::meet(*region, *own)))
     };
     for at in 0..emit.builder.next() {
         let mut more: Vec<Effect> = Vec::new();
@@ -165,13 +164,15 @@ pub(super) fn share(emit: &mut Emit<'_>) {
     for (range, file, line) in &emit.given_back {
         let effects = range.clone().flat_map(|at| &emit.builder.program.instructions[at].effects);
         let writes: Vec<&Write> = effects.map(|effect| &effect.write).collect();
-        let shared = pairs.iter().find(|(one, _)| writes.iter().any(|write| is_written(write, one)));
+        let shared =
+            pairs.iter().find(|(one, _)| writes.iter().any(|write| is_written(write, one)));
         if let Some((one, other)) = shared {
             let told = format!(
                 "{} at {} is handed over in and out, and may share memory with {} at {}, which is not followed",
                 one.place.name, one.address, other.place.name, other.address
             );
-            let help = "copy it to a variable without an address before the call, and back behind it";
+            let help =
+                "copy it to a variable without an address before the call, and back behind it";
             faults.push((*file, Fault::new(*line, told).code(Code::NotModelled).help(help)));
         }
     }

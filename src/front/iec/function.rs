@@ -416,7 +416,8 @@ impl Emit<'_> {
                 let found = self.moved(&upper, of, places);
                 if matches!(found, Value::Any) {
                     let at = self.builder.next() - 1;
-                    self.program().approximate(at, format!("the result of {upper} may be any value"));
+                    self.program()
+                        .approximate(at, format!("the result of {upper} may be any value"));
                 }
                 Ok(found)
             }
@@ -553,10 +554,10 @@ fn input_rank(name: &str) -> u32 {
     match name.as_str() {
         "G" | "K" | "MN" => 0,
         "IN" => 1,
-        _ => name.strip_prefix("IN").and_then(|number| number.parse().ok()).map_or(
-            u32::MAX,
-            |number: u32| number.saturating_add(1),
-        ),
+        _ => name
+            .strip_prefix("IN")
+            .and_then(|number| number.parse().ok())
+            .map_or(u32::MAX, |number: u32| number.saturating_add(1)),
     }
 }
 
