@@ -19,8 +19,12 @@ fn audited(name: &str, text: &str) -> Result<Audit, Vec<Code>> {
         Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
     let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
     let facts = Facts::default();
-    let request =
-        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+    let request = Request {
+        table: Some(&table),
+        trust: Trust::None,
+        dialect: name.ends_with(".st").then_some("iec-text"),
+        ..Request::new(&inputs, &facts)
+    };
     match audit(&request) {
         Ok(found) => Ok(found),
         Err(Failure::Input(faults)) => Err(faults.into_iter().map(|fault| fault.code).collect()),

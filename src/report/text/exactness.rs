@@ -71,3 +71,69 @@ fn construct(audit: &Audit, one: &Construct, is_full: bool, extent: Extent) -> S
     let what = format!("{}: {}", count(number, "statement", "statements"), one.what);
     item(2, &what, extent) + &wrapped("      ", &capped(&places, most), extent)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audit::Exactness;
+    use crate::audit::fixture::fixture;
+    use crate::base::location::Location;
+
+    /// Constructs that keep 7, 6, 5, ... statements from being followed exactly.
+    fn found(constructs: u64) -> Audit {
+        let place = |line| InexactUse {
+            at: Location { file: 0, line, step: None },
+            body: "main".to_owned(),
+            text: "x := y;".into(),
+        };
+        let constructs: Vec<Construct> = (0..constructs)
+            .map(|at| Construct {
+                what: format!("construct {at}"),
+                statements: 7 - at,
+                places: (1..8 - u32::try_from(at).unwrap_or(0)).map(place).collect(),
+            })
+            .collect();
+        let open: u64 = constructs.iter().map(|one| one.statements).sum();
+        let language = |language, called, uncalled, statements, exact| LanguageUse {
+            language,
+            called,
+            uncalled,
+            statements,
+            exact,
+        };
+        let languages = vec![
+            language("ST", 3, 2, 100, 100 - open),
+            language("SFC", 1, 0, 12, 12),
+            language("LD", 0, 1, 0, 0),
+        ];
+        let unread = vec![("other".to_owned(), "it is drawn".to_owned())];
+        Audit { exactness: Some(Exactness { languages, constructs, unread }), ..fixture() }
+    }
+
+    #[test]
+    fn the_most_frequent_constructs_are_told_and_all_with_every_detail() {
+        let short = section(&found(7), Extent::default());
+        let plain = anstream::adapter::strip_str(&short).to_string();
+        let expected = "
+Followed exactly: 84 of 112 statements (75.0 %)
+  ST   72  of  100   72.0 %  in 3 bodies; 2 more that nothing calls
+  SFC  12  of   12  100.0 %  in 1 body
+  LD    0  of    0           in 0 bodies; 1 more that nothing calls
+  7 statements: construct 0
+      ";
+        assert!(plain.starts_with(expected), "{plain}");
+        assert!(plain.contains("and 4 more") && plain.contains("construct 4"), "{plain}");
+        assert!(plain.contains("and 2 constructs (-v)") && !plain.contains("construct 5"));
+        assert!(plain.ends_with("other is not read, and not called: it is drawn\n"), "{plain}");
+        let full = Extent { detail: Detail::Full, ..Extent::default() };
+        let full = section(&found(7), full);
+        assert!(full.contains("construct 6") && !full.contains("more\n"), "{full}");
+    }
+
+    #[test]
+    fn where_nothing_is_left_it_is_one_line_and_none_for_other_dialects() {
+        let all = section(&found(0), Extent::default());
+        assert!(all.contains("Followed exactly: all 112 statements"), "{all}");
+        assert_eq!(section(&fixture(), Extent::default()), "");
+    }
+}
