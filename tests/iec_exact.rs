@@ -10,6 +10,10 @@ use scanbound::timing::table::{CLASSES, Table};
 
 /// An audit with a table by which a store takes a microsecond, and nothing else anything.
 fn audited(name: &str, text: &str) -> Result<Audit, Vec<Code>> {
+    trusting(Trust::None, name, text)
+}
+
+fn trusting(trust: Trust, name: &str, text: &str) -> Result<Audit, Vec<Code>> {
     let mut rows = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES {
         rows += &format!("@{class},0,0\n");
@@ -21,7 +25,7 @@ fn audited(name: &str, text: &str) -> Result<Audit, Vec<Code>> {
     let facts = Facts::default();
     let request = Request {
         table: Some(&table),
-        trust: Trust::None,
+        trust,
         dialect: name.ends_with(".st").then_some("iec-text"),
         ..Request::new(&inputs, &facts)
     };
@@ -203,6 +207,13 @@ fn what_shares_memory_takes_on_what_is_written() {
     }
     let apart = "a AT %MW4 : INT; m AT %MW8 : INT;";
     assert!(!may_be(apart, "m := 3; a := 5;", "m <> 3"));
+    // They begin with what either of them declares.
+    let text = "PROGRAM main VAR a AT %QX0.0 : BOOL := TRUE; b AT %QX0.0 : BOOL; x : BOOL; END_VAR
+IF b THEN x := TRUE; END_IF a := a; END_PROGRAM";
+    for trust in [Trust::None, Trust::All] {
+        let longest = micros(&trusting(trust, "main.st", text).expect("an audit"));
+        assert_eq!(longest, 2, "{trust:?}");
+    }
     // So do variables of a block that has several instances.
     let text = "
 FUNCTION_BLOCK f VAR_INPUT v : INT; END_VAR VAR q AT %QW0 : INT; END_VAR q := v; END_FUNCTION_BLOCK
@@ -247,6 +258,20 @@ fn instruction_lists_lose_nothing() {
     assert!(micros(&found) >= 100, "{}", micros(&found));
     let found = of("LD a\nS1 f\nLD a\nR f\nLD f.Q1\nST x").expect("an audit");
     assert_eq!(exactness(&found).total(), (3, 3));
+    // A function that stands alone in its line has the result as its input.
+    let text = "PROGRAM main VAR w, v : WORD; x : BOOL; END_VAR
+LD w
+BCD_TO_UINT
+MUL 2
+ST v
+EQ 7
+JMPCN out
+LD TRUE
+ST x
+out:
+END_PROGRAM";
+    let listed = audited("main.st", text).expect("an audit");
+    assert_eq!(exactness(&listed).total(), (3, 3));
     // What jumps bring to a label is not known.
     assert_eq!(of("LD a\nJMPC out\nLD 0\nout:\nST x").err(), Some(vec![Code::Syntax]));
 }

@@ -115,10 +115,7 @@ fn value(dice: &mut Dice, names: &Names, ty: Ty, depth: usize) -> Expr {
         2 => {
             let operator = dice.one(&["*", "/", "MOD"]);
             let one = value(dice, names, ty, depth - 1);
-            let by = match operator {
-                "*" => beside(dice, names, ty, depth - 1),
-                _ => expr(ty, Of::Literal(i64::try_from(dice.below(5)).expect("small") + 1)),
-            };
+            let by = expr(ty, Of::Literal(i64::try_from(dice.below(5)).expect("small") + 1));
             expr(ty, Of::Binary(operator, boxed(one), boxed(by)))
         }
         3 => {

@@ -118,8 +118,8 @@ fn located(emit: &Emit<'_>) -> Vec<Located> {
     found
 }
 
-/// Lets every write of a variable that shares memory with others be one of these, too.
-pub(super) fn share(emit: &mut Emit<'_>) {
+/// Lets every write of a variable that shares memory with others be one of these, too; gives what shares memory.
+pub(super) fn share(emit: &mut Emit<'_>) -> Vec<Region> {
     let all = located(emit);
     let pairs: Vec<(&Located, &Located)> = all
         .iter()
@@ -130,7 +130,7 @@ pub(super) fn share(emit: &mut Emit<'_>) {
         })
         .collect();
     if pairs.is_empty() {
-        return;
+        return Vec::new();
     }
     let is_written = |write: &Write, one: &Located| {
         let own = one.place.tag.regions();
@@ -177,6 +177,7 @@ pub(super) fn share(emit: &mut Emit<'_>) {
         }
     }
     emit.faults.extend(faults);
+    pairs.iter().flat_map(|(one, _)| one.place.tag.regions()).collect()
 }
 
 #[cfg(test)]

@@ -60,7 +60,7 @@ pub fn decode(
     }
     one_name_each(&tasks, &mut emit);
     changed_by_others(&mut emit, &entries);
-    super::address::share(&mut emit);
+    let shared = super::address::share(&mut emit);
     if !emit.faults.is_empty() {
         let name = |file: usize| project.files.get(file).map_or("", String::as_str);
         let mut told: Vec<Diagnostic> = Vec::new();
@@ -73,7 +73,10 @@ pub fn decode(
         told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
         return Err(told);
     }
-    emit.program().power_up = power_up(&mut emit);
+    let mut known = power_up(&mut emit);
+    // What shares memory begins with what either of them declares.
+    known.cleared.retain(|own| !shared.iter().any(|one| flow::meet(*own, *one)));
+    emit.program().power_up = known;
     let Emit { builder, .. } = emit;
     let mut program = builder.program;
     program.mains = vec![main];

@@ -51,6 +51,13 @@ impl List {
         self.result.clone().ok_or_else(none)
     }
 
+    /// A function of the result alone.
+    fn apply(&mut self, function: &str) {
+        let given = self.result.take().into_iter().map(unnamed).collect();
+        self.result = Some(Expr::Call(Path::name(function), given));
+        self.is_new = true;
+    }
+
     /// Keeps a result that nothing was done with, so that what it takes is not lost.
     fn leave(&mut self, line: u32) -> Result<(), Fault> {
         if self.is_new { self.keep(line).map(|_| ()) } else { Ok(()) }
@@ -108,11 +115,17 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
         }
         let line = cursor.line();
         let word = cursor.name("an instruction")?;
-        if cursor.take_sign(":") {
+        // What stands in the next line is no operand.
+        let is_alone = cursor.is_line_end();
+        if !is_alone && cursor.take_sign(":") {
             list.leave(line)?;
             // Jumps bring results of their own.
             list.result = None;
             list.add(line, Kind::Label(word));
+            continue;
+        }
+        if is_alone && list.result.is_some() && is_function(&word) {
+            list.apply(&word);
             continue;
         }
         instruction(cursor, list, &word.to_ascii_uppercase(), line)?;
@@ -176,6 +189,13 @@ fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> R
         },
     }
     Ok(())
+}
+
+/// Whether a word is no instruction: then it names a function.
+fn is_function(word: &str) -> bool {
+    let word = word.to_ascii_uppercase();
+    let is_instruction = [WORDS, INPUTS, &["NOT", "S", "R"]].concat().contains(&word.as_str());
+    !is_instruction && operator(&word).is_none()
 }
 
 /// A function's name: the result is its first input, the others follow in the line.
