@@ -272,8 +272,8 @@ out:
 END_PROGRAM";
     let listed = audited("main.st", text).expect("an audit");
     assert_eq!(exactness(&listed).total(), (3, 3));
-    // What jumps bring to a label is not known.
-    assert_eq!(of("LD a\nJMPC out\nLD 0\nout:\nST x").err(), Some(vec![Code::Syntax]));
+    // Of what jumps bring to a label either may be there.
+    assert!(of("LD a\nJMPC out\nLD 0\nout:\nST x").is_ok());
 }
 
 #[test]

@@ -382,3 +382,148 @@ fn the_element_that_is_handed_over_stays_the_same() {
     assert_eq!(with("i := 1; f(e := b[i], i := i);"), Err(vec![Code::NotModelled]));
     assert_eq!(with("i := 1; f(e := b[i], i := j);"), Ok(7));
 }
+
+/// Whether a condition may hold at a program's end: more stores than it has otherwise are carried out then.
+fn may(units: &str, variables: &str, body: &str, condition: &str) -> bool {
+    let text = format!(
+        "{units} PROGRAM main VAR a AT %IX0.0 : BOOL; w AT %IW2 : INT; heavy : INT; {variables} END_VAR {body}
+         IF {condition} THEN FOR heavy := 1 TO 50 DO ; END_FOR END_IF END_PROGRAM"
+    );
+    bound(&text).unwrap_or_else(|codes| panic!("{codes:?}\n{text}")) > 50
+}
+
+#[test]
+fn calls_with_en_are_carried_out_only_where_it_is_true() {
+    let units = "FUNCTION F : INT VAR_INPUT i : INT; END_VAR VAR_IN_OUT c : INT; END_VAR c := 0; F := i; END_FUNCTION
+        FUNCTION_BLOCK B VAR_INPUT i : INT; END_VAR VAR_OUTPUT o : INT; END_VAR o := i; END_FUNCTION_BLOCK";
+    let calls = "x := 1; y := F(EN := a, i := 7, c := x);";
+    assert!(may(units, "x, y : INT;", calls, "NOT a AND x = 1"));
+    assert!(!may(units, "x, y : INT;", calls, "a AND x = 1"));
+    assert!(!may(units, "x, y : INT;", calls, "a AND y <> 7"));
+    // What a function gives that is not carried out is not said.
+    assert!(may(units, "x, y : INT;", calls, "NOT a AND y = 3"));
+    let calls = "b(i := 1); b(EN := a, i := 2, ENO => ok);";
+    assert!(may(units, "b : B; ok : BOOL;", calls, "b.o = 1"));
+    assert!(!may(units, "b : B; ok : BOOL;", calls, "b.o = 1 AND ok"));
+    assert!(!may(units, "b : B; ok : BOOL;", calls, "a <> ok"));
+    let calls = "x := ADD(EN := a, IN1 := w, IN2 := 1, ENO => ok);";
+    assert!(!may("", "x : INT; ok : BOOL;", calls, "ok AND x <> w + 1"));
+    assert!(may("", "x : INT; ok : BOOL;", calls, "NOT ok AND x <> w + 1"));
+    let calls = "t(EN := a, CLK := TRUE);";
+    assert!(may("", "t : R_TRIG;", "t(CLK := FALSE); t(EN := a, CLK := TRUE);", "NOT t.Q"));
+    assert!(may("", "t : R_TRIG;", calls, "NOT a AND t.Q"));
+}
+
+#[test]
+fn variables_of_var_temp_begin_anew_with_every_call() {
+    let unit = "FUNCTION_BLOCK B VAR_OUTPUT o : INT; END_VAR VAR_TEMP t : INT; u : INT := 4; END_VAR o := t + u; t := 5; u := 6; END_FUNCTION_BLOCK";
+    assert!(may(unit, "b : B;", "b(); b();", "b.o = 4"));
+    assert!(!may(unit, "b : B;", "b(); b();", "b.o <> 4"));
+}
+
+#[test]
+fn of_an_input_with_r_edge_a_block_sees_edges() {
+    let unit = "FUNCTION_BLOCK B VAR_INPUT c : BOOL R_EDGE; END_VAR VAR_OUTPUT o : BOOL; END_VAR o := c; END_FUNCTION_BLOCK";
+    assert!(may(unit, "b : B;", "b(c := a);", "a AND NOT b.o"));
+    assert!(!may(unit, "b : B;", "b(c := FALSE); b(c := a);", "a AND NOT b.o"));
+    assert!(!may(unit, "b : B;", "b(c := TRUE); b(c := a);", "b.o"));
+    let bare = "FUNCTION F : BOOL VAR_INPUT c : BOOL F_EDGE; END_VAR F := c; END_FUNCTION PROGRAM main VAR x : BOOL; END_VAR x := F(c := x); END_PROGRAM";
+    assert!(bound(bare).is_err(), "a function remembers nothing");
+}
+
+#[test]
+fn an_operand_that_calls_something_may_be_left_out() {
+    let unit = "FUNCTION F : BOOL VAR_IN_OUT c : INT; END_VAR c := 0; F := TRUE; END_FUNCTION";
+    for operator in ["AND", "AND_THEN", "OR", "OR_ELSE"] {
+        let body = format!("x := 1; z := a {operator} F(c := x);");
+        let left_out = if operator.starts_with("AND") { "NOT a" } else { "a" };
+        assert!(may(unit, "x : INT; z : BOOL;", &body, "x = 1"), "{operator}");
+        assert!(may(unit, "x : INT; z : BOOL;", &body, &format!("x = 0 AND {left_out}")));
+        let kept = format!("x = 1 AND NOT ({left_out})");
+        assert!(!may(unit, "x : INT; z : BOOL;", &body, &kept), "{operator}");
+        let is = if operator.starts_with("AND") { "z <> a" } else { "NOT z" };
+        assert!(!may(unit, "x : INT; z : BOOL;", &body, is), "{operator}");
+    }
+}
+
+#[test]
+fn inputs_of_functions_that_are_named_stand_in_any_order() {
+    assert!(may("", "x : INT;", "x := SUB(IN2 := 5, IN1 := 8);", "x = 3"));
+    assert!(!may("", "x : INT;", "x := SUB(IN2 := 5, IN1 := 8);", "x <> 3"));
+    assert!(!may("", "x : INT;", "x := SEL(IN1 := 1, IN0 := 2, G := TRUE);", "x <> 1"));
+    assert!(!may("", "x : INT;", "x := LIMIT(MX := 5, IN := 9, MN := 1);", "x <> 5"));
+    // One that is left out holds what its declaration says, which is not known.
+    assert!(may("", "x : INT;", "x := SUB(IN2 := w);", "x <> w"));
+}
+
+#[test]
+fn the_sign_of_eight_bits_is_a_bit_like_others() {
+    assert!(!may("", "s : SINT;", "s := 0; s.7 := TRUE;", "s <> -128"));
+    assert!(!may("", "s : SINT;", "s := -1; s.7 := FALSE;", "s <> 127"));
+    assert!(!may("", "s : USINT;", "s := 0; s.7 := TRUE;", "s <> 128"));
+}
+
+#[test]
+fn a_units_own_constant_hides_a_global_one() {
+    let units = "VAR_GLOBAL CONSTANT n : INT := 3; m : INT := 4; END_VAR
+        FUNCTION F : INT VAR_INPUT i : INT; END_VAR VAR CONSTANT n : INT := 5; END_VAR VAR k : INT := n; END_VAR F := k + m; END_FUNCTION";
+    assert!(!may(units, "x : INT;", "x := F(i := 1);", "x <> 9"));
+    assert!(!may(units, "", "", "n <> 3"));
+    // Loops count to constants.
+    let text = "PROGRAM main VAR CONSTANT n : INT := 5; END_VAR VAR i : INT; x : BOOL; END_VAR FOR i := 1 TO n DO x := TRUE; END_FOR END_PROGRAM";
+    assert_eq!(bound(text), Ok(11));
+}
+
+#[test]
+fn enumerations_stand_in_declarations_and_have_types() {
+    for declared in
+        ["(D, B, C)", "(D, B, C) UINT", "INT (D, B, C)", "USINT (D := 0, B := 1, C := 2) := D"]
+    {
+        let unit = format!("TYPE E : {declared}; END_TYPE");
+        assert!(!may(&unit, "e : E;", "e := B;", "e <> E#B OR e = C"), "{declared}");
+    }
+    assert!(!may(
+        "",
+        "e : (red, green, blue);",
+        "IF a THEN e := red; ELSE e := blue; END_IF",
+        "e = green"
+    ));
+    let large = "TYPE E : DINT (D := 0, B := 65536); END_TYPE";
+    assert!(!may(large, "e : E;", "e := B;", "e = D"));
+    assert!(may(large, "e : E;", "e := B;", "e = B"));
+    assert_eq!(
+        bound(
+            "FUNCTION_BLOCK B VAR_STAT n : INT; END_VAR n := 1; END_FUNCTION_BLOCK PROGRAM main VAR b : B; END_VAR b(); END_PROGRAM"
+        ),
+        Err(vec![Code::Syntax])
+    );
+}
+
+/// The same of an instruction list.
+fn list_may(units: &str, variables: &str, list: &str, condition: &str) -> bool {
+    let text = format!(
+        "{units} VAR_GLOBAL a AT %IX0.0 : BOOL; {variables} END_VAR PROGRAM main\n{list}\nEND_PROGRAM
+         PROGRAM behind VAR heavy : INT; END_VAR
+         IF {condition} THEN FOR heavy := 1 TO 50 DO ; END_FOR END_IF END_PROGRAM"
+    );
+    bound(&text).unwrap_or_else(|codes| panic!("{codes:?}\n{text}")) > 50
+}
+
+#[test]
+fn the_result_of_a_list_goes_with_jumps_and_calls() {
+    let list = "LD a\nJMPC out\nLD FALSE\nout:\nST x";
+    assert!(list_may("", "x : BOOL;", list, "x"));
+    assert!(!list_may("", "x : BOOL;", list, "x <> a"));
+    // Numbers, too; and what is not of one kind may be anything.
+    let list = "LD a\nJMPC out\nLD 5\nout:\nST x";
+    assert!(list_may("", "x : INT;", list, "x = 9"));
+    let list = "LD TRUE\nST x\nLD x\nCAL b(c := x)\nST y";
+    let unit = "FUNCTION_BLOCK B VAR_IN_OUT c : BOOL; END_VAR c := FALSE; END_FUNCTION_BLOCK";
+    assert!(!list_may(unit, "x, y : BOOL; b : B;", list, "x OR NOT y"));
+    // A function is carried out, whoever asks for what it gives; its operands stand in its line.
+    let unit = "FUNCTION F : INT VAR_INPUT i : INT; END_VAR n := i; F := 2; END_FUNCTION";
+    let list = "LD 7\nF\nLD 1\nST x\nLD x\nMAX 3\nABS\nST y";
+    assert!(!list_may(unit, "n, x, y : INT;", list, "n <> 7 OR y <> 3"));
+    let list = "LD TRUE\nCLK t\nLD FALSE\nCLK t\nLD a\nCLK t\nLD t.Q\nST x";
+    assert!(!list_may("", "x : BOOL; t : R_TRIG;", list, "x <> a"));
+}

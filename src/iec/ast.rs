@@ -108,6 +108,18 @@ impl Operator {
         }
     }
 
+    /// What it makes of two whole constants.
+    #[must_use]
+    pub fn of_constants(self, left: i64, right: i64) -> Option<i64> {
+        match self {
+            Operator::Add => left.checked_add(right),
+            Operator::Subtract => left.checked_sub(right),
+            Operator::Multiply => left.checked_mul(right),
+            Operator::Divide => left.checked_div(right),
+            _ => None,
+        }
+    }
+
     /// How strongly it binds; a larger number binds more.
     #[must_use]
     pub fn binding(self) -> u8 {
@@ -143,6 +155,9 @@ pub enum Literal {
     /// A date or a time of day, as it is written.
     Date(String),
 }
+
+/// The name of a function of two values, of which it is not known which one it gives: controllers differ.
+pub const EITHER: &str = "~either";
 
 /// An expression.
 #[derive(Debug, Clone, PartialEq, Eq)]

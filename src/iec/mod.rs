@@ -29,7 +29,7 @@ pub enum TypeRef {
     /// A structure.
     Struct(Vec<Variable>),
     /// One of these names, with their numbers.
-    Enumeration(Vec<(String, Option<Expr>)>),
+    Enumeration(Vec<(String, Option<Expr>)>, Option<Box<TypeRef>>),
     /// A range of a type's numbers, which a variable may leave at run time; it begins with one of them.
     Subrange(Box<TypeRef>, Box<(Expr, Expr)>),
     /// A reference or pointer to something.

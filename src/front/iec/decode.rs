@@ -1,6 +1,7 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
 use super::emit::{Emit, Place, What};
+use super::resolve::full_name;
 use super::types::{Kind, Ty, is_elementary, lineage};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
@@ -281,11 +282,14 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
         }
     }
     let globals: Vec<Place> = emit.globals.values().cloned().collect();
-    for variable in project.globals.iter().flat_map(|(_, list)| list) {
-        let own = globals
-            .iter()
-            .find(|place| same(place.name.rsplit('.').next().unwrap_or_default(), &variable.name));
-        if let Some(place) = own {
+    let mut seen = BTreeSet::new();
+    for (list, variable) in
+        project.globals.iter().flat_map(|(list, all)| all.iter().map(move |one| (list, one)))
+    {
+        let name = full_name(list, variable).to_ascii_uppercase();
+        let own = globals.iter().find(|place| same(&place.name, &name));
+        // Of several of one name the first is meant.
+        if let Some(place) = own.filter(|_| seen.insert(name)) {
             starts(&mut known, variable, place);
         }
     }

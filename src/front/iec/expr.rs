@@ -2,12 +2,13 @@
 
 use super::emit::Emit;
 use super::resolve::{Context, Element, Found};
-use super::types::{DINT, Kind, Ty};
+use super::types::{DINT, Kind, Ty, holding};
 use super::value::{Value, constant, real, wrapped};
 use crate::base::code::Code;
 use crate::front::builder::always;
-use crate::iec::ast::{Expr, Literal, Operator, Path};
+use crate::iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path};
 use crate::iec::fault::Fault;
+use crate::iec::parse::MERGED;
 use crate::iec::show;
 use crate::program::meaning::{
     Arithmetic, Count, Meaning, Operand as Input, Operation, Shape, Target,
@@ -65,6 +66,7 @@ impl Emit<'_> {
                 self.arithmetic(Operator::Subtract, kind, constant(0, kind.words()), number)
             }
             Expr::Binary(operator, left, right) => self.binary(at, *operator, left, right, line),
+            Expr::Call(path, given) if path.first == EITHER => self.either(at, given, line),
             // What a drawing says and cannot be read: it may be anything, and take any time.
             Expr::Call(path, given) if path.first.starts_with('~') => {
                 let why = given.first().map_or_else(String::new, |why| show::expr(&why.value));
@@ -117,7 +119,7 @@ impl Emit<'_> {
         }
         Ok(match found {
             Found::Value(value) => value,
-            Found::WordBit(cell, bit) => Value::Bit(Logic::Bit(BitSource::WordBit(cell, bit))),
+            Found::WordBit(cell, bit, _) => Value::Bit(Logic::Bit(BitSource::WordBit(cell, bit))),
             Found::Place(place) => match place.tag.cell() {
                 Some(cell) => read(cell, &place.ty),
                 None => Value::Any,
@@ -180,9 +182,48 @@ impl Emit<'_> {
         let mut one = self.value(at, left, line)?;
         if self.calls_own(right) {
             one = self.frozen(one);
+            if let (Value::Bit(first), Operator::And | Operator::Or) = (&one, operator) {
+                return self.may_skip(at, operator, first.clone(), right, line);
+            }
         }
         let two = self.value(at, right, line)?;
         self.combined(operator, one, two, line)
+    }
+
+    /// The second operand of AND or OR calls something. Where the first one settles the result, some compilers do not work out
+    /// the second.
+    fn may_skip(
+        &mut self,
+        at: &Context,
+        operator: Operator,
+        first: Logic,
+        right: &Expr,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let is_and = operator == Operator::And;
+        let settles = if is_and { first.clone().not() } else { first.clone() };
+        let cell = self.bit_between();
+        self.write(vec![Write::Bit(BitTarget::Cell(cell), first)]);
+        let skips = self.any_bit("an operand that calls something may be left out where the result is settled without it");
+        let skip = self.jump(Logic::All(vec![settles, skips]), None);
+        let two = self.value(at, right, line)?;
+        let both = self.combined(operator, Value::Bit(Logic::cell(cell)), two, line)?;
+        let both = self.as_bit(both, line)?;
+        self.write(vec![Write::Bit(BitTarget::Cell(cell), both)]);
+        self.land(skip);
+        self.landing();
+        Ok(Value::Bit(Logic::cell(cell)))
+    }
+
+    /// One of two values, of which it is not known which.
+    fn either(&mut self, at: &Context, given: &[Argument], line: u32) -> Result<Value, Fault> {
+        let [one, two] = given else { return Ok(Value::Any) };
+        let one = self.value(at, &one.value, line)?;
+        let two = self.value(at, &two.value, line)?;
+        let which = self.any_bit(
+            "which of two values is taken here is not the same on all controllers: either",
+        );
+        self.chosen(which, one, two, line)
     }
 
     /// Two values and what is done with them.
@@ -525,6 +566,13 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<(), Fault> {
         if target.first.starts_with('~') && target.rest.is_empty() {
+            if target.first.starts_with(MERGED)
+                && let Some(known) = self.kept.get(&target.first).cloned()
+            {
+                let merged = self.merged(known, value);
+                self.kept.insert(target.first.clone(), merged);
+                return Ok(());
+            }
             let kept = match value {
                 Value::Bit(logic) => {
                     let cell = self.bit_between();
@@ -551,6 +599,32 @@ impl Emit<'_> {
         Ok(())
     }
 
+    /// Writes a value to where another way has kept one for the same purpose; any value, if they are not of one kind.
+    fn merged(&mut self, known: Value, value: Value) -> Value {
+        match (&known, value) {
+            (Value::Bit(Logic::Bit(BitSource::Cell(cell))), Value::Bit(logic)) => {
+                self.write(vec![Write::Bit(BitTarget::Cell(*cell), logic)]);
+                known
+            }
+            (Value::Number(kind, Number::Words(words)), Value::Number(own, number))
+                if *kind == own =>
+            {
+                let target = |word: &WordSource| match word {
+                    WordSource::Cell(cell) => Some(WordTarget::Cell(*cell)),
+                    _ => None,
+                };
+                match words.iter().map(target).collect() {
+                    Some(targets) => {
+                        self.write(vec![Write::Words(targets, number)]);
+                        known
+                    }
+                    None => Value::Any,
+                }
+            }
+            _ => Value::Any,
+        }
+    }
+
     /// The words of a number as they are now.
     pub(super) fn copied(&mut self, number: Number, words: u32) -> Vec<WordSource> {
         let first = self.words_between(words);
@@ -567,9 +641,10 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<Vec<Write>, Fault> {
         let place = match found {
-            Found::WordBit(cell, bit) => {
+            Found::WordBit(cell, bit, last) => {
                 let logic = self.as_bit(value, line)?;
-                return Ok(vec![Write::Bit(BitTarget::WordBit(cell, bit), logic)]);
+                let bits = (bit..=last).map(|bit| BitTarget::WordBit(cell, bit));
+                return Ok(bits.map(|bit| Write::Bit(bit, logic.clone())).collect());
             }
             Found::Value(_) | Found::Elapsed(_) => {
                 return Err(Fault::new(line, "a constant or a step's flag cannot be written")
@@ -639,22 +714,6 @@ impl Emit<'_> {
         let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
         self.builder.followed(choice, meaning);
         Ok(vec![Write::Havoc(Region::Range { first, count }, choice)])
-    }
-}
-
-/// The kind in which a number meets a constant: its own where the constant fits, else one that holds both.
-pub(super) fn holding(kind: Kind, value: i64) -> Kind {
-    let Kind::Whole { bits, signed } = kind else { return kind };
-    let (least, most) = match signed {
-        true => (-(1_i128 << (bits - 1)), (1 << (bits - 1)) - 1),
-        false => (0, (1 << bits) - 1),
-    };
-    let fits = |bits: u32| (-(1_i128 << (bits - 1))..1 << (bits - 1)).contains(&value.into());
-    match value {
-        value if (least..=most).contains(&value.into()) => kind,
-        _ if bits < 32 && fits(32) => DINT,
-        _ if bits < 64 => Kind::Whole { bits: 64, signed: true },
-        _ => Kind::Opaque(4),
     }
 }
 

@@ -1,15 +1,17 @@
 //! Functions: the standard's, and the project's own.
 
 use super::emit::{Emit, Place, What};
-use super::expr::{common, holding, read};
+use super::expr::{common, read};
 use super::resolve::{Context, Found, unknown};
-use super::types::{DINT, Kind, Ty, elementary, is_elementary};
+use super::types::{DINT, Kind, Ty, elementary, holding, is_elementary};
 use super::value::Value;
 use super::whole::Whole;
 use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Section, Variable, same, show};
-use crate::program::{Compare, Logic, Number, Reading, Relation, WordSource, WordTarget, Write};
+use crate::program::{
+    Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
+};
 
 impl Emit<'_> {
     /// The result of a function or a method.
@@ -69,11 +71,15 @@ impl Emit<'_> {
         };
         let place = self.instances[instance].place.clone();
         self.has_one_name(at, None, &own.variables, given, line)?;
+        let enabled = self.begin_enabled(at, &place, given, line)?;
         self.hand_over(at, &place, &own.variables, given, line)?;
-        self.begin_anew(&place, &own.variables, given, line)?;
+        let inner = Context { instance, locals: None };
+        self.begin_anew(&inner, &place, &own.variables, given, line)?;
         self.call(Logic::Const(true), instance, What::Body, "CAL");
         self.take_back(at, &place, &own.variables, given, line)?;
-        self.result(&place, &own.name, line)
+        let result = self.result(&place, &own.name, line)?;
+        let enable = self.end_enabled(at, &place, enabled, given, line)?;
+        self.result_if(enable, result, line)
     }
 
     /// Carries out a method.
@@ -92,8 +98,10 @@ impl Emit<'_> {
         let place = self.method_place(instance, &method.name)?;
         let owner = self.instances[instance].place.name.clone();
         self.has_one_name(at, Some(&owner), &method.variables, given, line)?;
+        let enabled = self.begin_enabled(at, &place, given, line)?;
         self.hand_over(at, &place, &method.variables, given, line)?;
-        self.begin_anew(&place, &method.variables, given, line)?;
+        let inner = Context { instance, locals: Some(place.clone()) };
+        self.begin_anew(&inner, &place, &method.variables, given, line)?;
         self.call(
             Logic::Const(true),
             instance,
@@ -101,10 +109,12 @@ impl Emit<'_> {
             "CAL",
         );
         self.take_back(at, &place, &method.variables, given, line)?;
-        if method.result.is_none() {
-            return Ok(Value::Any);
-        }
-        self.result(&place, &method.name, line)
+        let result = match method.result {
+            Some(_) => self.result(&place, &method.name, line)?,
+            None => Value::Any,
+        };
+        let enable = self.end_enabled(at, &place, enabled, given, line)?;
+        self.result_if(enable, result, line)
     }
 
     /// The variables of a method of an instance.
@@ -159,7 +169,8 @@ impl Emit<'_> {
         for (name, argument) in one_way.into_iter().chain(both) {
             let name =
                 name.ok_or_else(|| Fault::new(line, format!("{} takes fewer values", place.name)))?;
-            if argument.is_output || same(name, "EN") {
+            let is_enable = same(name, "EN") && Self::part(place, name).is_none();
+            if argument.is_output || is_enable {
                 continue;
             }
             let target = Self::part(place, name)
@@ -234,8 +245,9 @@ impl Emit<'_> {
     }
 
     /// What is not handed over begins anew: as it is declared, else with 0.
-    fn begin_anew(
+    pub(super) fn begin_anew(
         &mut self,
+        at: &Context,
         place: &Place,
         variables: &[Variable],
         given: &[Argument],
@@ -252,7 +264,7 @@ impl Emit<'_> {
         for one in variables.iter().filter(begins) {
             let Some(part) = Self::part(place, &one.name) else { continue };
             let value = match &one.initial {
-                Some(initial) => self.types.constant(initial).map_or(Value::Any, Value::Constant),
+                Some(initial) => self.constant(at, initial).map_or(Value::Any, Value::Constant),
                 None if is_elementary(one) => Value::Constant(0),
                 None => Value::Any,
             };
@@ -276,41 +288,47 @@ impl Emit<'_> {
         given: &[Argument],
         line: u32,
     ) -> Result<Value, Fault> {
-        let upper = name.to_ascii_uppercase();
-        let is_enable = |one: &Argument| one.name.as_ref().is_some_and(|name| same(name, "EN"));
-        if given.iter().any(is_enable) {
-            // Where it is off, what stands for the result is not said.
-            let why = format!("the result of {upper} with EN may be any value");
-            let rest: Vec<Argument> = given.iter().filter(|one| !is_enable(one)).cloned().collect();
-            for one in given.iter().filter(|one| is_enable(one)) {
-                self.value(at, &one.value, line)?;
-            }
-            self.standard(at, name, &rest, line)?;
-            let from = self.builder.next() - 1;
-            self.program().approximate(from, why);
-            return Ok(Value::Any);
+        if !given.iter().any(|one| is_named(one, "EN") || is_named(one, "ENO")) {
+            return self.worked(at, name, given, line);
         }
+        let place = self.instances[at.instance].place.clone();
+        let none = Place { ty: Ty::Parts([].into()), ..place };
+        let enabled = self.begin_enabled(at, &none, given, line)?;
+        let result = self.worked(at, name, given, line)?;
+        let result = self.frozen(result);
+        let enable = self.end_enabled(at, &none, enabled, given, line)?;
+        self.result_if(enable, result, line)
+    }
+
+    /// What a function of the standard works out.
+    fn worked(
+        &mut self,
+        at: &Context,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let upper = name.to_ascii_uppercase();
         let mut values = Vec::new();
-        for argument in given.iter().filter(|one| !one.is_output) {
+        for argument in given.iter().filter(|one| !one.is_output && !is_named(one, "EN")) {
             if self.calls_own(&argument.value) {
                 let earlier = std::mem::take(&mut values);
                 values = earlier.into_iter().map(|value| self.frozen(value)).collect();
             }
             values.push(self.value(at, &argument.value, line)?);
         }
-        let names: Option<Vec<&String>> =
-            given.iter().filter(|one| !one.is_output).map(|one| one.name.as_ref()).collect();
-        if let Some(names) = names {
-            let mut ranked: Vec<(u32, Value)> =
-                names.into_iter().map(|name| input_rank(name)).zip(values).collect();
-            ranked.sort_by_key(|(rank, _)| *rank);
-            values = ranked.into_iter().map(|(_, value)| value).collect();
-        }
-        for argument in given.iter().filter(|one| one.is_output) {
+        for argument in given.iter().filter(|one| one.is_output && !is_named(one, "ENO")) {
             if let Expr::Variable(target) = &argument.value {
                 self.assign(at, target, Value::Any, line)?;
             }
         }
+        let Some(mut values) = in_order(given, values) else {
+            let why =
+                format!("not all inputs of {upper} are connected: the result may be any value");
+            let at = self.builder.add(None, Vec::new(), Step::Nothing);
+            self.program().approximate(at, why);
+            return Ok(Value::Any);
+        };
         if let Some((reads, to)) = decimal(&upper) {
             self.cost(&[&upper, "CONVERT"], "conversion");
             let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), reads);
@@ -347,8 +365,11 @@ impl Emit<'_> {
             "LT" => Some(Operator::Less),
             _ => None,
         };
-        if let Some(operator) = operator {
+        if let Some(operator) = operator.filter(|_| values.len() > 1) {
             return self.folded(operator, values, line);
+        }
+        if operator.is_some() {
+            return Ok(Value::Any);
         }
         match (upper.as_str(), values.len()) {
             ("MOVE", 1) => {
@@ -492,7 +513,7 @@ impl Emit<'_> {
     }
 
     /// The first value where a condition holds, else the second.
-    fn chosen(
+    pub(super) fn chosen(
         &mut self,
         which: Logic,
         first: Value,
@@ -548,17 +569,30 @@ pub(super) fn parameters<'a>(
         .map(move |one| (one.name.as_ref().or_else(|| inputs.next().map(|input| &input.name)), one))
 }
 
-/// Where an input of this name stands among those of the standard's functions, however they are written down.
-fn input_rank(name: &str) -> u32 {
-    let name = name.to_ascii_uppercase();
-    match name.as_str() {
-        "G" | "K" | "MN" => 0,
-        "IN" => 1,
-        _ => name
-            .strip_prefix("IN")
-            .and_then(|number| number.parse().ok())
-            .map_or(u32::MAX, |number: u32| number.saturating_add(1)),
-    }
+fn is_named(one: &Argument, name: &str) -> bool {
+    one.name.as_ref().is_some_and(|own| same(own, name))
+}
+
+/// The values of a standard function's inputs in their order, whichever order they are named in. Nothing, if one is left out.
+fn in_order(given: &[Argument], values: Vec<Value>) -> Option<Vec<Value>> {
+    let inputs = given.iter().filter(|one| !one.is_output && !is_named(one, "EN"));
+    let names: Option<Vec<String>> =
+        inputs.map(|one| one.name.as_ref().map(|name| name.to_ascii_uppercase())).collect();
+    let Some(names) = names else { return Some(values) };
+    let rank = |name: &str| match name.strip_prefix("IN") {
+        Some("") => 1,
+        Some(number) => number.parse::<u32>().map_or(u32::MAX, |number| number.saturating_add(2)),
+        None if ["G", "K", "MN"].contains(&name) => 0,
+        None => u32::MAX,
+    };
+    let mut ranked: Vec<(u32, Value)> = names.iter().map(|name| rank(name)).zip(values).collect();
+    ranked.sort_by_key(|(rank, _)| *rank);
+    // IN1, IN2 and so on, or IN0 and so on behind a choice.
+    let numbered: Vec<u32> =
+        ranked.iter().map(|(rank, _)| *rank).filter(|rank| (2..u32::MAX).contains(rank)).collect();
+    let first = if ranked.iter().any(|(rank, _)| *rank == 0) { 2 } else { 3 };
+    let is_whole = numbered.iter().zip(first..).all(|(own, expected)| *own == expected);
+    is_whole.then(|| ranked.into_iter().map(|(_, value)| value).collect())
 }
 
 /// Of a function that reads (or writes) decimal digits of four bits: that, and the type of the number that it gives.

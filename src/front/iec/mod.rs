@@ -11,6 +11,7 @@ mod chart;
 mod counted;
 pub mod decode;
 mod emit;
+mod enable;
 mod expr;
 mod function;
 mod invariant;

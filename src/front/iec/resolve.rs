@@ -1,12 +1,12 @@
 //! What names stand for.
 
 use super::emit::{Emit, Place, What};
-use super::types::{Kind, Ty, layout, lineage};
-use super::value::Value;
+use super::types::{Kind, Ty, elementary, holding, layout, lineage};
+use super::value::{Value, constant};
 use crate::base::code::Code;
-use crate::iec::ast::{Expr, Part, Path};
+use crate::iec::ast::{Expr, Literal, Part, Path};
 use crate::iec::fault::Fault;
-use crate::iec::{Body, PouKind, same, show};
+use crate::iec::{Body, PouKind, Section, TypeRef, Variable, same, show};
 use crate::program::meaning::{Address, Digits, Term};
 use crate::program::{Cell, Logic, Region, WordSource};
 
@@ -60,8 +60,8 @@ impl Element {
 pub(super) enum Found {
     Place(Place),
     Element(Element),
-    /// A bit of a word.
-    WordBit(Cell, u8),
+    /// A bit of a word, and the last of those that follow it: the sign of 8 bits fills its word.
+    WordBit(Cell, u8, u8),
     Value(Value),
     /// How long a step is active: its flag.
     Elapsed(Logic),
@@ -74,7 +74,20 @@ pub(super) fn unknown(line: u32, name: &str) -> Fault {
         .help("give all files of the project, or declare it")
 }
 
-impl Emit<'_> {
+/// A global variable's name, with that of its list.
+pub(super) fn full_name(list: &str, one: &Variable) -> String {
+    if list.is_empty() { one.name.clone() } else { format!("{list}.{}", one.name) }
+}
+
+/// The elementary type that a variable is declared with.
+fn elementary_of(one: &Variable) -> Option<Ty> {
+    match &one.of {
+        TypeRef::Named(name) => elementary(name),
+        _ => None,
+    }
+}
+
+impl<'p> Emit<'p> {
     /// What a path stands for.
     pub(super) fn find(&mut self, at: &Context, path: &Path, line: u32) -> Result<Found, Fault> {
         if let Some(kept) = self.kept.get(&path.first).filter(|_| path.rest.is_empty()) {
@@ -92,13 +105,16 @@ impl Emit<'_> {
         }
         let own = at.locals.as_ref().and_then(|place| Self::part(place, &path.first));
         let own = own.or_else(|| Self::part(&self.instances[at.instance].place, &path.first));
-        if let Some(place) = own.or_else(|| self.global(&path.first)) {
+        if let Some(value) = self.constant_value(at, path) {
+            return Ok(Found::Value(value));
+        }
+        if let Some(place) = own.or_else(|| self.global(None, &path.first)) {
             return self.follow(at, Found::Place(place), rest, path, line);
         }
         if let (Some(list), [Part::Name(name), rest @ ..]) =
             (self.project.globals.iter().find(|(name, _)| same(name, &path.first)), rest)
             && list.1.iter().any(|one| same(&one.name, name))
-            && let Some(place) = self.global(name)
+            && let Some(place) = self.global(Some(&list.0), name)
         {
             return self.follow(at, Found::Place(place), rest, path, line);
         }
@@ -158,9 +174,65 @@ impl Emit<'_> {
                 Expr::Literal(_) | Expr::Call(..) => {}
             }
         }
+        match one {
+            Expr::Variable(path) if self.own_constant(at, path).is_some() => {
+                let own = self.own_constant(at, path)?;
+                let initial = own.initial.as_ref()?;
+                let mut found = Vec::new();
+                names(initial, &mut found);
+                let value =
+                    self.types.constant(initial).filter(|_| !found.into_iter().any(hides))?;
+                let Some(Ty::Number(kind)) = elementary_of(own) else { return None };
+                return (holding(kind, value) == kind).then_some(value);
+            }
+            Expr::Negate(inner) => return self.constant(at, inner)?.checked_neg(),
+            Expr::Binary(operator, left, right) => {
+                let (left, right) = (self.constant(at, left)?, self.constant(at, right)?);
+                return operator.of_constants(left, right);
+            }
+            _ => {}
+        }
         let mut found = Vec::new();
         names(one, &mut found);
         self.types.constant(one).filter(|_| !found.into_iter().any(hides))
+    }
+
+    /// The constant that a unit declares by this name.
+    fn own_constant(&self, at: &Context, path: &Path) -> Option<&'p Variable> {
+        let name = path.as_name()?;
+        if at.locals.as_ref().is_some_and(|place| Self::part(place, name).is_some()) {
+            return None;
+        }
+        let lineage = lineage(self.project, self.instances[at.instance].pou);
+        let own = lineage.into_iter().flat_map(|pou| &pou.variables);
+        let mut own = own.filter(|one| one.section != Section::External);
+        own.find(|one| same(&one.name, name)).filter(|one| one.constant)
+    }
+
+    /// What a constant of the unit's, or else a global one, holds.
+    fn constant_value(&self, at: &Context, path: &Path) -> Option<Value> {
+        let name = path.as_name()?;
+        let is_own = at.locals.as_ref().is_some_and(|place| Self::part(place, name).is_some())
+            || Self::part(&self.instances[at.instance].place, name).is_some();
+        let one = match is_own {
+            true => self.own_constant(at, path)?,
+            false => {
+                let all = self.project.globals.iter().flat_map(|(_, list)| list);
+                let mut all = all.filter(|one| same(&one.name, name));
+                all.next().filter(|one| one.constant && all.next().is_none())?
+            }
+        };
+        match (elementary_of(one)?, one.initial.as_ref()?) {
+            (Ty::Bit, Expr::Literal(Literal::Bool(value))) => {
+                Some(Value::Bit(Logic::Const(*value)))
+            }
+            (Ty::Number(kind @ Kind::Whole { .. }), _) => {
+                let value = self.constant(at, &Expr::Variable(path.clone()))?;
+                let fits = holding(kind, value) == kind;
+                fits.then(|| Value::Number(kind, constant(value, kind.words())))
+            }
+            _ => None,
+        }
     }
 
     fn constant_named(&self, at: &Context, name: &str) -> Option<i64> {
@@ -171,20 +243,21 @@ impl Emit<'_> {
             .or_else(|| self.types.named_constant(name))
     }
 
-    /// A global variable.
-    fn global(&mut self, name: &str) -> Option<Place> {
-        let key = name.to_ascii_uppercase();
-        if let Some(known) = self.globals.get(&key) {
-            return Some(known.clone());
-        }
+    /// A global variable: of a list, or the first of all of its name.
+    fn global(&mut self, list: Option<&str>, name: &str) -> Option<Place> {
         let all = self
             .project
             .globals
             .iter()
             .flat_map(|(list, all)| all.iter().map(move |one| (list, one)));
-        let (list, one) = { all }.find(|(_, one)| same(&one.name, name))?;
+        let is_it = |own: &str| list.is_none_or(|list| same(own, list));
+        let (list, one) = { all }.find(|(own, one)| is_it(own) && same(&one.name, name))?;
+        let full = full_name(list, one);
+        let key = full.to_ascii_uppercase();
+        if let Some(known) = self.globals.get(&key) {
+            return Some(known.clone());
+        }
         let ty = self.types.resolve(&one.of, one.line).ok()?;
-        let full = if list.is_empty() { one.name.clone() } else { format!("{list}.{}", one.name) };
         let place = self.variable(&full, ty, one.line).ok()?;
         self.globals.insert(key, place.clone());
         Some(place)
@@ -283,8 +356,10 @@ impl Emit<'_> {
                     self.index(at, element.place.clone(), indices, Some(element), line)?
                 }
                 (Found::Place(place), Part::Bit(bit)) => match (&place.ty, place.tag.cell()) {
-                    (Ty::Number(Kind::Whole { bits, .. }), Some(cell)) if bit < bits => {
-                        Found::WordBit(cell.plus(u32::from(bit / 16)), bit % 16)
+                    (Ty::Number(Kind::Whole { bits, signed }), Some(cell)) if bit < bits => {
+                        let last =
+                            if (*bits, *bit, *signed) == (8, 7, true) { 15 } else { bit % 16 };
+                        Found::WordBit(cell.plus(u32::from(bit / 16)), bit % 16, last)
                     }
                     _ => return Err(Fault::new(line, format!("{} has no bit {bit}", place.name))),
                 },

@@ -1,8 +1,8 @@
 //! Functions of the standard that move bits, choose among values, or read and write decimal digits.
 
 use super::emit::Emit;
-use super::expr::{common, holding};
-use super::types::{DINT, Kind};
+use super::expr::common;
+use super::types::{DINT, Kind, holding};
 use super::value::{Value, constant, wrapped};
 use crate::iec::fault::Fault;
 use crate::program::meaning::{Operand as Input, Operation, Unary};

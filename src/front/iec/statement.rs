@@ -1,6 +1,6 @@
 //! Statements, and the routines that they stand in.
 
-use super::emit::{Emit, Place, What};
+use super::emit::{Emit, Instance, Place, What};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, lineage};
 use super::value::{Value, constant};
@@ -9,7 +9,7 @@ use crate::iec::ast::{
     Argument, Expr, Kind as Statements, Literal, Operator, Part, Path, Selector, Statement,
 };
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Pou, PouKind, same, show};
+use crate::iec::{Body, Pou, PouKind, Section, same, show};
 use crate::program::{
     Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
 };
@@ -73,6 +73,9 @@ impl<'p> Emit<'p> {
             _ => None,
         };
         let context = Context { instance, locals };
+        if *what == What::Body {
+            self.begin_temporary(&context);
+        }
         // Whether a block without a body of its own carries out that of its base is not the same on all controllers.
         let own = &self.project.pous[self.instances[instance].pou];
         let inherits = *what == What::Body && !std::ptr::eq(own, pou);
@@ -109,6 +112,16 @@ impl<'p> Emit<'p> {
         self.landing();
         self.builder.add(None, Vec::new(), Step::Return);
         entry
+    }
+
+    /// Variables of VAR_TEMP begin anew whenever a body is carried out.
+    fn begin_temporary(&mut self, at: &Context) {
+        let Instance { pou, place } = self.instances[at.instance].clone();
+        let all = lineage(self.project, pou).into_iter().flat_map(|pou| &pou.variables);
+        let own: Vec<_> = all.filter(|one| one.section == Section::Temp).cloned().collect();
+        if let Err(fault) = self.begin_anew(at, &place, &own, &[], self.project.pous[pou].line) {
+            self.faults.push((self.file, fault));
+        }
     }
 
     pub(super) fn statements(&mut self, at: &Context, statements: &[Statement], ways: &mut Ways) {
@@ -444,9 +457,11 @@ impl<'p> Emit<'p> {
         match place.ty.clone() {
             Ty::Standard(kind, _) => {
                 let given: Vec<Argument> = named(kind, given);
+                let enabled = self.begin_enabled(at, place, &given, line)?;
                 self.hand_over(at, place, &[], &given, line)?;
                 self.standard_block(kind, place);
-                self.take_back(at, place, &[], &given, line)
+                self.take_back(at, place, &[], &given, line)?;
+                self.end_enabled(at, place, enabled, &given, line).map(|_| ())
             }
             Ty::Block(pou, _) => {
                 let instance = self.instance(place, pou);
@@ -454,9 +469,11 @@ impl<'p> Emit<'p> {
                 let variables: Vec<_> =
                     all.into_iter().rev().flat_map(|pou| pou.variables.clone()).collect();
                 self.has_one_name(at, Some(&place.name), &variables, given, line)?;
+                let enabled = self.begin_enabled(at, place, given, line)?;
                 self.hand_over(at, place, &variables, given, line)?;
                 self.call(Logic::Const(true), instance, What::Body, "CAL");
-                self.take_back(at, place, &variables, given, line)
+                self.take_back(at, place, &variables, given, line)?;
+                self.end_enabled(at, place, enabled, given, line).map(|_| ())
             }
             _ => match self.by_name.get(&place.name.to_ascii_uppercase()).copied() {
                 Some(instance) => {

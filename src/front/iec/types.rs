@@ -1,7 +1,7 @@
 //! Types of IEC 61131-3 and how much memory they take.
 
 use crate::base::code::Code;
-use crate::iec::ast::{Expr, Literal, Operator};
+use crate::iec::ast::{Expr, Literal};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Project, TypeRef, Variable, same};
 use crate::program::Type;
@@ -58,6 +58,22 @@ const DEPTH: u32 = 40;
 
 pub(super) const INT: Kind = Kind::Whole { bits: 16, signed: true };
 pub(super) const DINT: Kind = Kind::Whole { bits: 32, signed: true };
+
+/// The kind in which a number meets a constant: its own where the constant fits, else one that holds both.
+pub(super) fn holding(kind: Kind, value: i64) -> Kind {
+    let Kind::Whole { bits, signed } = kind else { return kind };
+    let (least, most) = match signed {
+        true => (-(1_i128 << (bits - 1)), (1 << (bits - 1)) - 1),
+        false => (0, (1 << bits) - 1),
+    };
+    let fits = |bits: u32| (-(1_i128 << (bits - 1))..1 << (bits - 1)).contains(&value.into());
+    match value {
+        value if (least..=most).contains(&value.into()) => kind,
+        _ if bits < 32 && fits(32) => DINT,
+        _ if bits < 64 => Kind::Whole { bits: 64, signed: true },
+        _ => Kind::Opaque(4),
+    }
+}
 
 /// The elementary type of a name.
 pub(super) fn elementary(name: &str) -> Option<Ty> {
@@ -169,7 +185,10 @@ impl<'p> Types<'p> {
         match of {
             TypeRef::Text => Ok(Ty::Text),
             TypeRef::Pointer(_) => Ok(Ty::Pointer),
-            TypeRef::Enumeration(_) => Ok(Ty::Number(INT)),
+            TypeRef::Enumeration(_, base) => match base {
+                Some(base) => self.resolve(base, line),
+                None => Ok(Ty::Number(INT)),
+            },
             TypeRef::Subrange(of, ..) => self.resolve(of, line),
             TypeRef::Struct(parts) => self.parts(parts.iter()).map(Ty::Parts),
             TypeRef::Array(dimensions, of) => {
@@ -257,14 +276,7 @@ impl<'p> Types<'p> {
                 self.named_constant(&if is_type { format!("{of}#{last}") } else { last.to_owned() })
             }
             Expr::Binary(operator, left, right) => {
-                let (left, right) = (self.constant(left)?, self.constant(right)?);
-                match operator {
-                    Operator::Add => left.checked_add(right),
-                    Operator::Subtract => left.checked_sub(right),
-                    Operator::Multiply => left.checked_mul(right),
-                    Operator::Divide => left.checked_div(right),
-                    _ => None,
-                }
+                operator.of_constants(self.constant(left)?, self.constant(right)?)
             }
             _ => None,
         }
@@ -277,8 +289,13 @@ impl<'p> Types<'p> {
             None => (None, name),
         };
         let mut found: Vec<i64> = Vec::new();
-        for one in self.project.types.iter().filter(|one| of.is_none_or(|of| same(&one.name, of))) {
-            let TypeRef::Enumeration(values) = &one.of else { continue };
+        let own = self.project.types.iter().filter(|one| of.is_none_or(|of| same(&one.name, of)));
+        // Variables may have enumerations of their own.
+        let units = self.project.pous.iter().map(|pou| &pou.variables);
+        let lists = units.chain(self.project.globals.iter().map(|(_, list)| list));
+        let of_variables = lists.flatten().filter(|_| of.is_none()).map(|one| &one.of);
+        for declared in own.map(|one| &one.of).chain(of_variables) {
+            let TypeRef::Enumeration(values, _) = declared else { continue };
             let mut next = 0;
             for (own, number) in values {
                 next = match number {

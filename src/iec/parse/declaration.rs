@@ -11,7 +11,7 @@ use crate::iec::{Section, TypeDeclaration, TypeRef, Variable, same};
 pub(super) fn section(cursor: &mut Cursor) -> Option<Section> {
     let Token::Word(word) = cursor.peek() else { return None };
     let section = match word.to_ascii_uppercase().as_str() {
-        "VAR" | "VAR_INST" | "VAR_STAT" | "VAR_CONFIG" | "VAR_ACCESS" => Section::Local,
+        "VAR" | "VAR_CONFIG" | "VAR_ACCESS" => Section::Local,
         "VAR_TEMP" => Section::Temp,
         "VAR_INPUT" => Section::Input,
         "VAR_OUTPUT" => Section::Output,
@@ -32,10 +32,7 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
             constant = true;
         } else if cursor.take_word("RETAIN") || cursor.take_word("PERSISTENT") {
             retain = true;
-        } else if !(cursor.take_word("NON_RETAIN")
-            || cursor.take_word("R_EDGE")
-            || cursor.take_word("F_EDGE"))
-        {
+        } else if !cursor.take_word("NON_RETAIN") {
             break;
         }
     }
@@ -52,18 +49,31 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
         }
         cursor.sign(":")?;
         let of = cursor.deeper(type_ref)?;
+        let edge = edge(cursor);
         let initial = if cursor.take_sign(":=") { Some(cursor.deeper(initial)?) } else { None };
         cursor.sign(";")?;
-        found.extend(names.into_iter().map(|name| Variable {
-            name,
-            section,
-            of: of.clone(),
-            initial: initial.clone(),
-            at: at.clone(),
-            constant,
-            retain,
-            line,
-        }));
+        for name in names {
+            let own = Variable {
+                name: edge_memory(&name),
+                section: Section::Local,
+                of: TypeRef::Named(String::new()),
+                initial: None,
+                at: None,
+                constant: false,
+                retain,
+                line,
+            };
+            found.extend(edge.clone().map(|of| Variable { of, ..own.clone() }));
+            found.push(Variable {
+                name,
+                section,
+                of: of.clone(),
+                initial: initial.clone(),
+                at: at.clone(),
+                constant,
+                ..own
+            });
+        }
     }
     Ok(found)
 }
@@ -170,7 +180,9 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
             }
         }
         cursor.sign(")")?;
-        return Ok(TypeRef::Enumeration(values));
+        // CODESYS: the type of the numbers stands behind.
+        let base = cursor.is_one_of(NUMBERS).then(|| cursor.name("a type")).transpose()?;
+        return Ok(TypeRef::Enumeration(values, base.map(|base| Box::new(TypeRef::Named(base)))));
     }
     if cursor.take_word("POINTER") || cursor.take_word("REFERENCE") {
         cursor.word("TO")?;
@@ -192,6 +204,15 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
         }
         return Ok(TypeRef::Text);
     }
+    // Named values with the type of their numbers in front.
+    if cursor.is_sign("(") && is_enumeration(cursor) {
+        return match type_ref(cursor)? {
+            TypeRef::Enumeration(values, _) => {
+                Ok(TypeRef::Enumeration(values, Some(Box::new(TypeRef::Named(name)))))
+            }
+            other => Ok(other),
+        };
+    }
     // A range of numbers, which a variable may leave at run time.
     if cursor.is_sign("(") {
         cursor.next();
@@ -203,9 +224,39 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
         cursor.sign(")")?;
         return Ok(TypeRef::Subrange(Box::new(TypeRef::Named(name)), Box::new((least, most))));
     }
-    cursor.take_word("R_EDGE");
-    cursor.take_word("F_EDGE");
     Ok(TypeRef::Named(name))
+}
+
+/// The types that the values of an enumeration can have.
+const NUMBERS: &[&str] = &[
+    "SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD",
+    "LWORD",
+];
+
+/// Whether named values stand in the bracket that comes next, and no range or length.
+fn is_enumeration(cursor: &mut Cursor) -> bool {
+    let place = cursor.place();
+    let is = cursor.take_sign("(")
+        && cursor.name("a name").is_ok()
+        && (cursor.is_sign(",") || cursor.is_sign(":="));
+    cursor.back_to(place);
+    is
+}
+
+/// The variable that remembers an input of which only edges count.
+#[must_use]
+pub(super) fn edge_memory(name: &str) -> String {
+    format!("~edge.{name}")
+}
+
+/// The block that remembers an input of which only edges count, if the next word says so.
+fn edge(cursor: &mut Cursor) -> Option<TypeRef> {
+    let of = match (cursor.take_word("R_EDGE"), cursor.take_word("F_EDGE")) {
+        (true, _) => "R_TRIG",
+        (_, true) => "F_TRIG",
+        _ => return None,
+    };
+    Some(TypeRef::Named(of.to_owned()))
 }
 
 /// The declarations between TYPE and END_TYPE; the first word is taken already.

@@ -2,11 +2,12 @@
 //! with it.
 
 use super::cursor::Cursor;
-use super::expression::{arguments, expression, path, unary};
+use super::expression::{arguments, path, unary};
 use crate::iec::ast::{Argument, Expr, Kind, Operator, Path, Statement};
 use crate::iec::fault::Fault;
 use crate::iec::lexer::Token;
 use crate::iec::same;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Words that begin an instruction, to tell a list from structured text.
 const WORDS: &[&str] = &[
@@ -20,62 +21,86 @@ pub(super) fn begins(cursor: &mut Cursor) -> bool {
     cursor.is_one_of(WORDS) && operand
 }
 
-/// Inputs of the standard's blocks that are instructions, too. (S, R and LD are others besides.)
-const INPUTS: &[&str] = &["S1", "R1", "CLK", "CU", "CD", "PV", "IN", "PT"];
+/// How names begin under which the result is kept on each of the ways that meet at a label.
+pub const MERGED: &str = "~label ";
+
+/// Words that take the result for an input of a function block, and carry the block out.
+const INPUTS: &[&str] = &["CLK", "IN", "PT", "CU", "CD", "PV", "S1", "R1"];
 
 /// What a list has come to.
 #[derive(Default)]
 struct List {
     result: Option<Expr>,
-    /// Whether the result was worked out and nothing was done with it yet.
-    is_new: bool,
     statements: Vec<Statement>,
     kept: usize,
+    /// The labels that jumps lead to, and whether there is a result on all of these ways.
+    jumps: BTreeMap<String, bool>,
+    /// Labels behind which the result is asked for.
+    asked: BTreeSet<String>,
 }
 
 impl List {
+    fn within(outer: &List, result: Option<Expr>) -> List {
+        List { result, kept: outer.kept, ..List::default() }
+    }
+
     fn add(&mut self, line: u32, kind: Kind) {
         self.statements.push(Statement { line, kind });
     }
 
     fn result(&self, line: u32) -> Result<Expr, Fault> {
-        let none = || {
-            let told = match self.statements.last().map(|one| &one.kind) {
-                Some(Kind::Label(label)) => {
-                    format!("the result with which jumps come to {label} is not followed")
-                }
-                _ => "no result is there yet".to_owned(),
-            };
-            Fault::new(line, told).help("begin with LD")
-        };
+        let none = || Fault::new(line, "no result is there yet").help("begin with LD");
         self.result.clone().ok_or_else(none)
-    }
-
-    /// A function of the result alone.
-    fn apply(&mut self, function: &str) {
-        let given = self.result.take().into_iter().map(unnamed).collect();
-        self.result = Some(Expr::Call(Path::name(function), given));
-        self.is_new = true;
-    }
-
-    /// Keeps a result that nothing was done with, so that what it takes is not lost.
-    fn leave(&mut self, line: u32) -> Result<(), Fault> {
-        if self.is_new { self.keep(line).map(|_| ()) } else { Ok(()) }
     }
 
     /// Keeps the result in a variable of its own, since what it is made of may change.
     fn keep(&mut self, line: u32) -> Result<Expr, Fault> {
         let result = self.result(line)?;
-        self.is_new = false;
-        if matches!(&result, Expr::Literal(_)) || is_kept(&result) {
-            return Ok(result);
+        let at = self.statements.len();
+        let kept = self.keep_at(line, at, result);
+        self.result = Some(kept.clone());
+        Ok(kept)
+    }
+
+    /// Keeps a value in front of a statement.
+    fn keep_at(&mut self, line: u32, at: usize, value: Expr) -> Expr {
+        if matches!(&value, Expr::Literal(_)) || is_kept(&value) {
+            return value;
         }
         self.kept += 1;
-        let kept = Path::name(format!("~il{line}.{}", self.kept).replace('.', "_"));
-        self.add(line, Kind::Assign(kept.clone(), result));
-        self.result = Some(Expr::Variable(kept.clone()));
-        Ok(Expr::Variable(kept))
+        let kept = Path::name(format!("~il{line}_{}", self.kept));
+        let kind = Kind::Assign(kept.clone(), value);
+        self.statements.insert(at, Statement { line, kind });
+        Expr::Variable(kept)
     }
+
+    /// Leaves the result for another one, or goes elsewhere with it: it is worked out all the same.
+    fn leave(&mut self, line: u32) {
+        if self.result.is_some() {
+            let _ = self.keep(line);
+        }
+    }
+
+    /// A way leads to a label with the result that is there.
+    fn lead(&mut self, line: u32, label: &str) {
+        if let Some(result) = self.result.clone() {
+            self.add(line, Kind::Assign(merged(label), result));
+        }
+    }
+
+    /// Ways that do not meet with a result that is asked for need not keep it.
+    fn finish(self) -> Vec<Statement> {
+        let asked: Vec<Path> = self.asked.iter().map(|label| merged(label)).collect();
+        let is_needed = |one: &Statement| match &one.kind {
+            Kind::Assign(target, _) => !target.first.starts_with(MERGED) || asked.contains(target),
+            _ => true,
+        };
+        self.statements.into_iter().filter(is_needed).collect()
+    }
+}
+
+fn merged(label: &str) -> Path {
+    Path::name(format!("{MERGED}{}", label.to_ascii_uppercase()))
 }
 
 fn is_kept(result: &Expr) -> bool {
@@ -86,8 +111,9 @@ fn is_kept(result: &Expr) -> bool {
 pub(super) fn instructions(cursor: &mut Cursor) -> Result<Vec<Statement>, Fault> {
     let mut list = List::default();
     read(cursor, &mut list, &[])?;
-    list.leave(cursor.line())?;
-    Ok(list.statements)
+    let line = cursor.line();
+    list.leave(line);
+    Ok(list.finish())
 }
 
 /// Reads a list that stores nothing, up to one of these words: its result.
@@ -115,17 +141,9 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
         }
         let line = cursor.line();
         let word = cursor.name("an instruction")?;
-        // What stands in the next line is no operand.
-        let is_alone = cursor.is_line_end();
-        if !is_alone && cursor.take_sign(":") {
-            list.leave(line)?;
-            // Jumps bring results of their own.
-            list.result = None;
-            list.add(line, Kind::Label(word));
-            continue;
-        }
-        if is_alone && list.result.is_some() && is_function(&word) {
-            list.apply(&word);
+        // No instruction's operand stands in the next line.
+        if !cursor.is_line_end() && cursor.take_sign(":") {
+            label(cursor, list, word, line)?;
             continue;
         }
         instruction(cursor, list, &word.to_ascii_uppercase(), line)?;
@@ -133,13 +151,29 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
     }
 }
 
+/// A label, where ways may meet that bring different results.
+fn label(cursor: &mut Cursor, list: &mut List, label: String, line: u32) -> Result<(), Fault> {
+    list.leave(line);
+    let has_result = list.jumps.get(&label.to_ascii_uppercase()).copied();
+    // Where a new result is loaded, or the list ends, the old one is not asked for.
+    let is_left =
+        cursor.is_one_of(&["LD", "LDN"]) || cursor.is_one_of(ENDS) || *cursor.peek() == Token::End;
+    if let (Some(has_result), false) = (has_result, is_left) {
+        list.lead(line, &label);
+        let is_known = has_result && list.result.is_some();
+        list.result = is_known.then(|| Expr::Variable(merged(&label)));
+        list.asked.insert(label.to_ascii_uppercase());
+    }
+    list.add(line, Kind::Label(label));
+    Ok(())
+}
+
 fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Result<(), Fault> {
     match word {
         "LD" | "LDN" => {
-            list.leave(line)?;
+            list.leave(line);
             let value = operand(cursor, list)?;
             list.result = Some(if word == "LDN" { value.not() } else { value });
-            list.is_new = true;
         }
         "ST" | "STN" => {
             let result = list.keep(line)?;
@@ -154,36 +188,42 @@ fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> R
         "NOT" => list.result = Some(list.result(line)?.not()),
         "JMP" | "JMPC" | "JMPCN" => {
             let label = cursor.name("a label")?;
-            list.leave(line)?;
+            list.leave(line);
             let condition = condition(list, &word[3..], line)?;
+            let has_result = list.jumps.entry(label.to_ascii_uppercase()).or_insert(true);
+            *has_result &= list.result.is_some();
+            list.lead(line, &label);
             list.add(line, Kind::Jump(condition, label));
         }
         "RET" | "RETC" | "RETCN" => {
-            list.leave(line)?;
+            list.leave(line);
             let condition = condition(list, &word[3..], line)?;
             list.add(line, Kind::Return(condition));
         }
         "CAL" | "CALC" | "CALCN" => {
-            list.leave(line)?;
             let condition = condition(list, &word[3..], line)?;
             let target = path(cursor)?;
             let given = if cursor.is_sign("(") { arguments(cursor)? } else { Vec::new() };
+            // What is called may change what the result is made of.
+            list.leave(line);
             list.add(line, Kind::CallIf(condition, target, given));
+        }
+        _ if INPUTS.contains(&word) && !cursor.is_line_end() && !cursor.is_sign("(") => {
+            let value = list.keep(line)?;
+            let target = path(cursor)?;
+            let given = Argument { name: Some(word.to_owned()), is_output: false, value };
+            list.add(line, Kind::Call(target, vec![given]));
         }
         _ => match operator(word) {
             Some((operator, negated)) => {
-                let left = list.result(line)?;
+                let mut left = list.result(line)?;
+                let before = list.statements.len();
                 let right = operand(cursor, list)?;
+                if list.statements.len() > before {
+                    left = list.keep_at(line, before, left);
+                }
                 let right = if negated { right.not() } else { right };
                 list.result = Some(Expr::Binary(operator, Box::new(left), Box::new(right)));
-                list.is_new = true;
-            }
-            // The input of an instance's: it is called with it.
-            None if INPUTS.contains(&word) && !cursor.is_sign("(") => {
-                let value = list.keep(line)?;
-                let target = path(cursor)?;
-                let given = Argument { name: Some(word.to_owned()), is_output: false, value };
-                list.add(line, Kind::Call(target, vec![given]));
             }
             None => function(cursor, list, word, line)?,
         },
@@ -191,22 +231,16 @@ fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> R
     Ok(())
 }
 
-/// Whether a word is no instruction: then it names a function.
-fn is_function(word: &str) -> bool {
-    let word = word.to_ascii_uppercase();
-    let is_instruction = [WORDS, INPUTS, &["NOT", "S", "R"]].concat().contains(&word.as_str());
-    !is_instruction && operator(&word).is_none()
-}
-
 /// A function's name: the result is its first input, the others follow in the line.
 fn function(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Result<(), Fault> {
     let first = list.result.clone();
     let mut given: Vec<Argument> = first.into_iter().map(unnamed).collect();
-    if cursor.is_sign("(") {
+    if !cursor.is_line_end() && cursor.is_sign("(") {
         given = arguments(cursor)?;
     } else {
         while !cursor.is_line_end() {
-            given.push(unnamed(expression(cursor)?));
+            // An operand alone: an operator would be the next instruction.
+            given.push(unnamed(unary(cursor)?));
             if !cursor.take_sign(",") {
                 break;
             }
@@ -216,7 +250,6 @@ fn function(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Resu
         return Err(Fault::new(line, format!("'{word}' is no instruction")));
     }
     list.result = Some(Expr::Call(Path::name(word), given));
-    list.is_new = true;
     Ok(())
 }
 
@@ -231,14 +264,14 @@ fn operand(cursor: &mut Cursor, list: &mut List) -> Result<Expr, Fault> {
     }
     let line = cursor.line();
     let inner = if begins(cursor) {
-        let mut inner = List { kept: list.kept, ..List::default() };
+        let mut inner = List::within(list, None);
         cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
         list.kept = inner.kept;
         list.statements.extend(inner.statements.clone());
         inner
     } else {
         let first = unary(cursor)?;
-        let mut inner = List { result: Some(first), kept: list.kept, ..List::default() };
+        let mut inner = List::within(list, Some(first));
         cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
         list.kept = inner.kept;
         list.statements.extend(inner.statements.clone());
@@ -298,6 +331,29 @@ mod tests {
             "~il6_1 := a AND NOT b OR c AND d;\ne := ~il6_1;\nIF ~il6_1 THEN f := FALSE; END_IF;\n\
              IF ~il6_1 THEN t(IN := a); END_IF;\n~il11_2 := x + 1;\nx := ~il11_2;\n~il13_3 := MAX(~il11_2, 5);\n\
              y := ~il13_3;\nIF ~il13_3 THEN JMP out; END_IF;\nout:\n"
+        );
+    }
+
+    #[test]
+    fn ways_that_meet_at_a_label_bring_their_results() {
+        let text = "LD a\nJMPC out\nLD b\nout:\nST c\n";
+        let read = instruction_list(text, 1).expect("a list");
+        assert_eq!(
+            show::statements(&read, 0),
+            "~il2_1 := a;\n~label OUT := ~il2_1;\nIF ~il2_1 THEN JMP out; END_IF;\n~il4_2 := b;\n~label OUT := ~il4_2;\nout:\nc := ~label OUT;\n"
+        );
+        // On one of the ways nothing was loaded.
+        assert!(instruction_list("JMP out\nLD b\nout:\nST c\n", 1).is_err());
+    }
+
+    #[test]
+    fn what_is_called_is_called_whoever_asks_for_its_result() {
+        let read = instruction_list("LD a\nF\nLD b\nST c\n", 1).expect("a list");
+        assert_eq!(show::statements(&read, 0), "~il3_1 := F(a);\n~il4_2 := b;\nc := ~il4_2;\n");
+        let read = instruction_list("LD a\nCAL f(x := 1)\nST c\nLD b\nIN t\n", 1).expect("a list");
+        assert_eq!(
+            show::statements(&read, 0),
+            "~il2_1 := a;\nf(x := 1);\nc := ~il2_1;\n~il5_2 := b;\nt(IN := ~il5_2);\n"
         );
     }
 

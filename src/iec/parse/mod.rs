@@ -13,6 +13,7 @@ use super::fault::Fault;
 use super::{Project, TypeRef, Variable};
 use cursor::Cursor;
 pub use expression::duration;
+pub use il::MERGED;
 
 /// Reads an expression that begins at a line.
 ///

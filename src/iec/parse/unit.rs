@@ -2,12 +2,13 @@
 
 use super::chart;
 use super::cursor::Cursor;
-use super::declaration::{section, task, types, variables};
+use super::declaration::{edge_memory, section, task, types, variables};
 use super::il;
 use super::statement::statements;
+use crate::iec::ast::{Argument, Expr, Kind, Path, Statement};
 use crate::iec::fault::Fault;
 use crate::iec::lexer::Token;
-use crate::iec::{Body, Language, Named, Pou, PouKind, Project, Task, same};
+use crate::iec::{Body, Language, Named, Pou, PouKind, Project, Section, Task, Variable, same};
 
 const BEGIN: &[&str] =
     &["PROGRAM", "FUNCTION_BLOCK", "FUNCTION", "TYPE", "CONFIGURATION", "VAR_GLOBAL", "RESOURCE"];
@@ -115,11 +116,44 @@ fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, 
     while let Some(section) = section(cursor) {
         pou.variables.extend(variables(cursor, section).map_err(within)?);
     }
+    if cursor.is_word("VAR_STAT") || cursor.is_word("VAR_INST") {
+        let fault = Fault::new(cursor.line(), "VAR_STAT and VAR_INST are not followed");
+        return Err(within(
+            fault.help("declare the variables as VAR of a function block, or VAR_GLOBAL"),
+        ));
+    }
     methods(cursor, &mut pou).map_err(within)?;
     body(cursor, &mut pou, end).map_err(within)?;
     methods(cursor, &mut pou).map_err(within)?;
     cursor.word(end).map_err(within)?;
+    edges(&mut pou).map_err(within)?;
     Ok(pou)
+}
+
+/// Of inputs with R_EDGE or F_EDGE a body sees edges, as if it began with the trigger that says so.
+fn edges(pou: &mut Pou) -> Result<(), Fault> {
+    let inputs = pou.variables.iter().filter(|one| one.section == Section::Input);
+    let has_memory =
+        |one: &&Variable| pou.variables.iter().any(|other| other.name == edge_memory(&one.name));
+    let inputs: Vec<Variable> = inputs.filter(has_memory).cloned().collect();
+    for one in inputs {
+        let line = one.line;
+        let Body::Code(_, statements) = &mut pou.body else {
+            let what = format!("{}: edges of inputs of a chart are not followed", one.name);
+            return Err(Fault::new(line, what).help("call R_TRIG or F_TRIG yourself"));
+        };
+        if pou.kind != PouKind::FunctionBlock {
+            let what = format!("{}: only a function block remembers edges of its inputs", one.name);
+            return Err(Fault::new(line, what));
+        }
+        let memory = Path::name(edge_memory(&one.name));
+        let value = Expr::name(one.name.clone());
+        let given = vec![Argument { name: Some("CLK".to_owned()), is_output: false, value }];
+        let seen = Expr::Variable(memory.clone().with("Q"));
+        let begins = [Kind::Call(memory, given), Kind::Assign(Path::name(one.name), seen)];
+        statements.splice(0..0, begins.map(|kind| Statement { line, kind }));
+    }
+    Ok(())
 }
 
 /// `METHOD PUBLIC name : type ... END_METHOD`, of a function block.

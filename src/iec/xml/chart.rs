@@ -216,7 +216,8 @@ fn condition<'a, 'i>(
         return Err(text.fault(node, format!("{}: it has no condition", called(node))));
     };
     let value = if let Some(inline) = child(own, "inline") {
-        match (reading.condition)(reading, inline) {
+        let own = format!("t{}", node.attribute("localId").unwrap_or_default());
+        match reading.apart(&own, |reading| (reading.condition)(reading, inline)) {
             Ok(value) => value,
             Err(fault) if fault.code == Code::Syntax => any(&fault),
             Err(fault) => return Err(fault),
@@ -229,7 +230,8 @@ fn condition<'a, 'i>(
         if from.is_empty() {
             return Err(text.fault(node, format!("{}: its condition is empty", called(node))));
         }
-        drawn(reading, body, node, &from)?
+        let own = format!("t{}", node.attribute("localId").unwrap_or_default());
+        reading.apart(&own, |reading| drawn(reading, body, node, &from))?
     };
     Ok(if is(own, "negated") { value.not() } else { value })
 }
@@ -244,7 +246,7 @@ fn drawn<'a, 'i>(
     // Elements of the chart itself have no value, but they have numbers.
     let text = reading.text;
     let mut graph = Graph::new(text, body)?;
-    match graph.joined(reading, node, from) {
+    match graph.condition(reading, node, from) {
         Ok(value) => Ok(value),
         Err(fault) if fault.code == Code::Syntax => Ok(any(&fault)),
         Err(fault) => Err(fault),
@@ -340,7 +342,9 @@ fn block(
         if language(inline).is_none() {
             return Ok(None);
         }
-        Target::Inline(format!("{step}_{}", number + 1), Box::new((reading.body)(reading, inline)))
+        let name = format!("{step}_{}", number + 1);
+        let body = reading.apart(&name, |reading| (reading.body)(reading, inline));
+        Target::Inline(name, Box::new(body))
     } else {
         return Ok(None);
     };

@@ -7,14 +7,22 @@ use super::node::{Text, child, children, elements, inputs, is, sources};
 use super::order::{order, rank};
 use super::reading::Reading;
 use crate::base::code::Code;
-use crate::iec::ast::{Argument, Expr, Kind, Path, Statement};
+use crate::iec::ast::{Argument, EITHER, Expr, Kind, Path, Statement, visit};
 use crate::iec::fault::Fault;
-use crate::iec::parse;
+use crate::iec::{parse, same};
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// How deep ways may be followed.
 const DEPTH: usize = 150;
+
+/// What an output has been worked out as.
+#[derive(Clone)]
+struct Kept {
+    value: Expr,
+    /// Where it was stored: what was stored, and how many statements had been carried out then.
+    stored: Option<(Expr, usize)>,
+}
 
 /// A graph, and what of it has been carried out.
 pub(super) struct Graph<'a, 'i> {
@@ -22,12 +30,20 @@ pub(super) struct Graph<'a, 'i> {
     nodes: BTreeMap<&'a str, Node<'a, 'i>>,
     /// How often each output leads somewhere.
     forks: BTreeMap<&'a str, usize>,
-    kept: BTreeMap<(&'a str, String), Expr>,
+    kept: BTreeMap<(&'a str, String), Kept>,
+    /// What is stored, by the names that it has.
+    named: BTreeMap<String, Kept>,
     open: BTreeSet<&'a str>,
     done: BTreeSet<&'a str>,
     statements: Vec<Statement>,
+    /// Variables that blocks were handed in and out, and how many statements had been carried out then.
+    handed: Vec<(usize, String)>,
     /// The number of execution of the element that is carried out, if it has one.
     acting: Option<u64>,
+}
+
+fn is_called(node: Node<'_, '_>, name: &str) -> bool {
+    node.tag_name().name() == name
 }
 
 fn wrong(text: &Text, node: Node<'_, '_>, message: String) -> Fault {
@@ -63,14 +79,23 @@ impl<'a, 'i> Graph<'a, 'i> {
                 *forks.entry(id).or_insert(0) += 1;
             }
         }
+        for (&id, connector) in nodes.iter().filter(|(_, node)| is_called(**node, "connector")) {
+            let name = connector.attribute("name");
+            let goes_on = |node: &&Node<'_, '_>| {
+                is_called(**node, "continuation") && node.attribute("name") == name
+            };
+            *forks.entry(id).or_insert(0) += nodes.values().filter(goes_on).count();
+        }
         Ok(Graph {
             text,
             nodes,
             forks,
             kept: BTreeMap::new(),
+            named: BTreeMap::new(),
             open: BTreeSet::new(),
             done: BTreeSet::new(),
             statements: Vec::new(),
+            handed: Vec::new(),
             acting: None,
         })
     }
@@ -103,14 +128,35 @@ impl<'a, 'i> Graph<'a, 'i> {
         let Some(end) = end else {
             return Err(self.text.fault(body, "nothing says what the condition is"));
         };
-        let value = self.joined(reading, end, &inputs(end))?;
-        match self.statements.first() {
-            Some(_) => Err(Fault::new(
-                self.text.line(body),
-                "a condition with a block that remembers is not followed",
-            )),
-            None => Ok(value),
+        self.condition(reading, end, &inputs(end))
+    }
+
+    /// The value of a condition that leads in through connections. Nothing but its value is looked at, so nothing that a block
+    /// does may be left over.
+    pub(super) fn condition(
+        &mut self,
+        reading: &mut Reading<'_, '_>,
+        node: Node<'_, '_>,
+        from: &[(&str, Option<&str>)],
+    ) -> Result<Expr, Fault> {
+        let mut value = self.joined(reading, node, from)?;
+        // Functions, and what is kept where ways fork, are put where they are asked for.
+        for statement in std::mem::take(&mut self.statements).into_iter().rev() {
+            let put = match &statement.kind {
+                Kind::Assign(target, own) if target.first.starts_with('~') => {
+                    put_in(&mut value, target, own).filter(|&times| times < 2 || !calls(own))
+                }
+                _ => None,
+            };
+            if put.is_none() {
+                let what = "a condition with a block that remembers is not followed";
+                let help = "carry the block out in an action, and use what it puts out";
+                return Err(Fault::new(statement.line, format!("{}: {what}", called(node)))
+                    .code(Code::NotModelled)
+                    .help(help));
+            }
         }
+        Ok(value)
     }
 
     /// The value that leads in through connections.
@@ -150,7 +196,7 @@ impl<'a, 'i> Graph<'a, 'i> {
     ) -> Result<Expr, Fault> {
         let key = (id, output.to_owned());
         if let Some(kept) = self.kept.get(&key) {
-            return Ok(kept.clone());
+            return Ok(self.again(kept));
         }
         let node = self.nodes[id];
         if self.is_fed_back(id, node) {
@@ -163,17 +209,100 @@ impl<'a, 'i> Graph<'a, 'i> {
         }
         let found = self.put_out(reading, id, node, output);
         self.open.remove(id);
-        let mut value = found?;
-        let is_plain = matches!(value, Expr::Literal(_) | Expr::Variable(_));
-        if !is_plain && self.forks.get(id).is_some_and(|&count| count > 1) {
-            let name = reading.hidden(&format!("n{id}"), "", 0);
-            let kept = Path::name(name);
-            self.add(node, Kind::Assign(kept.clone(), value));
-            value = Expr::Variable(kept);
+        let value = found?;
+        if self.kept.contains_key(&key) {
+            return Ok(value);
         }
-        // A variable may change before it is read again; what is kept does not.
-        self.kept.insert(key, value.clone());
-        Ok(value)
+        // What a contact lets through is settled when it is looked at; a variable that is wired up is read where it is used.
+        let is_plain = match value {
+            Expr::Literal(_) => true,
+            Expr::Variable(_) => node.tag_name().name() != "contact",
+            _ => false,
+        };
+        if is_plain || self.forks.get(id).is_none_or(|&count| count < 2) {
+            self.kept.insert(key, Kept { value: value.clone(), stored: None });
+            return Ok(value);
+        }
+        let name = reading.hidden(&format!("v{id}_{output}"), "", 0);
+        Ok(self.store(node, key, name, value))
+    }
+
+    /// Stores a value, since what it is made of may change before it is asked for again.
+    fn store(
+        &mut self,
+        node: Node<'_, '_>,
+        key: (&'a str, String),
+        name: String,
+        value: Expr,
+    ) -> Expr {
+        let path = Path::name(name.clone());
+        self.add(node, Kind::Assign(path.clone(), value.clone()));
+        let stored = Expr::Variable(path);
+        let kept = Kept { value: stored.clone(), stored: Some((value, self.statements.len())) };
+        self.named.insert(name, kept.clone());
+        self.kept.insert(key, kept);
+        stored
+    }
+
+    /// A value that was worked out before. Where variables that it is made of have been written since, some controllers look at
+    /// them again, and others do not.
+    fn again(&self, kept: &Kept) -> Expr {
+        let mut left = PLACES;
+        self.either(kept, &mut left)
+    }
+
+    fn either(&self, kept: &Kept, left: &mut usize) -> Expr {
+        let Some((value, _)) = &kept.stored else { return kept.value.clone() };
+        if !self.has_changed(kept) {
+            return kept.value.clone();
+        }
+        let behind = names(value).into_iter().filter_map(|name| self.named.get(name));
+        let unnamed = |value| Argument { name: None, is_output: false, value };
+        let mut other = value.clone();
+        for kept in behind {
+            *left = left.saturating_sub(1);
+            let (Expr::Variable(name), true) = (&kept.value, *left > 0) else {
+                // Any value.
+                return Expr::Call(Path::name(EITHER), Vec::new());
+            };
+            let own = self.either(kept, left);
+            if own != kept.value && put_in(&mut other, name, &own).is_none() {
+                return Expr::Call(Path::name(EITHER), Vec::new());
+            }
+        }
+        Expr::Call(Path::name(EITHER), vec![unnamed(kept.value.clone()), unnamed(other)])
+    }
+
+    /// Whether a stored value might be another one if it was worked out again.
+    fn has_changed(&self, kept: &Kept) -> bool {
+        let mut open = vec![kept];
+        let mut seen = BTreeSet::new();
+        while let Some(kept) = open.pop() {
+            let Some((value, at)) = &kept.stored else { continue };
+            if self.may_have_changed(value, *at) {
+                return true;
+            }
+            let behind = names(value).into_iter().filter(|name| seen.insert((*name).to_owned()));
+            open.extend(behind.filter_map(|name| self.named.get(name)));
+        }
+        false
+    }
+
+    /// Whether a variable that an expression reads may have been written since so many statements had been carried out.
+    fn may_have_changed(&self, value: &Expr, since: usize) -> bool {
+        let handed = self.handed.iter().filter(|(at, _)| *at >= since);
+        let mut found = handed.into_iter().any(|(_, name)| reads(value, name));
+        visit(&self.statements[since..], &mut |one| match &one.kind {
+            Kind::Assign(target, _)
+            | Kind::Latch(target, ..)
+            | Kind::Call(target, _)
+            | Kind::CallIf(_, target, _) => {
+                // What has a name of its own here is written once.
+                found |= !target.first.starts_with('~') && reads(value, &target.first);
+            }
+            _ => {}
+        });
+        found
     }
 
     /// Whether an output is that of an instance that is not carried out before it is asked for: a way leads back to it, or its
@@ -210,7 +339,13 @@ impl<'a, 'i> Graph<'a, 'i> {
                 }
                 Ok(way.and(value))
             }
-            "coil" | "rightPowerRail" => self.joined(reading, node, &inputs(node)),
+            // What stands behind a coil has what leads to it, as it was before the coil was written.
+            "coil" => {
+                self.act(reading, id)?;
+                let kept = self.kept.get(&(id, String::new()));
+                Ok(kept.map_or_else(|| Expr::bool(false), |kept| self.again(kept)))
+            }
+            "rightPowerRail" => self.joined(reading, node, &inputs(node)),
             "inVariable" | "inOutVariable" => {
                 let value = self.operand(node, "expression")?;
                 let negated = is(node, "negated") || is(node, "negatedOut");
@@ -219,14 +354,14 @@ impl<'a, 'i> Graph<'a, 'i> {
             "outVariable" => self.joined(reading, node, &inputs(node)),
             "continuation" => {
                 let name = node.attribute("name");
-                let from = self.nodes.values().find(|one| {
-                    one.tag_name().name() == "connector" && one.attribute("name") == name
+                let from = self.nodes.iter().find(|(_, one)| {
+                    is_called(**one, "connector") && one.attribute("name") == name
                 });
-                let Some(&from) = from else {
+                let Some((&from, _)) = from else {
                     let message = format!("{}: no connector has its name", called(node));
                     return Err(wrong(self.text, node, message));
                 };
-                self.joined(reading, from, &inputs(from))
+                self.value(reading, from, "")
             }
             "connector" => self.joined(reading, node, &inputs(node)),
             "block" => {
@@ -287,6 +422,9 @@ impl<'a, 'i> Graph<'a, 'i> {
                     continue;
                 }
                 let mut value = self.joined(reading, node, &from)?;
+                if let (Expr::Variable(path), "inOutVariables") = (&value, list) {
+                    self.handed.push((self.statements.len(), path.first.clone()));
+                }
                 if let Some(edge) = one.attribute("edge").filter(|edge| *edge != "none") {
                     value = self.edge(reading, node, &format!("{id}_{name}"), edge, value);
                 }
@@ -304,28 +442,63 @@ impl<'a, 'i> Graph<'a, 'i> {
         self.open.remove(id);
         let of = node.attribute("typeName").unwrap_or_default();
         let enable = enable.unwrap_or_else(|| Expr::bool(true));
+        let key = (id, "ENO".to_owned());
+        let enable = match enable {
+            Expr::Literal(_) => {
+                self.kept.insert(key, Kept { value: enable.clone(), stored: None });
+                enable
+            }
+            other => {
+                let name = reading.hidden(&format!("v{id}_ENO"), "", 0);
+                self.store(node, key, name, other)
+            }
+        };
         if let Some(instance) = node.attribute("instanceName").filter(|name| !name.is_empty()) {
             let target = path_of(instance, self.text.line(node))?;
-            self.add(node, Kind::CallIf(enable.clone(), target, given));
+            self.add(node, Kind::CallIf(enable, target, given));
         } else {
             let result = reading.hidden(&format!("n{id}"), "", 0);
             for other in self.outputs(node).into_iter().skip(1) {
                 let value = Expr::name(format!("{result}_{other}"));
                 given.push(Argument { name: Some(other), is_output: true, value });
             }
-            let call = Expr::Call(path_of(of, self.text.line(node))?, given);
-            let carried = Statement {
-                line: self.text.line(node),
-                kind: Kind::Assign(Path::name(result), call),
-            };
-            if enable.is(true) {
-                self.statements.push(carried);
-            } else {
-                self.add(node, Kind::If(vec![(enable.clone(), vec![carried])], Vec::new()));
+            if !enable.is(true) {
+                let name = Some("EN".to_owned());
+                given.push(Argument { name, is_output: false, value: enable });
             }
+            // Operators are functions, too.
+            let is_word = of.chars().all(|c| c.is_alphanumeric() || c == '_') && !of.is_empty();
+            let function = match is_word {
+                true => Path::name(of),
+                false => path_of(of, self.text.line(node))?,
+            };
+            let call = Expr::Call(function, given);
+            self.add(node, Kind::Assign(Path::name(result), call));
         }
-        self.kept.insert((id, "ENO".to_owned()), enable);
         Ok(())
+    }
+
+    /// Whether a block that has been carried out was enabled.
+    fn enabled(&self, id: &str) -> Expr {
+        let enable = self.kept.iter().find(|((own, name), _)| *own == id && name == "ENO");
+        enable.map_or_else(|| Expr::bool(true), |(_, kept)| kept.value.clone())
+    }
+
+    /// The condition under which an element takes over what leads to it: nothing is taken over from a function that is not
+    /// enabled. Of a function block some controllers take over what it put out before.
+    fn taken(&self, from: &[(&str, Option<&str>)]) -> Expr {
+        let [(id, output)] = from else { return Expr::bool(true) };
+        let block = self.nodes.get(id).filter(|node| is_called(**node, "block"));
+        let is_enable = output.is_some_and(|output| output.eq_ignore_ascii_case("ENO"));
+        let Some(block) = block.filter(|_| !is_enable) else { return Expr::bool(true) };
+        let enable = self.enabled(id);
+        let has_instance = block.attribute("instanceName").is_some_and(|name| !name.is_empty());
+        if enable.is(true) || !has_instance {
+            return enable;
+        }
+        let unnamed = |value| Argument { name: None, is_output: false, value };
+        let both = vec![unnamed(enable), unnamed(Expr::bool(true))];
+        Expr::Call(Path::name(EITHER), both)
     }
 
     /// The names of a block's outputs but ENO.
@@ -344,8 +517,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         output: &str,
     ) -> Expr {
         if output.eq_ignore_ascii_case("ENO") {
-            let enable = self.kept.iter().find(|((own, name), _)| *own == id && name == "ENO");
-            return enable.map_or_else(|| Expr::bool(true), |(_, value)| value.clone());
+            return self.enabled(id);
         }
         let outputs = self.outputs(node);
         let first = outputs.first().cloned().unwrap_or_default();
@@ -371,24 +543,42 @@ impl<'a, 'i> Graph<'a, 'i> {
         match node.tag_name().name() {
             "block" => self.block(reading, id, node),
             "coil" | "outVariable" => {
+                if !self.done.insert(id) {
+                    return Ok(());
+                }
                 let name = if node.tag_name().name() == "coil" { "variable" } else { "expression" };
                 let Expr::Variable(target) = self.operand(node, name)? else {
                     let message = format!("{}: it writes to no variable", called(node));
                     return Err(self.text.fault(node, message));
                 };
-                let mut value = self.joined(reading, node, &inputs(node))?;
+                let from = inputs(node);
+                let mut value = self.joined(reading, node, &from)?;
+                if is_called(node, "coil") && self.forks.contains_key(id) {
+                    let name = reading.hidden(&format!("v{id}_"), "", 0);
+                    value = self.store(node, (id, String::new()), name, value);
+                }
                 if let Some(edge) = node.attribute("edge").filter(|edge| *edge != "none") {
                     value = self.edge(reading, node, id, edge, value);
                 }
                 if is(node, "negated") {
                     value = value.not();
                 }
+                let taken = match is_called(node, "outVariable") {
+                    true => self.taken(&from),
+                    false => Expr::bool(true),
+                };
                 let kind = match node.attribute("storage") {
                     Some("set") => Kind::Latch(target, true, value),
                     Some("reset") => Kind::Latch(target, false, value),
                     _ => Kind::Assign(target, value),
                 };
-                self.add(node, kind);
+                let line = self.text.line(node);
+                let carried = Statement { line, kind };
+                if taken.is(true) {
+                    self.statements.push(carried);
+                } else {
+                    self.add(node, Kind::If(vec![(taken, vec![carried])], Vec::new()));
+                }
                 Ok(())
             }
             "return" => {
@@ -410,6 +600,59 @@ impl<'a, 'i> Graph<'a, 'i> {
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// More places than this are not put in.
+const PLACES: usize = 1000;
+
+/// Puts a value in where a name stands; how often, or nothing if it is too often.
+fn put_in(one: &mut Expr, name: &Path, value: &Expr) -> Option<usize> {
+    let times = match one {
+        Expr::Variable(path) if path == name => {
+            *one = value.clone();
+            1
+        }
+        Expr::Variable(_) | Expr::Literal(_) => 0,
+        Expr::Not(inner) | Expr::Negate(inner) => put_in(inner, name, value)?,
+        Expr::Binary(_, left, right) => put_in(left, name, value)? + put_in(right, name, value)?,
+        Expr::Call(_, given) => {
+            let put = |sum, one: &mut Argument| Some(sum + put_in(&mut one.value, name, value)?);
+            given.iter_mut().try_fold(0, put)?
+        }
+    };
+    (times < PLACES).then_some(times)
+}
+
+/// The names of what an expression reads that is kept.
+fn names(one: &Expr) -> Vec<&str> {
+    match one {
+        Expr::Variable(path) if path.first.starts_with('~') => vec![&path.first],
+        Expr::Variable(_) | Expr::Literal(_) => Vec::new(),
+        Expr::Not(inner) | Expr::Negate(inner) => names(inner),
+        Expr::Binary(_, left, right) => [names(left), names(right)].concat(),
+        Expr::Call(_, given) => given.iter().flat_map(|one| names(&one.value)).collect(),
+    }
+}
+
+/// Whether an expression calls anything.
+fn calls(one: &Expr) -> bool {
+    match one {
+        Expr::Call(..) => true,
+        Expr::Not(inner) | Expr::Negate(inner) => calls(inner),
+        Expr::Binary(_, left, right) => calls(left) || calls(right),
+        Expr::Literal(_) | Expr::Variable(_) => false,
+    }
+}
+
+/// Whether an expression reads a variable, or a part of it.
+fn reads(one: &Expr, name: &str) -> bool {
+    match one {
+        Expr::Variable(path) => same(&path.first, name),
+        Expr::Not(inner) | Expr::Negate(inner) => reads(inner, name),
+        Expr::Binary(_, left, right) => reads(left, name) || reads(right, name),
+        Expr::Call(_, given) => given.iter().any(|one| reads(&one.value, name)),
+        Expr::Literal(_) => false,
     }
 }
 

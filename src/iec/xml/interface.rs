@@ -85,7 +85,7 @@ pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
                     number.and_then(|number| parse::expression(number, text.line(one)).ok());
                 Some((one.attribute("name")?.to_owned(), number))
             };
-            TypeRef::Enumeration(values.filter_map(value).collect())
+            TypeRef::Enumeration(values.filter_map(value).collect(), base().map(Box::new))
         }
         "subrangeSigned" | "subrangeUnsigned" => {
             let bound = |name| {

@@ -37,6 +37,15 @@ impl<'t, 'p> Reading<'t, 'p> {
         Reading { text, pou, place, part: part.to_owned(), faults: Vec::new(), body, condition }
     }
 
+    /// Reads something whose elements have numbers of their own: what it needs for itself has names of its own, too.
+    pub(super) fn apart<T>(&mut self, name: &str, read: impl FnOnce(&mut Self) -> T) -> T {
+        let part = format!("{}{}{name}", self.part, if self.part.is_empty() { "" } else { "_" });
+        let outer = std::mem::replace(&mut self.part, part);
+        let found = read(self);
+        self.part = outer;
+        found
+    }
+
     /// A fault that the whole file is refused for.
     pub(super) fn refuse(&mut self, fault: Fault) {
         let fault = fault.within(&self.place);

@@ -503,12 +503,19 @@ fn type_of(of: &TypeRef) -> Result<String, String> {
             }
             text + "</struct>"
         }
-        TypeRef::Enumeration(values) => {
-            let values: String = values
-                .iter()
-                .map(|(name, _)| format!("<value name=\"{}\"/>", escaped(name)))
-                .collect();
-            format!("<enum><values>{values}</values></enum>")
+        TypeRef::Enumeration(values, base) => {
+            let value = |(name, number): &(String, Option<Expr>)| {
+                let number = number.as_ref().map(|number| escaped(&show::expr(number)));
+                let number =
+                    number.map(|number| format!(" value=\"{number}\"")).unwrap_or_default();
+                format!("<value name=\"{}\"{number}/>", escaped(name))
+            };
+            let values: String = values.iter().map(value).collect();
+            let base = match base {
+                Some(base) => format!("<baseType>{}</baseType>", type_of(base)?),
+                None => String::new(),
+            };
+            format!("<enum><values>{values}</values>{base}</enum>")
         }
         TypeRef::Pointer(of) => format!("<pointer><baseType>{}</baseType></pointer>", type_of(of)?),
     })

@@ -1,0 +1,431 @@
+//! Ladder and function block diagrams as graphs of their own, which write themselves as PLCopen XML and are run element by
+//! element: by the standard alone, and by no line of what they are held against.
+//!
+//! An element that does something is carried out when its turn comes; what leads to it is looked at then, once. Some
+//! controllers look at contacts again for each element behind them: so does a run that is asked to.
+
+use super::machine::{Expr, Machine, Scope, Ty};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Which element, and which of its outputs.
+pub type Pin = (usize, &'static str);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edge {
+    None,
+    Rising,
+    Falling,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    Plain,
+    Negated,
+    Set,
+    Reset,
+}
+
+/// An input of a block: its name, what leads there, and how it is taken.
+#[derive(Debug, Clone)]
+pub struct Input {
+    pub name: &'static str,
+    pub from: Vec<Pin>,
+    pub negated: bool,
+    pub edge: Edge,
+}
+
+#[derive(Debug, Clone)]
+pub enum What {
+    Rail,
+    Contact(&'static str, bool, Edge, Vec<Pin>),
+    Coil(&'static str, Mode, Edge, Vec<Pin>),
+    In(Expr, bool),
+    Out(&'static str, bool, Vec<Pin>),
+    /// A function: its name, the type of its result, what enables it.
+    Function(&'static str, Ty, Option<Vec<Pin>>, Vec<Input>),
+    /// An instance of a standard block.
+    Standard(&'static str, &'static str, Option<Vec<Pin>>, Vec<Input>),
+    /// An instance of a unit: its inputs, and the two variables that it is handed in and out.
+    Block(&'static str, usize, Option<Vec<Pin>>, Vec<Input>, [Pin; 2]),
+    Jump(&'static str, Vec<Pin>),
+    Label(&'static str),
+    Return(Vec<Pin>),
+}
+
+/// A drawing: its elements in the order in which they are carried out.
+#[derive(Debug, Clone, Default)]
+pub struct Drawing {
+    pub elements: Vec<What>,
+    /// Whether the order is told by numbers, not by places.
+    pub numbered: bool,
+}
+
+fn point(from: &[Pin]) -> String {
+    let one = |(id, output): &Pin| match *output {
+        "" => format!("<connection refLocalId=\"{id}\"/>"),
+        output => format!("<connection refLocalId=\"{id}\" formalParameter=\"{output}\"/>"),
+    };
+    format!("<connectionPointIn>{}</connectionPointIn>", from.iter().map(one).collect::<String>())
+}
+
+fn edge(edge: Edge) -> &'static str {
+    match edge {
+        Edge::None => "",
+        Edge::Rising => " edge=\"rising\"",
+        Edge::Falling => " edge=\"falling\"",
+    }
+}
+
+fn block(
+    head: &str,
+    enable: Option<&Vec<Pin>>,
+    inputs: &[Input],
+    both: &[Pin],
+    outputs: &[&str],
+) -> (String, String) {
+    let mut list = String::new();
+    if let Some(enable) = enable {
+        list += &format!("<variable formalParameter=\"EN\">{}</variable>", point(enable));
+    }
+    for one in inputs {
+        let negated = if one.negated { " negated=\"true\"" } else { "" };
+        let (name, edge, from) = (one.name, edge(one.edge), point(&one.from));
+        list += &format!("<variable formalParameter=\"{name}\"{negated}{edge}>{from}</variable>");
+    }
+    let handed: String = ["r", "z"]
+        .iter()
+        .zip(both)
+        .map(|(name, from)| {
+            format!("<variable formalParameter=\"{name}\">{}</variable>", point(&[*from]))
+        })
+        .collect();
+    let all = enable.map(|_| "ENO").into_iter().chain(outputs.iter().copied());
+    let all: String = all
+        .map(|name| {
+            format!("<variable formalParameter=\"{name}\"><connectionPointOut/></variable>")
+        })
+        .collect();
+    (
+        format!("block {head}"),
+        format!(
+            "<inputVariables>{list}</inputVariables><inOutVariables>{handed}</inOutVariables>\
+             <outputVariables>{all}</outputVariables>"
+        ),
+    )
+}
+
+/// What a standard block puts out.
+pub fn outputs(kind: &str) -> &'static [&'static str] {
+    match kind {
+        "SR" | "RS" => &["Q1"],
+        "CTU" | "CTD" => &["Q", "CV"],
+        _ => &["Q"],
+    }
+}
+
+impl Drawing {
+    pub fn add(&mut self, what: What) -> usize {
+        self.elements.push(what);
+        self.elements.len() - 1
+    }
+
+    /// The elements as XML.
+    pub fn xml(&self) -> String {
+        let mut text = String::new();
+        for (id, what) in self.elements.iter().enumerate() {
+            // Where numbers say the order, places say another one.
+            let place = if self.numbered { 1000 - id } else { id };
+            let (x, y) = (place % 7, place / 7);
+            let order = if self.numbered { id + 1 } else { 0 };
+            let (head, inner) = match what {
+                What::Rail => ("leftPowerRail".to_owned(), "<connectionPointOut/>".to_owned()),
+                What::Contact(variable, negated, kind, from) => (
+                    format!("contact negated=\"{negated}\"{}", edge(*kind)),
+                    format!("{}<connectionPointOut/><variable>{variable}</variable>", point(from)),
+                ),
+                What::Coil(variable, mode, kind, from) => {
+                    let mode = match mode {
+                        Mode::Plain => "",
+                        Mode::Negated => " negated=\"true\"",
+                        Mode::Set => " storage=\"set\"",
+                        Mode::Reset => " storage=\"reset\"",
+                    };
+                    (
+                        format!("coil{mode}{}", edge(*kind)),
+                        format!(
+                            "{}<connectionPointOut/><variable>{variable}</variable>",
+                            point(from)
+                        ),
+                    )
+                }
+                What::In(value, negated) => (
+                    format!("inVariable negated=\"{negated}\""),
+                    format!("<connectionPointOut/><expression>{}</expression>", value.text()),
+                ),
+                What::Out(variable, negated, from) => (
+                    format!("outVariable negated=\"{negated}\""),
+                    format!("{}<expression>{variable}</expression>", point(from)),
+                ),
+                What::Function(name, _, enable, inputs) => {
+                    let head = format!("typeName=\"{name}\"");
+                    block(&head, enable.as_ref(), inputs, &[], &["OUT"])
+                }
+                What::Standard(name, kind, enable, inputs) => {
+                    let head = format!("typeName=\"{kind}\" instanceName=\"{name}\"");
+                    block(&head, enable.as_ref(), inputs, &[], outputs(kind))
+                }
+                What::Block(name, unit, enable, inputs, both) => {
+                    let head = format!("typeName=\"Block{unit}\" instanceName=\"{name}\"");
+                    block(&head, enable.as_ref(), inputs, both, &["o"])
+                }
+                What::Jump(label, from) => (format!("jump label=\"{label}\""), point(from)),
+                What::Label(label) => (format!("label label=\"{label}\""), String::new()),
+                What::Return(from) => ("return".to_owned(), point(from)),
+            };
+            let name = head.split(' ').next().unwrap_or_default();
+            text += &format!(
+                "<{head} localId=\"{id}\" executionOrderId=\"{order}\"><position x=\"{x}\" y=\"{y}\"/>{inner}</{name}>"
+            );
+        }
+        text
+    }
+}
+
+/// One scan of a drawing. It takes 1 for each value that is stored or handed to a block, but 3 for a coil that sets and 2 for one
+/// that resets, where they do.
+pub struct Run<'d, 'm, 'u> {
+    drawing: &'d Drawing,
+    machine: &'m mut Machine<'u>,
+    /// What stands before the names of memory that belongs to the drawing.
+    name: &'d str,
+    /// Whether contacts are looked at again.
+    again: bool,
+    links: BTreeMap<Pin, i64>,
+    done: BTreeSet<usize>,
+    scope: Scope,
+    cost: u64,
+}
+
+impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
+    pub fn scan(
+        drawing: &'d Drawing,
+        machine: &'m mut Machine<'u>,
+        name: &'d str,
+        again: bool,
+    ) -> u64 {
+        let mut run = Run {
+            drawing,
+            machine,
+            name,
+            again,
+            links: BTreeMap::new(),
+            done: BTreeSet::new(),
+            scope: Scope::default(),
+            cost: 0,
+        };
+        let mut at = 0;
+        while at < drawing.elements.len() {
+            match &drawing.elements[at] {
+                What::Jump(label, from) if run.any(from) == 1 => {
+                    let target = |one: &What| matches!(one, What::Label(own) if own == label);
+                    at = drawing.elements.iter().position(target).expect("the label");
+                }
+                What::Return(from) if run.any(from) == 1 => return run.cost,
+                _ => run.act(at),
+            }
+            at += 1;
+        }
+        run.cost
+    }
+
+    /// What several ways bring.
+    fn any(&mut self, from: &[Pin]) -> i64 {
+        from.iter().map(|pin| self.link(*pin)).fold(0, |sum, one| sum | one)
+    }
+
+    fn edge(&mut self, name: &str, kind: Edge, value: i64) -> i64 {
+        let key = format!("{}{name}", self.name);
+        let trigger = match kind {
+            Edge::None => return value,
+            Edge::Rising => "R_TRIG",
+            Edge::Falling => "F_TRIG",
+        };
+        self.cost += 1;
+        self.machine.state.insert(format!("{key}.CLK"), value);
+        self.machine.standard(trigger, &format!("{key}."));
+        self.machine.get(&format!("{key}.Q"))
+    }
+
+    fn link(&mut self, pin: Pin) -> i64 {
+        let (id, output) = pin;
+        if let Some(known) = self.links.get(&pin) {
+            return *known;
+        }
+        let value = match &self.drawing.elements[id] {
+            What::Rail => 1,
+            What::Contact(variable, negated, kind, from) => {
+                // What a trigger has seen is seen once.
+                let seen = (id, "edge");
+                let own = match self.links.get(&seen) {
+                    Some(seen) => *seen,
+                    None => {
+                        let value = self.machine.get(&self.scope.key(variable));
+                        let value = self.edge(&format!("edge {id}"), *kind, value);
+                        if *kind != Edge::None {
+                            self.links.insert(seen, value);
+                        }
+                        value
+                    }
+                };
+                self.any(from) & (own ^ i64::from(*negated))
+            }
+            What::Coil(_, _, _, from) => {
+                // A coil is carried out before what stands behind it.
+                let before = self.any(from);
+                self.act(id);
+                if self.again { self.any(from) } else { before }
+            }
+            What::In(value, negated) => {
+                let found = self.machine.value(&self.scope.clone(), value);
+                if *negated { 1 - found } else { found }
+            }
+            What::Function(..) | What::Standard(..) | What::Block(..) => {
+                self.act(id);
+                return match &self.drawing.elements[id] {
+                    _ if output == "ENO" => self.links[&(id, "ENO")],
+                    What::Function(..) => self.links.get(&pin).copied().unwrap_or(0),
+                    What::Standard(name, ..) | What::Block(name, ..) => {
+                        self.machine.get(&format!("{name}.{output}"))
+                    }
+                    _ => unreachable!("a block"),
+                };
+            }
+            other => unreachable!("{other:?} puts nothing out"),
+        };
+        // A variable that is wired up is read where it is used.
+        let is_read = matches!(self.drawing.elements[id], What::In(..));
+        if !self.again && !is_read {
+            self.links.insert(pin, value);
+        }
+        value
+    }
+
+    fn given(&mut self, id: usize, inputs: &[Input]) -> Vec<(&'static str, i64)> {
+        inputs
+            .iter()
+            .map(|one| {
+                let value = match &one.from[..] {
+                    [pin] => self.link(*pin),
+                    all => self.any(all),
+                };
+                let value = self.edge(&format!("edge {id} {}", one.name), one.edge, value);
+                (one.name, if one.negated { 1 - value } else { value })
+            })
+            .collect()
+    }
+
+    /// Whether a block is enabled; it says so.
+    fn enabled(&mut self, id: usize, enable: Option<&Vec<Pin>>) -> bool {
+        let value = enable.map_or(1, |enable| self.any(enable));
+        self.links.insert((id, "ENO"), value);
+        value == 1
+    }
+
+    fn act(&mut self, id: usize) {
+        let drawing = self.drawing;
+        let acts = !matches!(drawing.elements[id], What::Contact(..) | What::In(..) | What::Rail);
+        if !acts || !self.done.insert(id) {
+            return;
+        }
+        match &drawing.elements[id] {
+            What::Coil(variable, mode, kind, from) => {
+                let value = self.any(from);
+                let value = self.edge(&format!("edge {id}"), *kind, value);
+                let key = self.scope.key(variable);
+                self.cost += match mode {
+                    Mode::Plain | Mode::Negated => 1,
+                    Mode::Set => 3 * u64::from(value == 1),
+                    Mode::Reset => 2 * u64::from(value == 1),
+                };
+                match mode {
+                    Mode::Plain => self.machine.set(key, value),
+                    Mode::Negated => self.machine.set(key, 1 - value),
+                    Mode::Set if value == 1 => self.machine.set(key, 1),
+                    Mode::Reset if value == 1 => self.machine.set(key, 0),
+                    Mode::Set | Mode::Reset => {}
+                }
+            }
+            What::Out(variable, negated, from) => {
+                let value = self.any(from);
+                // Of a block that is not enabled nothing is taken over.
+                if let [(block, output)] = from[..]
+                    && output != "ENO"
+                    && self.links.get(&(block, "ENO")) == Some(&0)
+                    && matches!(drawing.elements[block], What::Function(..))
+                {
+                    return;
+                }
+                let value = if *negated { 1 - value } else { value };
+                let key = self.scope.key(variable);
+                self.cost += 1;
+                self.machine.set(key, value);
+            }
+            What::Function(name, ty, enable, inputs) if self.enabled(id, enable.as_ref()) => {
+                // As the function counts its inputs, whatever order they are drawn in.
+                let order = ["G", "MN", "IN0", "IN", "IN1", "IN2", "IN3", "MX"];
+                let mut given = self.given(id, inputs);
+                given.sort_by_key(|(name, _)| order.iter().position(|own| own == name));
+                let given: Vec<i64> = given.into_iter().map(|(_, value)| value).collect();
+                self.links.insert((id, "OUT"), ty.wrap(function(name, &given)));
+            }
+            What::Standard(name, kind, enable, inputs) if self.enabled(id, enable.as_ref()) => {
+                for (input, value) in self.given(id, inputs) {
+                    self.cost += 1;
+                    self.machine.state.insert(format!("{name}.{input}"), value);
+                }
+                self.machine.standard(kind, &format!("{name}."));
+            }
+            What::Block(name, unit, enable, inputs, both) if self.enabled(id, enable.as_ref()) => {
+                for (input, value) in self.given(id, inputs) {
+                    self.cost += 1;
+                    self.machine.state.insert(format!("{name}.{input}"), value);
+                }
+                let handed = both.map(|(from, _)| match &drawing.elements[from] {
+                    What::In(value, _) => value.text(),
+                    other => unreachable!("{other:?} is no variable"),
+                });
+                let units = self.machine.blocks;
+                let names = ["r".to_owned(), "z".to_owned()];
+                let inner = Scope::within(&format!("{name}."), names.into_iter().zip(handed));
+                self.machine.run(&inner, &units[*unit].body);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What a function makes of whole numbers or truth values.
+fn function(name: &str, given: &[i64]) -> i64 {
+    let pairs = || given.windows(2).map(|pair| (pair[0], pair[1]));
+    match name {
+        "AND" => given.iter().fold(1, |all, one| all & one),
+        "OR" => given.iter().fold(0, |all, one| all | one),
+        "XOR" => given.iter().fold(0, |all, one| all ^ one),
+        "NOT" => 1 - given[0],
+        "MOVE" => given[0],
+        "ADD" => given.iter().sum(),
+        "SUB" => given[0] - given[1],
+        "MUL" => given[0] * given[1],
+        "DIV" => given[0] / given[1],
+        "SEL" => given[if given[0] == 0 { 1 } else { 2 }],
+        "MAX" => given.iter().copied().max().expect("some"),
+        "MIN" => given.iter().copied().min().expect("some"),
+        "LIMIT" => given[1].max(given[0]).min(given[2]),
+        "GT" => i64::from(pairs().all(|(one, two)| one > two)),
+        "GE" => i64::from(pairs().all(|(one, two)| one >= two)),
+        "EQ" => i64::from(pairs().all(|(one, two)| one == two)),
+        "NE" => i64::from(given[0] != given[1]),
+        "LT" => i64::from(pairs().all(|(one, two)| one < two)),
+        other => unreachable!("the function {other}"),
+    }
+}
