@@ -104,9 +104,16 @@ impl Generator<'_, '_> {
     fn item(&mut self, depth: u32) {
         match self.tape.below(14) {
             0 if depth < 2 && !self.interlocked => {
-                let count = match self.tape.below(3) {
+                let count = match self.tape.below(5) {
                     0 if self.stated && self.open == 0 => self.pick(&["D0", "D1"]),
                     1 => "&0",
+                    2 | 3 => {
+                        self.put("LD P_On");
+                        let from = self.word();
+                        self.put(format!("ANDW #7 {from} D15"));
+                        // What the loop changes is not asked again.
+                        "D15"
+                    }
                     _ => "&3",
                 };
                 self.put(format!("FOR {count}"));
@@ -608,6 +615,70 @@ fn most(lines: &str) -> Option<u64> {
 fn a_count_that_no_word_limits_is_as_much_as_the_word_can_say() {
     assert_eq!(most("LD P_On; XFER D0 D100 D200"), Some(65_535));
     assert_eq!(most("LD P_On; MOV &5 D0; XFER D0 D100 D200"), Some(5));
+}
+
+/// The most iterations of each loop, in their order.
+fn iterations(lines: &str, facts: &str) -> Vec<u32> {
+    let (inputs, table) = (listed(lines.replace("; ", "\n") + "\nEND\n"), table(TIMES));
+    let facts = Facts::parse("facts.toml", facts).expect("facts");
+    let dialect = Some("omron-cx");
+    let request = Request { dialect, table: Some(&table), ..Request::new(&inputs, &facts) };
+    let followed = follow(&request).unwrap_or_else(|why| panic!("{lines}\n{why:?}"));
+    let most = followed.program.instructions.iter().filter_map(|one| match &one.step {
+        Step::ForBegin { most, .. } => Some(*most),
+        Step::Summary(summary) => summary.iterations.map(|(.., most)| most),
+        _ => None,
+    });
+    most.collect()
+}
+
+/// W474, FOR(512) and NEXT(513): a loop runs 0 to 65,535 times; with 0 what stands in it is not carried out.
+#[test]
+fn a_loop_makes_as_many_iterations_as_its_word_can_say() {
+    let of = |first: &str| {
+        iterations(&format!("LD P_On; {first}; FOR D0; LD 0.00; OUT W0.00; NEXT"), "")
+    };
+    assert_eq!(of("MOV &5 D0"), [5]);
+    assert_eq!(of("MOV &0 D0"), [0]);
+    assert_eq!(of("ANDW #F D1 D0"), [15]);
+    assert_eq!(of("/U D1 &3000 D0"), [21]);
+    // Counts are unsigned.
+    assert_eq!(of("MOV &40000 D0"), [40_000]);
+    assert_eq!(of("MOV D1 D0"), [65_535]);
+    assert_eq!(of("ANDW #9000 D1 D0"), [0x9000]);
+    let guarded = "LD< D0 &7; FOR D0; LD 0.00; OUT W0.00; NEXT";
+    assert_eq!(iterations(guarded, ""), [65_535], "a guard is of its own rung");
+    let guarded = "LD> D0 &6; MOV &6 D0; FOR D0; LD 0.00; OUT W0.00; NEXT";
+    assert_eq!(iterations(guarded, ""), [6]);
+    let behind = "FOR D0; LD P_On; MOV &9 D0; NEXT; FOR D0; LD 0.00; OUT W0.00; NEXT";
+    assert_eq!(iterations(behind, "[counts]\n\"a.txt:1\" = [1, 4]\n"), [4, 9]);
+    let through = "LD P_On; MOV &5 D0; MOV &0 D9; FOR @D9; LD 0.00; OUT W0.00; NEXT";
+    assert_eq!(iterations(through, ""), [65_535], "where the count stands is not followed");
+    assert_eq!(iterations(&through.replace("@D9", "A500"), ""), [65_535]);
+    assert_eq!(iterations("FOR D0; LD 0.00; OUT W0.00; NEXT", "[counts]\nD0 = [0, 20]\n"), [20]);
+}
+
+/// The bound is that of the longest loop, whether it is followed or summed up.
+#[test]
+fn a_loop_costs_what_its_iterations_cost() {
+    let of = |lines: &str| {
+        let (inputs, table) = (listed(lines.replace("; ", "\n") + "\nEND\n"), table("MOV,5,2,0\n"));
+        let facts = Facts::default();
+        let dialect = Some("omron-cx");
+        let request = Request { dialect, table: Some(&table), ..Request::new(&inputs, &facts) };
+        let concluded = conclude(follow(&request).expect("a model"), &request).expect("an audit");
+        let bound = &concluded.audit.bound;
+        [bound.upper, bound.lower].map(|time| (time.0 - bound.overhead.0) / 1_000_000)
+    };
+    let turns = |first: &str| format!("LD P_On; {first}; FOR D0; LD 0.00; MOV &1 D9; NEXT");
+    assert_eq!(of(&turns("ANDW #0 D1 D0")), [0, 0]);
+    assert_eq!(of(&turns("ANDW #7 D1 D0")), [35, 35]);
+    // A count from 32,768 on is no negative one.
+    assert_eq!(of(&turns("ORW #FFF0 D1 D0")), [65_535 * 5, 65_535 * 5]);
+    assert_eq!(of(&turns("ANDW #8001 D1 D0")), [32_769 * 5, 32_769 * 5]);
+    let exclusive =
+        "LD P_On; ANDW #7 D1 D0; FOR D0; LD 0.00; MOV &1 D9; NEXT; LD= D0 &0; MOV &1 D8";
+    assert_eq!(of(exclusive), [7 * 5 + 2, 7 * 5 + 2], "with a count of 0 there is no iteration");
 }
 
 #[test]

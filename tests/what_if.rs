@@ -71,7 +71,7 @@ fn no_more_than_five_counts_are_stated_and_none_where_all_are_known() {
     let found = with("FOR K9; LD X0; Op1; NEXT; END", "", Trust::None, &[20]);
     assert_eq!(
         *solved(&found),
-        WhatIf { most: vec![20], steps: Vec::new(), minor: None, own: None }
+        WhatIf { most: vec![20], steps: Vec::new(), minor: None, own: None, cut: false }
     );
 }
 

@@ -192,7 +192,7 @@ fn known(program: &Program, choice: ChoiceId) -> Follow {
     match program.kinds.get(&choice) {
         Some(ChoiceKind::Exact(meaning)) if values::follows(program, meaning) => Follow::Range,
         Some(ChoiceKind::Exact(_)) => Follow::RealRuns,
-        Some(ChoiceKind::Iterations(_)) => Follow::Exactly,
+        Some(ChoiceKind::Iterations(_) | ChoiceKind::Unsigned(_)) => Follow::Exactly,
         Some(ChoiceKind::World | ChoiceKind::Steady(_) | ChoiceKind::Present { .. }) => {
             Follow::Outside
         }

@@ -330,7 +330,8 @@ fn standing(
             ChoiceKind::World
             | ChoiceKind::Steady(_)
             | ChoiceKind::Exact(_)
-            | ChoiceKind::Present { .. },
+            | ChoiceKind::Present { .. }
+            | ChoiceKind::Unsigned(_),
         ) => Standing::Free,
         Some(ChoiceKind::Iterations(_)) => Standing::Zero,
         None => Standing::Unknown,
@@ -367,7 +368,10 @@ fn counts(program: &Program) -> Vec<Cell> {
     let cells = counts.filter_map(|count| match count {
         WordSource::Cell(cell) => Some(cell),
         WordSource::Free(choice) => match program.kinds.get(&choice) {
-            Some(ChoiceKind::Iterations(WordSource::Cell(cell))) => Some(*cell),
+            Some(
+                ChoiceKind::Iterations(WordSource::Cell(cell))
+                | ChoiceKind::Unsigned(WordSource::Cell(cell)),
+            ) => Some(*cell),
             _ => None,
         },
         _ => None,

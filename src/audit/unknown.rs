@@ -198,7 +198,7 @@ pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     };
     let count = match count? {
         WordSource::Free(choice) => match program.kinds.get(&choice) {
-            Some(ChoiceKind::Iterations(word)) => *word,
+            Some(ChoiceKind::Iterations(word) | ChoiceKind::Unsigned(word)) => *word,
             _ => WordSource::Free(choice),
         },
         count => count,

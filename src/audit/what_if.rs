@@ -35,6 +35,8 @@ pub struct WhatIf {
     pub minor: Option<Minor>,
     /// What else would lower the bound if it were trusted.
     pub own: Option<Own>,
+    /// The time limit ended some of these audits: with more time their bounds may be lower.
+    pub cut: bool,
 }
 
 /// A count that is stated besides those before it.
@@ -76,10 +78,12 @@ pub fn what_if(
     concluded.audit.what_if = Some(stated_counts(&concluded.audit, request, most)?);
     let program = &concluded.followed.program;
     let own = std::mem::take(&mut concluded.audit.assumptions);
-    let (assumptions, minor) = priced(own, program, concluded.audit.bound.upper, request)?;
+    let Priced { assumptions, minor, cut } =
+        priced(own, program, concluded.audit.bound.upper, request)?;
     concluded.audit.assumptions = assumptions;
     if let Some(what_if) = &mut concluded.audit.what_if {
         what_if.minor = minor;
+        what_if.cut |= cut;
     }
     Ok(())
 }
@@ -106,16 +110,16 @@ fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<W
     let mut most = most.to_vec();
     most.sort_unstable();
     most.dedup();
-    let steps = steps(audit, request, &most)?;
-    Ok(WhatIf { most, steps, minor: None, own: None })
+    let (steps, cut) = steps(audit, request, &most)?;
+    Ok(WhatIf { most, steps, minor: None, own: None, cut })
 }
 
 /// What lowers the bound with all trusted: that is asked first, and then what of it matters.
 fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Failure> {
     let Some((upper, new)) = trusting_all(&concluded.audit, request)? else { return Ok(None) };
     let all = Request { trust: Trust::All, ..*request };
-    let (priced, _) = priced(new, &concluded.followed.program, upper, &all)?;
-    let worth = priced.into_iter().filter(|one| one.without.is_some());
+    let priced = priced(new, &concluded.followed.program, upper, &all)?;
+    let worth = priced.assumptions.into_iter().filter(|one| one.without.is_some());
     let devices: Vec<String> = worth.flat_map(|one| one.devices).collect();
     let devices = Vec::from_iter(stated::whole(&concluded.followed.program, devices.iter()));
     let mut facts = request.facts.clone();
@@ -155,6 +159,13 @@ pub(super) struct Run {
     pub(super) upper: Picos,
     unknowns: Vec<Unknown>,
     assumptions: Vec<Assumption>,
+    /// The time limit ended it.
+    cut: bool,
+}
+
+/// Whether the time limit ended any of them.
+fn any_cut(runs: &[Option<Run>]) -> bool {
+    runs.iter().flatten().any(|run| run.cut)
 }
 
 /// Audits with other facts, several at a time. None where such facts cannot be.
@@ -171,8 +182,8 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
             ..*request
         };
         match audit(&request) {
-            Ok(Audit { bound, unknowns, assumptions, .. }) => {
-                Ok(Some(Run { upper: bound.upper, unknowns, assumptions }))
+            Ok(Audit { bound, unknowns, assumptions, cuts, .. }) => {
+                Ok(Some(Run { upper: bound.upper, unknowns, assumptions, cut: !cuts.is_empty() }))
             }
             Err(Failure::Input(_)) => Ok(None),
             Err(why) => Err(why),
@@ -200,8 +211,8 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
 
 /// States what is named first, then besides that what is named first then, and so on: the bound of one is often hidden
 /// behind that of the next. Where that changes next to nothing the dearest count is stated next.
-fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>, Failure> {
-    let mut steps: Vec<Step> = Vec::new();
+fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<(Vec<Step>, bool), Failure> {
+    let (mut steps, mut cut): (Vec<Step>, bool) = (Vec::new(), false);
     let mut facts = vec![request.facts.clone(); most.len()];
     let mut named = audit.unknowns.to_vec();
     let (mut upper, mut counts_first) = (audit.bound.upper, false);
@@ -217,6 +228,7 @@ fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>
             unknown.state(facts, most);
         }
         let found = runs(request, &facts)?;
+        cut |= any_cut(&found);
         let solved = found.iter().map(|run| run.as_ref().map(|run| run.upper)).collect();
         if let Some(run) = found.into_iter().flatten().next() {
             counts_first = !matters(run.upper, upper);
@@ -225,7 +237,17 @@ fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>
         }
         steps.push(Step { unknown, solved });
     }
-    Ok(steps)
+    Ok((steps, cut))
+}
+
+/// What assumptions are worth.
+struct Priced {
+    /// Those that are worth listing, the dearest first.
+    assumptions: Vec<Assumption>,
+    /// What the others are worth together.
+    minor: Option<Minor>,
+    /// The time limit ended one of the audits.
+    cut: bool,
 }
 
 /// The assumptions that are worth listing, the dearest first, and what the others are worth together. Many are left out at
@@ -235,7 +257,7 @@ fn priced(
     program: &Program,
     upper: Picos,
     request: &Request<'_>,
-) -> Result<(Vec<Assumption>, Option<Minor>), Failure> {
+) -> Result<Priced, Failure> {
     let without = |left_out: &Vec<usize>| {
         let mut facts = request.facts.clone();
         let devices = left_out.iter().flat_map(|&one| &all[one].devices);
@@ -249,12 +271,13 @@ fn priced(
     let mut open = vec![nameable.clone()];
     let mut prices: Vec<Option<Picos>> = vec![None; all.len()];
     let mut is_minor = vec![false; all.len()];
-    let (mut asked, mut without_all) = (0, None);
+    let (mut asked, mut without_all, mut cut) = (0, None, false);
     while !open.is_empty() && asked + open.len() <= MOST_PRICING && !(request.cancelled)() {
         open.retain(|some| !some.is_empty());
         let facts: Vec<Facts> = open.iter().map(without).collect();
         asked += facts.len();
         let found = runs(request, &facts)?;
+        cut |= any_cut(&found);
         if let [Some(run)] = &found[..]
             && asked == 1
         {
@@ -281,7 +304,11 @@ fn priced(
     let together = match few.len() {
         0 => None,
         count if count == nameable.len() => without_all,
-        _ => runs(request, &[without(&few)])?.into_iter().flatten().next().map(|run| run.upper),
+        _ => {
+            let found = runs(request, &[without(&few)])?;
+            cut |= any_cut(&found);
+            found.into_iter().flatten().next().map(|run| run.upper)
+        }
     };
     let minor = together.map(|without| Minor { count: few.len(), without });
     for (one, price) in all.iter_mut().zip(&prices) {
@@ -290,5 +317,5 @@ fn priced(
     let mut is_minor = is_minor.into_iter();
     all.retain(|_| !is_minor.next().unwrap_or(false));
     all.sort_by_key(|one| Reverse(one.without));
-    Ok((all, minor))
+    Ok(Priced { assumptions: all, minor, cut })
 }

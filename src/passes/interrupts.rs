@@ -41,6 +41,21 @@ fn isolate(program: &mut Program) {
         ChoiceKind::Iterations(WordSource::Bits { first, count }) => !changes(first, count.into()),
         _ => true,
     });
+    // An unsigned count may be as large as a word can say, whatever it is.
+    let mut unsigned: BTreeSet<ChoiceId> = BTreeSet::new();
+    for (&count, kind) in kinds.iter_mut() {
+        if let ChoiceKind::Unsigned(word) = kind {
+            unsigned.insert(count);
+            let changed = match *word {
+                WordSource::Cell(cell) => changes(cell, 1),
+                WordSource::Bits { first, count } => changes(first, count.into()),
+                WordSource::Const(_) | WordSource::Free(_) => false,
+            };
+            if changed {
+                *word = WordSource::Free(choice());
+            }
+        }
+    }
     program.volatile = regions.iter().copied().collect();
     for (at, instruction) in program.instructions.iter_mut().enumerate() {
         let all = inside.contains(&at);
@@ -49,8 +64,11 @@ fn isolate(program: &mut Program) {
             Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
             _ => None,
         };
-        if let (true, Some(WordSource::Free(choice))) = (all, count) {
-            kinds.remove(&choice);
+        if let (true, Some(WordSource::Free(count))) = (all, count) {
+            match unsigned.contains(&count) {
+                true => _ = kinds.insert(count, ChoiceKind::Unsigned(WordSource::Free(choice()))),
+                false => _ = kinds.remove(&count),
+            }
         }
         let mut taken = false;
         instruction.each_read_mut(&mut |source| match source {

@@ -50,6 +50,9 @@ pub enum ChoiceKind {
     /// below 1, manuals do not say whether it makes one or none: the choice's bit 0 decides. A lower bound takes the
     /// cheaper of the two. The analysis follows this kind, too.
     Iterations(WordSource),
+    /// How many iterations a loop makes, only for the count of a `ForBegin`: the word's value, unsigned. The analysis
+    /// follows this kind, too.
+    Unsigned(WordSource),
 }
 
 /// An operation with its operands.
@@ -347,7 +350,7 @@ impl ChoiceKind {
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
             ChoiceKind::World | ChoiceKind::Steady(_) | ChoiceKind::Present { .. } => return,
-            ChoiceKind::Iterations(word) => return see(*word),
+            ChoiceKind::Iterations(word) | ChoiceKind::Unsigned(word) => return see(*word),
             ChoiceKind::Exact(meaning) => meaning,
         };
         let mut words = |words: &[WordSource]| words.iter().for_each(|&word| see(word));

@@ -359,22 +359,29 @@ impl<'p, F: Free> Machine<'p, F> {
             }
             _ => (0, u32::MAX),
         };
-        let number = |count: u16| u32::try_from(count.cast_signed()).unwrap_or(0);
-        let limited = |count: u16| number(count).max(least).min(most);
-        let doubtful = match count {
-            WordSource::Free(choice) => match self.program.kinds.get(&choice) {
-                Some(ChoiceKind::Iterations(word)) => Some((choice, *word)),
-                _ => None,
-            },
+        let kind = match count {
+            WordSource::Free(choice) => self.program.kinds.get(&choice).map(|kind| (choice, kind)),
             _ => None,
         };
+        let (word, is_signed, doubtful) = match kind {
+            Some((choice, ChoiceKind::Iterations(word))) => (*word, true, Some(choice)),
+            Some((_, ChoiceKind::Unsigned(word))) => (*word, false, None),
+            _ => (count, true, None),
+        };
+        let number = |count: u16| match is_signed {
+            true => u32::try_from(count.cast_signed()).unwrap_or(0),
+            false => u32::from(count),
+        };
+        let limited = |count: u16| number(count).max(least).min(most);
         let outer = self.state.doubt.take();
-        let value = self.state.word(doubtful.map_or(count, |(_, word)| word));
+        let value = self.state.word(word);
         let doubt: Doubt = std::mem::replace(&mut self.state.doubt, outer);
         match (doubtful, doubt) {
             (_, Some(cause)) => Err(Why::Unknown(cause)),
             // What the user stated of this count excludes the scan.
-            (_, None) if self.state.mode == Mode::Real && !self.allows_iterations(value) => {
+            (_, None)
+                if self.state.mode == Mode::Real && !self.allows_iterations(value, is_signed) =>
+            {
                 Err(Why::Excluded)
             }
             (Some(_), None) if number(value) > most && self.state.mode == Mode::Real => {
@@ -382,7 +389,7 @@ impl<'p, F: Free> Machine<'p, F> {
             }
             (None, None) => Ok(limited(value)),
             (Some(_), None) if number(value) >= 1 => Ok(limited(value)),
-            (Some((choice, _)), None) if self.state.mode == Mode::Model => {
+            (Some(choice), None) if self.state.mode == Mode::Model => {
                 Ok(u32::from(self.state.choose_bit(choice)).max(least).min(most))
             }
             (Some(_), None) if self.asked >= MOST_ASKED => Err(Why::Unknown(self.state.at)),
@@ -395,9 +402,10 @@ impl<'p, F: Free> Machine<'p, F> {
     }
 
     /// Whether a loop may have this count, by what is stated of it.
-    fn allows_iterations(&self, count: u16) -> bool {
+    fn allows_iterations(&self, count: u16, is_signed: bool) -> bool {
         let stated = self.program.counts.get(&self.state.at);
-        stated.is_none_or(|&(low, high)| (low..=high).contains(&i64::from(count.cast_signed())))
+        let count = if is_signed { count.cast_signed().into() } else { i64::from(count) };
+        stated.is_none_or(|&(low, high)| (low..=high).contains(&count))
     }
 
     fn condition(&mut self, step: &Step) -> Truth {

@@ -182,7 +182,8 @@ impl<'p, F: Free> State<'p, F> {
                     Some(self.free.choice(&key, kind)).filter(|&value| value < setting).unwrap_or(0)
                 }
             }
-            None | Some(ChoiceKind::Iterations(_)) => {
+            // It is asked only as a loop's count.
+            None | Some(ChoiceKind::Iterations(_) | ChoiceKind::Unsigned(_)) => {
                 self.doubt = self.doubt.or(Some(self.at));
                 self.free.choice(&key, kind)
             }

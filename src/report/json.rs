@@ -125,6 +125,8 @@ struct WhatIf<'a> {
     steps: Vec<WhatIfStep<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     minor: Option<Minor>,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    ended: bool,
 }
 
 /// A count that is stated besides those before it.
@@ -533,7 +535,7 @@ fn what_if(found: &audit::WhatIf) -> WhatIf<'_> {
     let minor = found
         .minor
         .map(|audit::Minor { count, without }| Minor { count, upper_without_ps: without.0 });
-    WhatIf { steps: found.steps.iter().map(step).collect(), minor }
+    WhatIf { steps: found.steps.iter().map(step).collect(), minor, ended: found.cut }
 }
 
 fn what_if_step<'a>(step: &'a audit::Step, most: &[u32]) -> WhatIfStep<'a> {

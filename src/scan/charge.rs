@@ -102,9 +102,10 @@ impl Run<'_> {
         for &(instruction, times) in charges {
             iteration += self.dearest(instruction).times(times / u64::from(most.max(1)));
         }
+        let (count, is_signed) = self.count(count);
         let word = self.word(count, at);
         let bits = self.memory.words.bits(&mut self.memory.model.circuit, word);
-        for (place, &bit) in bits.iter().enumerate().take(15) {
+        for (place, &bit) in bits.iter().enumerate().take(if is_signed { 15 } else { 16 }) {
             let fires = self.memory.circuit().and(active, bit);
             let cost = iteration.0.checked_mul(1 << place).map(Picos);
             let cost = cost.ok_or(ScanError::TooOften { instruction: at })?;

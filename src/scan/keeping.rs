@@ -91,9 +91,11 @@ impl Run<'_> {
         if self.memory.watch.is_none() || !self.program.narrowed.contains(&at) {
             return;
         }
+        let (count, is_signed) = self.count(count);
+        let least = if is_signed { i16::MIN.into() } else { 0 };
         let count = self.word(count, at);
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
-        let within = number::within(words, circuit, &[count], true, i16::MIN.into(), most.into());
+        let within = number::within(words, circuit, &[count], is_signed, least, most.into());
         let more = circuit.and(reached, !within);
         self.note(Breach::Count(at), more);
     }

@@ -627,6 +627,18 @@ impl Run<'_> {
         }
     }
 
+    /// The word that says how many iterations a loop makes, and whether it is read as a signed number.
+    pub(super) fn count(&self, count: WordSource) -> (WordSource, bool) {
+        let kind = match count {
+            WordSource::Free(choice) => self.program.kinds.get(&choice),
+            _ => None,
+        };
+        match kind {
+            Some(ChoiceKind::Unsigned(word)) => (*word, false),
+            _ => (count, true),
+        }
+    }
+
     /// Runs a loop iteration by iteration, each where the count reaches it.
     fn iterations(
         &mut self,
@@ -638,24 +650,21 @@ impl Run<'_> {
         end: usize,
     ) -> Result<(), ScanError> {
         let given_up = self.memory.words.given_up;
+        let (count, is_signed) = self.count(count);
         let count = self.word(count, at);
+        let largest = if is_signed { 0x7FFF } else { 0xFFFF };
         let mut done = Lit::FALSE;
         for iteration in 0..most {
             if act.active == Lit::FALSE {
                 break;
             }
             if iteration >= least {
-                // One iteration more: the count, signed, is above the iterations made.
-                let first = u16::try_from(iteration + 1).unwrap_or(u16::MAX);
-                let more = match first {
-                    0x8000.. => Lit::FALSE,
-                    _ => self.memory.words.in_range(
-                        &mut self.memory.model.circuit,
-                        count,
-                        first,
-                        0x7FFF,
-                    ),
-                };
+                // One iteration more: the count is above the iterations made.
+                let first = u16::try_from(iteration + 1).ok().filter(|&first| first <= largest);
+                let circuit = &mut self.memory.model.circuit;
+                let more = first.map_or(Lit::FALSE, |first| {
+                    self.memory.words.in_range(circuit, count, first, largest)
+                });
                 if self.memory.words.given_up > given_up {
                     self.costly.insert(at);
                     break;
@@ -688,6 +697,7 @@ impl Run<'_> {
         let (word, once) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
                 Some(ChoiceKind::Iterations(word)) => (*word, 1),
+                // What is asked below is asked of signed numbers.
                 _ => (count, u32::MAX),
             },
             word => (word, 0),
@@ -731,15 +741,16 @@ impl Run<'_> {
     /// Leaves out scans in which a loop's count is not as stated.
     fn hold_iterations(&mut self, reached: Lit, at: usize, count: WordSource) {
         let Some(&(low, high)) = self.program.counts.get(&at) else { return };
-        let word = match count {
+        let (word, is_signed) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
-                Some(ChoiceKind::Iterations(word)) => *word,
+                Some(ChoiceKind::Iterations(word)) => (*word, true),
+                Some(ChoiceKind::Unsigned(word)) => (*word, false),
                 _ => return,
             },
-            word => word,
+            word => (word, true),
         };
         let word = self.word(word, at);
-        let within = self.within(&[word], true, low, high);
+        let within = self.within(&[word], is_signed, low, high);
         self.hold(reached, within);
     }
 }

@@ -4,6 +4,7 @@
 
 pub mod audited;
 pub mod bound;
+pub mod counting;
 pub mod few;
 pub mod flowcharts;
 pub mod ir;

@@ -11,6 +11,7 @@ use super::timers;
 use super::{act, data};
 use crate::base::code::Code;
 use crate::front::builder::{always, fired};
+use crate::program::meaning::ChoiceKind;
 use crate::program::{
     BitSource, BitTarget, Effect, Join, Logic, Region, Step, Units, WordSource, Write,
 };
@@ -372,9 +373,15 @@ impl<'a> Emitter<'a> {
                 return Step::Nothing;
             }
             // How many iterations the word can say is asked when all that writes it is known.
-            let count = WordSource::Free(self.asm.choice());
+            let choice = self.asm.choice();
+            // The C series counts in decimal digits, and of a word at an address it is not known which it is.
+            let word = operand.word().filter(|_| self.asm.memory.family != Family::C);
+            if let Some(cell) = word.filter(|&cell| !self.asm.memory.is_volatile(cell)) {
+                let kind = ChoiceKind::Unsigned(WordSource::Cell(cell));
+                self.asm.out.program.kinds.insert(choice, kind);
+            }
             self.asm.counted.push((self.asm.next(), operand.word()));
-            return Step::ForBegin { count, least: 0, most, end: 0 };
+            return Step::ForBegin { count: WordSource::Free(choice), least: 0, most, end: 0 };
         };
         if iterations > most {
             let help = "a loop runs 0 to 65535 times";

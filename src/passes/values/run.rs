@@ -543,19 +543,21 @@ impl<'p> Run<'p> {
     ) -> (u64, u64) {
         let Some(state) = &mut act.state else { return (0, 0) };
         let evaluation = self.evaluation(state, &[]);
-        let (word, odd) = match count {
+        let (word, odd, is_signed) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
-                Some(ChoiceKind::Iterations(word)) => (*word, true),
-                _ => (count, false),
+                Some(ChoiceKind::Iterations(word)) => (*word, true, true),
+                Some(ChoiceKind::Unsigned(word)) => (*word, false, false),
+                _ => (count, false, true),
             },
-            word => (word, false),
+            word => (word, false, true),
         };
         let (mut low, mut high) = match word {
             // A front that says nothing of a count may read it otherwise than as a signed number.
             WordSource::Free(choice) if !self.program.kinds.contains_key(&choice) => {
                 (i64::from(least), i64::from(most))
             }
-            word => evaluation.word(word).signed(),
+            word if is_signed => evaluation.word(word).signed(),
+            word => evaluation.word(word).unsigned(),
         };
         if let Some(&(least, largest)) = self.program.counts.get(&at) {
             (low, high) = (low.max(least), high.min(largest));

@@ -204,7 +204,7 @@ impl Slice<'_> {
         }
         let program = self.program;
         match program.kinds.get(&choice) {
-            Some(ChoiceKind::Iterations(word)) => self.word(*word),
+            Some(ChoiceKind::Iterations(word) | ChoiceKind::Unsigned(word)) => self.word(*word),
             Some(ChoiceKind::Exact(meaning)) => {
                 for input in &meaning.inputs {
                     match input {

@@ -92,6 +92,11 @@ fn solved(audit: &Audit, extent: Extent) -> String {
         row
     });
     let rows: Vec<Vec<Cell>> = [head].into_iter().chain(rows).collect();
+    let limit = match what_if.cut {
+        true => "the time limit ended some of these: with a longer --time-limit they may be lower",
+        false => "",
+    };
     heading("The bound where these are stated, each together with those above it", extent)
         + &fitted(2, &rows, extent.width)
+        + &item(2, limit, extent)
 }
