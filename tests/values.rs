@@ -710,3 +710,25 @@ fn what_is_stated_never_to_be_0_is_not_trusted_to_be_the_programs_own() {
         assert_eq!(stated(trust, "[1, 20]").map(|found| found.0), Ok(20));
     }
 }
+
+/// What an instruction may write is lost whole, however long it is.
+#[test]
+fn all_that_a_long_write_may_change_may_hold_anything() {
+    let words = |of: &dyn Fn(u32) -> String| (100..180).map(of).collect::<String>();
+    let known = words(&|d| format!("MOV K1 D{d}; "));
+    let counted = words(&|d| format!("FMOV K0 D2000 D{d}; "));
+    let small = |write: &str| {
+        let lines = format!("LD SM400; {known}{write}{counted}END").replace("; ", "\n") + "\n";
+        let (inputs, table, facts) = (listed(lines), table("FMOV,0,0,1\n"), Facts::default());
+        let followed = follow(&asked(&inputs, &table, &facts, Trust::None)).expect("a model");
+        let counted = followed.program.instructions.iter().filter_map(|one| one.counted());
+        let most: Vec<bool> = counted.map(|counted| counted.most == 1).collect();
+        most
+    };
+    let but = |from: usize, to: usize| -> Vec<bool> {
+        (100..180).map(|d| !(from..to).contains(&d)).collect()
+    };
+    assert_eq!(small(""), but(0, 0));
+    assert_eq!(small("FROM H0 K0 D100 K80; "), but(100, 180));
+    assert_eq!(small("FROM H0 K0 D135 K40; "), but(135, 175));
+}

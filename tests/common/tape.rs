@@ -42,6 +42,12 @@ pub fn cases(standard: u32) -> u32 {
     standard * factor.unwrap_or(1)
 }
 
+/// How often a tape that fails is made shorter: SCANBOUND_SHRINK, if it is set.
+fn most_shrinks() -> u32 {
+    let most = std::env::var("SCANBOUND_SHRINK").ok().and_then(|text| text.parse().ok());
+    most.unwrap_or(4_000)
+}
+
 /// Runs the check on that many tapes of up to `length` cells and shrinks the first that fails. The tapes are
 /// the same in every run unless SCANBOUND_SEED is set to another number than 0.
 pub fn on_tapes(cases: u32, length: usize, check: impl Fn(&[u16]) -> Result<(), String>) {
@@ -49,8 +55,12 @@ pub fn on_tapes(cases: u32, length: usize, check: impl Fn(&[u16]) -> Result<(), 
     let mut bytes = [7; 32];
     bytes[..8].copy_from_slice(&seed.unwrap_or(0).to_le_bytes());
     let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &bytes);
-    let config =
-        Config { cases, failure_persistence: None, max_shrink_iters: 4_000, ..Config::default() };
+    let config = Config {
+        cases,
+        failure_persistence: None,
+        max_shrink_iters: most_shrinks(),
+        ..Config::default()
+    };
     let mut runner = TestRunner::new_with_rng(config, rng);
     let tapes = prop::collection::vec(any::<u16>(), 0..=length);
     let outcome = runner.run(&tapes, |tape| check(&tape).map_err(TestCaseError::fail));
