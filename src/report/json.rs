@@ -125,8 +125,6 @@ struct WhatIf<'a> {
     steps: Vec<WhatIfStep<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     minor: Option<Minor>,
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    ended: bool,
 }
 
 /// A count that is stated besides those before it.
@@ -535,7 +533,7 @@ fn what_if(found: &audit::WhatIf) -> WhatIf<'_> {
     let minor = found
         .minor
         .map(|audit::Minor { count, without }| Minor { count, upper_without_ps: without.0 });
-    WhatIf { steps: found.steps.iter().map(step).collect(), minor, ended: found.cut }
+    WhatIf { steps: found.steps.iter().map(step).collect(), minor }
 }
 
 fn what_if_step<'a>(step: &'a audit::Step, most: &[u32]) -> WhatIfStep<'a> {
