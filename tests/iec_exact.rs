@@ -64,21 +64,22 @@ fn may_be(variables: &str, before: &str, condition: &str) -> bool {
 fn whole_numbers_are_followed_exactly() {
     let all = "n, m : INT; d : DINT; u, v : UINT; w : WORD; b : BYTE; s : SINT;";
     for (before, never, at_times) in [
-        ("m := n * 2;", "m = 7", "m = 8"),
-        ("d := n * 3; m := n * n;", "m = 3", "m = 9"),
-        ("u := v * v;", "u = 2", "u = 16#E240"),
+        ("n := LIMIT(-100, n, 100); m := n * 2;", "m = 7", "m = 8"),
+        ("n := LIMIT(-100, n, 100); d := n * 3; m := n * n;", "m = 3", "m = 9"),
+        ("v := LIMIT(0, v, 255); u := v * v;", "u = 2", "u = 16#E100"),
+        ("d := LIMIT(0, d, 9); d := d * 20000;", "d = 1", "d = 180000"),
         ("m := n / 10;", "m > 3276", "m = -3276"),
         ("m := n / -10;", "m < -3276", "m = 3276"),
         ("m := n MOD 8;", "m = 8 OR m = -8", "m = -7"),
         ("u := v / 3; v := v - u * 3;", "v > 2", "v = 2"),
         ("d := d / 100000;", "d > 21474", "d = -21474"),
-        ("s := s * 2;", "s = 3", "s = -128"),
+        ("s := LIMIT(-64, s, 63); s := s * 2;", "s = 3", "s = -128"),
         ("w := SHL(w, 4);", "w.0 OR w.3", "w.4"),
         ("w := SHR(w, 12);", "w > 15", "w = 15"),
         ("b := SHL(b, 7);", "b <> 0 AND b <> 128", "b = 128"),
         ("w := ROL(w AND 16#8001, 1);", "w.15 OR w.2", "w = 3"),
-        ("u := UINT_TO_BCD(v MOD 100);", "u > 16#99 OR u = 16#1A", "u = 16#42"),
-        ("m := MUX(n MOD 2 * (n MOD 2), 4, 6);", "m = 5", "m = 6"),
+        ("w := UINT_TO_BCD_WORD(v MOD 100);", "w > 16#99 OR w = 16#1A", "w = 16#42"),
+        ("n := n MOD 2; n := n * n; m := MUX(n, 4, 6);", "m = 5", "m = 6"),
         ("m := LIMIT(MX := 9, IN := n, MN := 3);", "m > 9 OR m < 3", "m = 7"),
         ("m := SEL(G := x, IN1 := 5, IN0 := 6);", "m < 5 OR m > 6", "m = 5"),
     ] {
@@ -98,11 +99,81 @@ fn what_the_language_leaves_open_may_be_anything() {
         ("m := MUX(n, 4, 6);", "m = 5"),
         ("u := BCD_TO_UINT(w);", "u > 9999"),
         ("u := UINT_TO_BCD(v);", "u = 16#000A"),
+        // A product that does not fit, and what shows how many bits are kept in the midst of an expression.
+        ("m := n * 2;", "m = 7"),
+        ("d := d * 3;", "d = 7"),
+        ("m := n * 200 / 1000;", "m = 400"),
+        ("u := (u - v) / 2;", "u > 40000"),
+        ("m := DIV(MUL(n, 200), 1000);", "m = 400"),
+        ("u := SHR(u + v, 1);", "u > 40000"),
+        ("w := SHL(1, u);", "u = 9 AND w = 0"),
+        ("t := T#20d; t := t * 2;", "t < T#1d"),
+        ("t := T#20d; t := t + t;", "t < T#1d"),
         ("a[n] := 1; m := a[n];", "m = 2"),
     ] {
-        let all = "n, m : INT; u, v : UINT; w : WORD; a : ARRAY[1..3] OF INT;";
+        let all = "n, m : INT; d : DINT; u, v : UINT; w : WORD; t : TIME; a : ARRAY[1..3] OF INT;";
         assert!(may_be(all, before, condition), "{before} {condition}");
     }
+}
+
+/// The bound of a text whose loop goes round a thousand times, if what is said of it is possible.
+fn may_loop(text: &str) -> bool {
+    micros(&audited("main.st", text).unwrap_or_else(|faults| panic!("{text}: {faults:?}"))) > 900
+}
+
+#[test]
+fn constants_that_are_handed_over_are_none() {
+    let looping = "FOR i := 1 TO n DO x := NOT x; END_FOR";
+    let block = |section: &str, call: &str| {
+        format!(
+            "FUNCTION_BLOCK fb {section} n : INT := 5; END_VAR VAR i : INT; x : BOOL; END_VAR {looping}
+            END_FUNCTION_BLOCK PROGRAM main VAR f : fb; m : INT := 1000; END_VAR {call} END_PROGRAM"
+        )
+    };
+    assert!(may_loop(&block("VAR_INPUT CONSTANT", "f(n := 1000);")));
+    assert!(may_loop(&block("VAR_IN_OUT CONSTANT", "f(n := m);")));
+    assert!(!may_loop(&block("VAR CONSTANT", "f();")));
+    let function = format!(
+        "FUNCTION fn : INT VAR_INPUT CONSTANT n : INT := 5; END_VAR VAR i : INT; x : BOOL; END_VAR
+        {looping} END_FUNCTION PROGRAM main VAR m : INT; END_VAR m := fn(n := 1000); END_PROGRAM"
+    );
+    assert!(may_loop(&function));
+}
+
+#[test]
+fn what_controllers_do_where_en_is_false_is_left_open() {
+    let heavy = "FOR i := 1 TO 1000 DO x := NOT x; END_FOR";
+    let program = |units: &str, body: &str| {
+        format!(
+            "{units} PROGRAM main VAR f : fb; e, x : BOOL; i, r, v : INT; END_VAR
+            {body} THEN {heavy} END_IF END_PROGRAM"
+        )
+    };
+    let units = "FUNCTION_BLOCK fb VAR_INPUT n : INT; END_VAR VAR_OUTPUT o : INT; END_VAR o := n;
+        END_FUNCTION_BLOCK
+        FUNCTION fn : INT VAR_INPUT a : INT; END_VAR VAR_OUTPUT o : INT; END_VAR o := a; fn := a; END_FUNCTION
+        FUNCTION_BLOCK other VAR v : INT; END_VAR METHOD two : INT v := 2; two := 2; END_METHOD END_FUNCTION_BLOCK";
+    let handed = "f(n := 1); f(EN := e, n := 3); f(); IF NOT e AND f.o = 3";
+    assert!(may_loop(&program(units, handed)));
+    assert!(may_loop(&program(units, "f(n := 1); f(EN := e, n := 3); f(); IF NOT e AND f.o = 1")));
+    assert!(!may_loop(&program(units, "f(n := 1); f(EN := e, n := 3); f(); IF e AND f.o = 1")));
+    let result = "v := 1; r := fn(EN := e, a := 3, o => v); IF NOT e AND v = 0";
+    assert!(may_loop(&program(units, result)));
+    assert!(!may_loop(&program(units, "v := 1; r := fn(EN := e, a := 3, o => v); IF e AND v = 0")));
+}
+
+#[test]
+fn an_input_that_calls_something_may_be_left_out() {
+    let text = |chosen: &str| {
+        format!(
+            "FUNCTION_BLOCK fb VAR v : INT; END_VAR METHOD two : INT v := 2; two := 2; END_METHOD
+            END_FUNCTION_BLOCK PROGRAM main VAR g : fb; k, x : BOOL; i, n : INT; END_VAR
+            g.v := 0; n := {chosen}; IF k AND g.v = 0 THEN FOR i := 1 TO 1000 DO x := NOT x; END_FOR END_IF
+            END_PROGRAM"
+        )
+    };
+    assert!(may_loop(&text("SEL(k, g.two(), 5)")));
+    assert!(!may_loop(&text("g.two()")));
 }
 
 #[test]
@@ -180,7 +251,7 @@ VAR go, x, y : BOOL; n, m : INT; END_VAR
 INITIAL_STEP A: x(S); fill(N); END_STEP
 STEP B: x(R); y(N); END_STEP
 TRANSITION FROM A TO B := go; END_TRANSITION
-TRANSITION FROM B TO A := n * m = 6; END_TRANSITION
+TRANSITION FROM B TO A := n + m = 6; END_TRANSITION
 ACTION fill: n := n + 1; END_ACTION
 END_PROGRAM";
     let found = audited("main.st", text).expect("an audit");

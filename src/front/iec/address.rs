@@ -1,11 +1,11 @@
 //! Direct addresses: what is written into memory or outputs that two variables share, or may share, the other one sees.
 
 use super::emit::{Emit, Place};
-use super::types::lineage;
+use super::resolve::full_name;
+use super::types::{Kind, Ty, lineage};
 use crate::base::code::Code;
 use crate::front::builder::always;
 use crate::iec::fault::Fault;
-use crate::iec::same;
 use crate::program::{
     BitTarget, Effect, Logic, Number, Region, WordSource, WordTarget, Write, flow,
 };
@@ -50,12 +50,15 @@ impl Located {
     fn new(place: &Place, address: &str) -> Option<Located> {
         let address = address.to_ascii_uppercase();
         let (area, mut taken) = bits(&address)?;
-        if place.tag.cell().is_none() {
-            // A structure or an array takes more than its first part.
-            let size = place.tag.of.size()?;
-            let size = u64::from(size[0]) + 16 * u64::from(size[1]);
-            taken.iter_mut().for_each(|(from, to)| *to = (*to).max(from.saturating_add(size)));
-        }
+        // A structure or an array takes more than its first part, and so does what is larger than its address says. Where
+        // there are several bits, each may take a byte.
+        let [bits, words] = place.tag.of.size()?;
+        let bit = if bits > 1 { 8 } else { 1 };
+        let size = match place.ty {
+            Ty::Number(Kind::Whole { bits, .. }) => u64::from(bits),
+            _ => bit * u64::from(bits) + 16 * u64::from(words),
+        };
+        taken.iter_mut().for_each(|(from, to)| *to = (*to).max(from.saturating_add(size)));
         Some(Located { place: place.clone(), address, taken: (area, taken) })
     }
 
@@ -106,12 +109,12 @@ fn located(emit: &Emit<'_>) -> Vec<Located> {
             found.extend(own.and_then(|(address, place)| Located::new(&place, address)));
         }
     }
-    for variable in emit.project.globals.iter().flat_map(|(_, list)| list) {
-        let is_own = |place: &&Place| {
-            same(place.name.rsplit('.').next().unwrap_or_default(), &variable.name)
-        };
-        let own = variable.at.as_deref().zip(emit.globals.values().find(is_own));
-        found.extend(own.and_then(|(address, place)| Located::new(place, address)));
+    for (list, all) in &emit.project.globals {
+        for variable in all {
+            let name = full_name(list, variable).to_ascii_uppercase();
+            let own = variable.at.as_deref().zip(emit.globals.get(&name));
+            found.extend(own.and_then(|(address, place)| Located::new(place, address)));
+        }
     }
     let direct = emit.globals.values().filter(|place| place.name.starts_with('%'));
     found.extend(direct.filter_map(|place| Located::new(place, &place.name)));

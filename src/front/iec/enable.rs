@@ -30,15 +30,76 @@ impl Emit<'_> {
         given: &[Argument],
         line: u32,
     ) -> Result<Option<Enabled>, Fault> {
+        let Some(condition) = self.condition(at, place, given, line)? else { return Ok(None) };
+        let skip = self.jump(condition.clone().not(), Some(Self::key(&["JMP"], "jump")));
+        Ok(Some(Enabled { condition, skip }))
+    }
+
+    /// Begins to hand inputs over to an instance. Where EN is false, some controllers do, and leave the body out.
+    pub(super) fn begin_inputs(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Option<Enabled>, Fault> {
+        let Some(condition) = self.condition(at, place, given, line)? else { return Ok(None) };
+        let why = "inputs may or may not be handed over where EN is false";
+        let leaves = vec![condition.clone().not(), self.any_bit(why)];
+        let skip = self.jump(Logic::All(leaves), None);
+        Ok(Some(Enabled { condition, skip }))
+    }
+
+    /// Begins the call itself behind its inputs.
+    pub(super) fn begin_body(&mut self, inputs: Option<Enabled>) -> Option<Enabled> {
+        let Enabled { condition, skip } = inputs?;
+        self.land(skip);
+        self.landing();
+        let skip = self.jump(condition.clone().not(), Some(Self::key(&["JMP"], "jump")));
+        Some(Enabled { condition, skip })
+    }
+
+    /// What outputs are handed to may hold anything where EN is false: controllers differ.
+    pub(super) fn open_outputs(
+        &mut self,
+        at: &Context,
+        condition: Option<&Logic>,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let is_other = |one: &&Argument| {
+            one.is_output && !one.name.as_ref().is_some_and(|name| same(name, "ENO"))
+        };
+        let targets = given.iter().filter(is_other).filter_map(|one| match &one.value {
+            Expr::Variable(path) if !path.first.is_empty() => Some(path),
+            _ => None,
+        });
+        let targets: Vec<_> = targets.collect();
+        let Some(condition) = condition.filter(|_| !targets.is_empty()) else { return Ok(()) };
+        let skip = self.jump(condition.clone(), None);
+        for target in targets {
+            self.assign(at, target, Value::Any, line)?;
+        }
+        self.land(skip);
+        self.landing();
+        Ok(())
+    }
+
+    /// What EN is, if it is given.
+    fn condition(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Option<Logic>, Fault> {
         let Some(enable) = argument(given, "EN", false) else { return Ok(None) };
         let mut condition = self.bit(at, &enable.value, line)?;
         if Self::part(place, "EN").is_some() {
             let why = "an input EN that is declared: whether the body is carried out without it";
             condition = Logic::Any(vec![condition, self.any_bit(why)]);
         }
-        let condition = self.keep_bit(condition);
-        let skip = self.jump(condition.clone().not(), Some(Self::key(&["JMP"], "jump")));
-        Ok(Some(Enabled { condition, skip }))
+        Ok(Some(self.keep_bit(condition)))
     }
 
     /// Ends a call, and hands ENO out; the condition, if there was one.

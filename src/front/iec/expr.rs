@@ -1,6 +1,7 @@
 //! Expressions, as what the analysis follows.
 
 use super::emit::Emit;
+use super::loops::{multiplies, sums};
 use super::resolve::{Context, Element, Found};
 use super::types::{DINT, Kind, Ty, holding};
 use super::value::{Value, constant, real, wrapped};
@@ -10,9 +11,7 @@ use crate::iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path};
 use crate::iec::fault::Fault;
 use crate::iec::parse::MERGED;
 use crate::iec::show;
-use crate::program::meaning::{
-    Arithmetic, Count, Meaning, Operand as Input, Operation, Shape, Target,
-};
+use crate::program::meaning::{Count, Meaning, Operand as Input, Operation, Shape, Target};
 use crate::program::{
     BitSource, BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation, Step,
     WordSource, WordTarget, Write,
@@ -187,7 +186,27 @@ impl Emit<'_> {
             }
         }
         let two = self.value(at, right, line)?;
-        self.combined(operator, one, two, line)
+        let found = self.combined(operator, one, two, line)?;
+        let multiplied = multiplies(left) || multiplies(right);
+        let shows = match operator {
+            Operator::Multiply | Operator::Divide | Operator::Modulo => {
+                multiplied || sums(left) || sums(right)
+            }
+            _ => multiplied && matches!(operator.binding(), 4 | 5),
+        };
+        Ok(if shows { self.between(found) } else { found })
+    }
+
+    /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of that.
+    pub(super) fn between(&mut self, value: Value) -> Value {
+        let why = "what comes of a sum or product within an expression, of which compilers keep more or fewer bits: it may be anything";
+        match value {
+            Value::Number(kind @ Kind::Whole { .. }, _) => {
+                Value::Number(kind, self.any_number(kind, why))
+            }
+            Value::Bit(_) => Value::Bit(self.any_bit(why)),
+            value => value,
+        }
     }
 
     /// The second operand of AND or OR calls something. Where the first one settles the result, some compilers do not work out
@@ -348,113 +367,6 @@ impl Emit<'_> {
             _ => Reading::Unsigned,
         };
         Ok(Value::Bit(Logic::Compare(Box::new(Compare { relation, reading, left, right }))))
-    }
-
-    /// A number worked out from two of one kind.
-    pub(super) fn arithmetic(
-        &mut self,
-        operator: Operator,
-        kind: Kind,
-        left: Number,
-        right: Number,
-    ) -> Result<Value, Fault> {
-        use Operator as O;
-        let words = kind.words();
-        if kind == Kind::Real {
-            let arithmetic = match operator {
-                O::Add => Arithmetic::Add,
-                O::Subtract => Arithmetic::Sub,
-                O::Multiply => Arithmetic::Multiply,
-                O::Divide => Arithmetic::Divide,
-                _ => {
-                    return Ok(Value::Number(
-                        kind,
-                        self.any_number(kind, "the function's result may be any number"),
-                    ));
-                }
-            };
-            let inputs = vec![Input::Number(left), Input::Number(right)];
-            return Ok(Value::Number(
-                kind,
-                self.worked_out(2, Some((Operation::Real(arithmetic), inputs, 2))),
-            ));
-        }
-        if kind == Kind::Time && operator == Operator::Subtract {
-            return Ok(Value::Number(kind, self.time_between(left, right)));
-        }
-        if kind == Kind::Time && matches!(operator, Operator::Divide | Operator::Modulo) {
-            let why = "a part of a time may be finer than 1 ms: it may be any time";
-            return Ok(Value::Number(kind, self.any_number(kind, why)));
-        }
-        if matches!(kind, Kind::Opaque(_)) {
-            let why = "arithmetic of long reals and dates is not followed: the result may be any";
-            return Ok(Value::Number(kind, self.any_number(kind, why)));
-        }
-        let boxed = |one, two| (Box::new(one), Box::new(two));
-        let number = match operator {
-            O::Add => {
-                let (one, two) = boxed(left, right);
-                Number::Add(one, two)
-            }
-            O::Subtract => {
-                let (one, two) = boxed(left, right);
-                Number::Sub(one, two)
-            }
-            O::And => {
-                let (one, two) = boxed(left, right);
-                Number::And(one, two)
-            }
-            O::Or => {
-                let (one, two) = boxed(left, right);
-                Number::Or(one, two)
-            }
-            O::Xor => {
-                let (one, two) = boxed(left, right);
-                Number::Xor(one, two)
-            }
-            O::Multiply if words <= 2 => {
-                let inputs = vec![Input::Number(left), Input::Number(right)];
-                self.worked_out(
-                    words,
-                    Some((Operation::Multiply { signed: kind.is_signed() }, inputs, 2 * words)),
-                )
-            }
-            O::Divide | O::Modulo if words <= 2 => {
-                let inputs = vec![Input::Number(left), Input::Number(right)];
-                let operation = Operation::DivideJoined { signed: kind.is_signed() };
-                let both = self.worked_out(2 * words, Some((operation, inputs, 2 * words)));
-                let Number::Words(both) = both else { return Ok(Value::Any) };
-                let words = usize::try_from(words).unwrap_or(0);
-                let own = if operator == O::Divide { &both[..words] } else { &both[words..] };
-                Number::Words(own.to_vec())
-            }
-            _ => self
-                .any_number(kind, "arithmetic that is not followed: the result may be any number"),
-        };
-        Ok(Value::Number(kind, wrapped(kind, number)))
-    }
-
-    /// One time less another. Controllers differ where that is below 0: with times that have no sign it is a very long one.
-    fn time_between(&mut self, left: Number, right: Number) -> Number {
-        let both = [left, right].map(|one| Number::Words(self.words(one, 2)));
-        let [left, right] = both;
-        let below = Logic::Compare(Box::new(Compare {
-            relation: Relation::Less,
-            reading: Reading::Signed,
-            left: left.clone(),
-            right: right.clone(),
-        }));
-        let below = self.keep_bit(below);
-        let words = self.copied(Number::Sub(Box::new(left), Box::new(right)), 2);
-        if let Some(&WordSource::Cell(first)) = words.first() {
-            let choice = self.builder.choice();
-            self.program().statements.unsettled.insert(choice);
-            let any = Write::Havoc(Region::Range { first, count: 2 }, choice);
-            let at = self.write_if(below, vec![any], None);
-            let why = "a time below 0, of which controllers differ: it may be any time";
-            self.program().approximate(at, why);
-        }
-        Number::Words(words)
     }
 
     /// A number of one kind as one of another.

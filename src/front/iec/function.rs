@@ -2,6 +2,7 @@
 
 use super::emit::{Emit, Place, What};
 use super::expr::{common, read};
+use super::loops::{multiplies, sums};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, elementary, holding, is_elementary};
 use super::value::Value;
@@ -79,6 +80,7 @@ impl Emit<'_> {
         self.take_back(at, &place, &own.variables, given, line)?;
         let result = self.result(&place, &own.name, line)?;
         let enable = self.end_enabled(at, &place, enabled, given, line)?;
+        self.open_outputs(at, enable.as_ref(), given, line)?;
         self.result_if(enable, result, line)
     }
 
@@ -114,6 +116,7 @@ impl Emit<'_> {
             None => Value::Any,
         };
         let enable = self.end_enabled(at, &place, enabled, given, line)?;
+        self.open_outputs(at, enable.as_ref(), given, line)?;
         self.result_if(enable, result, line)
     }
 
@@ -289,18 +292,40 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<Value, Fault> {
         if !given.iter().any(|one| is_named(one, "EN") || is_named(one, "ENO")) {
-            return self.worked(at, name, given, line);
+            return self.seen_bits(at, name, given, line);
         }
         let place = self.instances[at.instance].place.clone();
         let none = Place { ty: Ty::Parts([].into()), ..place };
         let enabled = self.begin_enabled(at, &none, given, line)?;
-        let result = self.worked(at, name, given, line)?;
+        let result = self.seen_bits(at, name, given, line)?;
         let result = self.frozen(result);
         let enable = self.end_enabled(at, &none, enabled, given, line)?;
+        self.open_outputs(at, enable.as_ref(), given, line)?;
         self.result_if(enable, result, line)
     }
 
-    /// What a function of the standard works out.
+    /// What a function of the standard works out, or anything where that shows how many bits are kept of its inputs.
+    fn seen_bits(
+        &mut self,
+        at: &Context,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let found = self.worked(at, name, given, line)?;
+        let upper = name.to_ascii_uppercase();
+        let compares = ["GT", "GE", "EQ", "NE", "LE", "LT"].contains(&upper.as_str());
+        let shows = SHOWS_BITS.contains(&upper.as_str()) || decimal(&upper).is_some();
+        let mut inputs = given.iter().filter(|one| !one.is_output).map(|one| &one.value);
+        let differs = match (shows, compares) {
+            (true, _) => inputs.any(|input| sums(input) || multiplies(input)),
+            (_, true) => inputs.any(multiplies),
+            _ => false,
+        };
+        Ok(if differs { self.between(found) } else { found })
+    }
+
+    /// What a function of the standard works out, each number at the size of its type.
     fn worked(
         &mut self,
         at: &Context,
@@ -315,7 +340,21 @@ impl Emit<'_> {
                 let earlier = std::mem::take(&mut values);
                 values = earlier.into_iter().map(|value| self.frozen(value)).collect();
             }
-            values.push(self.value(at, &argument.value, line)?);
+            let may_be_left =
+                matches!(upper.as_str(), "SEL" | "MUX") && self.calls_own(&argument.value);
+            let left = may_be_left.then(|| {
+                let why =
+                    "an input that calls something may be left out where another one is chosen";
+                let leaves = self.any_bit(why);
+                self.jump(leaves, None)
+            });
+            let mut value = self.value(at, &argument.value, line)?;
+            if let Some(left) = left {
+                self.land(left);
+                self.landing();
+                value = Value::Any;
+            }
+            values.push(value);
         }
         for argument in given.iter().filter(|one| one.is_output && !is_named(one, "ENO")) {
             if let Expr::Variable(target) = &argument.value {
@@ -334,7 +373,8 @@ impl Emit<'_> {
             let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), reads);
             return match to {
                 Some(to) => self.conversion(Some(value), &to, line),
-                None => Ok(value),
+                // Without a type, compilers differ in how many digits there are.
+                None => Ok(Value::Any),
             };
         }
         if let Some((from, to)) = upper.split_once("_TO_") {
@@ -608,6 +648,10 @@ fn decimal(name: &str) -> Option<(bool, Option<Ty>)> {
         None => digits.is_empty().then_some((false, None)),
     }
 }
+
+/// Functions of the standard that bring to light how many bits are kept of what they are given.
+const SHOWS_BITS: &[&str] =
+    &["MUL", "MULTIME", "DIV", "DIVTIME", "MOD", "SHL", "SHR", "ROL", "ROR", "MUX"];
 
 /// Functions of the standard whose results may be any value.
 const FOLLOWED_NOT: &[&str] = &[

@@ -717,6 +717,33 @@ fn each(one: &Expr, see: &mut dyn FnMut(&Expr)) {
     }
 }
 
+/// Whether an expression adds, subtracts or negates anything.
+pub(super) fn sums(one: &Expr) -> bool {
+    let mut found = false;
+    each(one, &mut |one| {
+        found |= match one {
+            Expr::Binary(operator, ..) => matches!(operator, Operator::Add | Operator::Subtract),
+            Expr::Negate(inner) => !matches!(**inner, Expr::Literal(_)),
+            Expr::Call(path, _) => ["ADD", "SUB"].iter().any(|name| same(name, &path.first)),
+            _ => false,
+        };
+    });
+    found
+}
+
+/// Whether an expression multiplies anything.
+pub(super) fn multiplies(one: &Expr) -> bool {
+    let mut found = false;
+    each(one, &mut |one| {
+        found |= match one {
+            Expr::Binary(operator, ..) => *operator == Operator::Multiply,
+            Expr::Call(path, _) => same("MUL", &path.first),
+            _ => false,
+        };
+    });
+    found
+}
+
 /// The variables of an expression.
 pub(super) fn variables(one: &Expr, see: &mut dyn FnMut(&Path)) {
     each(one, &mut |one| {

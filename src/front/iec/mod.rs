@@ -5,6 +5,7 @@
 //! memory of its own, a chart is bits of steps and of stored actions that nobody else writes (`docs/sfc.md`).
 
 mod address;
+mod arithmetic;
 mod block;
 mod by_reference;
 mod chart;

@@ -1,7 +1,7 @@
 //! What names stand for.
 
 use super::emit::{Emit, Place, What};
-use super::types::{Kind, Ty, elementary, holding, layout, lineage};
+use super::types::{Kind, Ty, elementary, holding, is_elementary, layout, lineage};
 use super::value::{Value, constant};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Literal, Part, Path};
@@ -206,7 +206,22 @@ impl<'p> Emit<'p> {
         let lineage = lineage(self.project, self.instances[at.instance].pou);
         let own = lineage.into_iter().flat_map(|pou| &pou.variables);
         let mut own = own.filter(|one| one.section != Section::External);
-        own.find(|one| same(&one.name, name)).filter(|one| one.constant)
+        own.find(|one| same(&one.name, name)).filter(|one| self.is_fixed(one))
+    }
+
+    /// Whether a variable always holds what it begins with: inputs may be constant, too, and are handed over; what an
+    /// instance's declaration gives to its parts is not followed.
+    fn is_fixed(&self, one: &Variable) -> bool {
+        let gives = |one: &Variable| {
+            !is_elementary(one) && !matches!(one.initial, None | Some(Expr::Literal(_)))
+        };
+        let units = self.project.pous.iter().map(|pou| &pou.variables);
+        let mut all = units.chain(self.project.globals.iter().map(|(_, list)| list)).flatten();
+        match one.section {
+            Section::Global => one.constant,
+            Section::Local => one.constant && !all.any(gives),
+            _ => false,
+        }
     }
 
     /// What a constant of the unit's, or else a global one, holds.
@@ -238,7 +253,7 @@ impl<'p> Emit<'p> {
     fn constant_named(&self, at: &Context, name: &str) -> Option<i64> {
         let lineage = lineage(self.project, self.instances[at.instance].pou);
         let own = lineage.iter().flat_map(|pou| &pou.variables);
-        let own = own.filter(|one| one.constant).find(|one| same(&one.name, name));
+        let own = own.filter(|one| self.is_fixed(one)).find(|one| same(&one.name, name));
         own.and_then(|one| self.types.constant(one.initial.as_ref()?))
             .or_else(|| self.types.named_constant(name))
     }

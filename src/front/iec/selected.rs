@@ -17,10 +17,7 @@ impl Emit<'_> {
         let rotates = name.starts_with('R');
         let (kind, number) = match of {
             Value::Number(kind, number) => (kind, number),
-            Value::Constant(value) if !rotates => {
-                let kind = holding(DINT, value);
-                (kind, constant(value, kind.words()))
-            }
+            // Of a number without a type, compilers differ in how many bits it has.
             _ => return Value::Any,
         };
         let places = match places {
@@ -114,7 +111,7 @@ impl Emit<'_> {
     }
 
     /// Takes words as any value where a condition holds, since the language leaves open what they are there.
-    fn open_where(&mut self, condition: Logic, words: &[WordSource]) {
+    pub(super) fn open_where(&mut self, condition: Logic, words: &[WordSource]) {
         let Some(&WordSource::Cell(first)) = words.first() else { return };
         let count = u32::try_from(words.len()).unwrap_or(1);
         let choice = self.builder.choice();

@@ -457,11 +457,13 @@ impl<'p> Emit<'p> {
         match place.ty.clone() {
             Ty::Standard(kind, _) => {
                 let given: Vec<Argument> = named(kind, given);
-                let enabled = self.begin_enabled(at, place, &given, line)?;
+                let inputs = self.begin_inputs(at, place, &given, line)?;
                 self.hand_over(at, place, &[], &given, line)?;
+                let enabled = self.begin_body(inputs);
                 self.standard_block(kind, place);
                 self.take_back(at, place, &[], &given, line)?;
-                self.end_enabled(at, place, enabled, &given, line).map(|_| ())
+                let enable = self.end_enabled(at, place, enabled, &given, line)?;
+                self.open_outputs(at, enable.as_ref(), &given, line)
             }
             Ty::Block(pou, _) => {
                 let instance = self.instance(place, pou);
@@ -469,11 +471,13 @@ impl<'p> Emit<'p> {
                 let variables: Vec<_> =
                     all.into_iter().rev().flat_map(|pou| pou.variables.clone()).collect();
                 self.has_one_name(at, Some(&place.name), &variables, given, line)?;
-                let enabled = self.begin_enabled(at, place, given, line)?;
+                let inputs = self.begin_inputs(at, place, given, line)?;
                 self.hand_over(at, place, &variables, given, line)?;
+                let enabled = self.begin_body(inputs);
                 self.call(Logic::Const(true), instance, What::Body, "CAL");
                 self.take_back(at, place, &variables, given, line)?;
-                self.end_enabled(at, place, enabled, given, line).map(|_| ())
+                let enable = self.end_enabled(at, place, enabled, given, line)?;
+                self.open_outputs(at, enable.as_ref(), given, line)
             }
             _ => match self.by_name.get(&place.name.to_ascii_uppercase()).copied() {
                 Some(instance) => {
