@@ -65,7 +65,7 @@ fn whole_numbers_are_followed_exactly() {
     let all = "n, m : INT; d : DINT; u, v : UINT; w : WORD; b : BYTE; s : SINT;";
     for (before, never, at_times) in [
         ("n := LIMIT(-100, n, 100); m := n * 2;", "m = 7", "m = 8"),
-        ("n := LIMIT(-100, n, 100); d := n * 3; m := n * n;", "m = 3", "m = 9"),
+        ("n := LIMIT(-100, n, 100); m := n * n;", "m = 3", "m = 9"),
         ("v := LIMIT(0, v, 255); u := v * v;", "u = 2", "u = 16#E100"),
         ("d := LIMIT(0, d, 9); d := d * 20000;", "d = 1", "d = 180000"),
         ("m := n / 10;", "m > 3276", "m = -3276"),
@@ -103,6 +103,9 @@ fn what_the_language_leaves_open_may_be_anything() {
         ("m := n * 2;", "m = 7"),
         ("d := d * 3;", "d = 7"),
         ("m := n * 200 / 1000;", "m = 400"),
+        ("d := n * 1000;", "d > 40000"),
+        ("d := n + n;", "d > 40000"),
+        ("d := INT_TO_DINT(n + n);", "d > 40000"),
         ("u := (u - v) / 2;", "u > 40000"),
         ("m := DIV(MUL(n, 200), 1000);", "m = 400"),
         ("u := SHR(u + v, 1);", "u > 40000"),
@@ -119,6 +122,52 @@ fn what_the_language_leaves_open_may_be_anything() {
 /// The bound of a text whose loop goes round a thousand times, if what is said of it is possible.
 fn may_loop(text: &str) -> bool {
     micros(&audited("main.st", text).unwrap_or_else(|faults| panic!("{text}: {faults:?}"))) > 900
+}
+
+#[test]
+fn what_a_product_is_handed_to_may_show_more_of_its_bits() {
+    let text = |m: &str, condition: &str| {
+        format!(
+            "FUNCTION_BLOCK fb VAR_INPUT d : DINT; END_VAR VAR_OUTPUT o : DINT; END_VAR o := d;
+            END_FUNCTION_BLOCK PROGRAM main VAR f : fb; m, n, i : INT; x : BOOL; END_VAR
+            n := LIMIT(0, n, 100); f(d := {m}); IF {condition} THEN
+            FOR i := 1 TO 1000 DO x := NOT x; END_FOR END_IF END_PROGRAM"
+        )
+    };
+    assert!(may_loop(&text("n * 1000", "f.o > 40000")));
+    assert!(!may_loop(&text("n", "f.o > 100")));
+    let counted = |to: &str| {
+        let text = format!(
+            "PROGRAM main VAR d : DINT; n : INT; x : BOOL; END_VAR n := LIMIT(0, n, 1);
+            FOR d := 1 TO {to} DO x := NOT x; END_FOR END_PROGRAM"
+        );
+        audited("main.st", &text).unwrap_or_else(|faults| panic!("{faults:?}")).unbounded.len()
+    };
+    assert_eq!((counted("n * 10000"), counted("n")), (1, 0));
+}
+
+#[test]
+fn globals_of_one_name_have_an_address_each() {
+    let text = |address: &str| {
+        format!(
+            r#"<project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><dataTypes/><pous>
+            <pou name="Main" pouType="program"><interface><localVars>
+            <variable name="k" address="%MW10"><type><INT/></type></variable>
+            <variable name="i"><type><INT/></type></variable>
+            <variable name="x"><type><BOOL/></type></variable></localVars></interface>
+            <body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">
+            GA.x := 0; k := 0; GB.x := 5; IF k = 5 THEN FOR i := 1 TO 1000 DO x := NOT x; END_FOR; END_IF;
+            </xhtml></ST></body></pou></pous></types><instances><configurations>
+            <configuration name="C"><resource name="R">
+            <task name="T" interval="T#10ms" priority="1"><pouInstance name="P" typeName="Main"/></task>
+            <globalVars name="GA"><variable name="x" address="%MW100"><type><INT/></type></variable></globalVars>
+            <globalVars name="GB"><variable name="x" address="{address}"><type><INT/></type></variable></globalVars>
+            </resource></configuration></configurations></instances></project>"#
+        )
+    };
+    let bound = |address| micros(&audited("main.xml", &text(address)).expect("an audit"));
+    assert!(bound("%MW10") > 900);
+    assert!(bound("%MW200") < 900);
 }
 
 #[test]

@@ -57,7 +57,7 @@ impl Emit<'_> {
             }) {
                 moved |= index.iter().any(|index| {
                     let mut found = self.calls_own(index);
-                    super::loops::variables(index, &mut |one| {
+                    super::within::variables(index, &mut |one| {
                         let is_given = |other: &Path| overlap(one, other);
                         found |= handed.iter().any(|other| is_given(other))
                             || taken.iter().any(|other| is_given(other))

@@ -1,10 +1,10 @@
 //! Expressions, as what the analysis follows.
 
 use super::emit::Emit;
-use super::loops::{multiplies, sums};
 use super::resolve::{Context, Element, Found};
 use super::types::{DINT, Kind, Ty, holding};
 use super::value::{Value, constant, real, wrapped};
+use super::within::{multiplies, shown, sums};
 use crate::base::code::Code;
 use crate::front::builder::always;
 use crate::iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path};
@@ -477,6 +477,18 @@ impl Emit<'_> {
         value: Value,
         line: u32,
     ) -> Result<(), Fault> {
+        self.assign_of(at, target, None, value, line)
+    }
+
+    /// The same with the value of an expression.
+    pub(super) fn assign_of(
+        &mut self,
+        at: &Context,
+        target: &Path,
+        of: Option<&Expr>,
+        value: Value,
+        line: u32,
+    ) -> Result<(), Fault> {
         if target.first.starts_with('~') && target.rest.is_empty() {
             if target.first.starts_with(MERGED)
                 && let Some(known) = self.kept.get(&target.first).cloned()
@@ -505,6 +517,15 @@ impl Emit<'_> {
             return Ok(());
         }
         let found = self.find(at, target, line)?;
+        let ty = match &found {
+            Found::Place(place) => Some(&place.ty),
+            Found::Element(element) => Some(&element.place.ty),
+            _ => None,
+        };
+        let value = match ty.zip(of) {
+            Some((ty, of)) => shown(of, value, ty),
+            None => value,
+        };
         let writes = self.writes(found, value, line)?;
         let effects = writes.into_iter().map(always).collect();
         self.builder.add(Some(Self::key(&["ST"], "move")), effects, Step::Nothing);

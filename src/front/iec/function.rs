@@ -2,11 +2,11 @@
 
 use super::emit::{Emit, Place, What};
 use super::expr::{common, read};
-use super::loops::{multiplies, sums};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, elementary, holding, is_elementary};
 use super::value::Value;
 use super::whole::Whole;
+use super::within::{multiplies, shown, sums};
 use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Section, Variable, same, show};
@@ -189,7 +189,9 @@ impl Emit<'_> {
                 wholes.push((from, Whole::Place(target)));
                 continue;
             }
-            values.push((target, self.value(at, &argument.value, line)?));
+            let value = self.value(at, &argument.value, line)?;
+            let value = shown(&argument.value, value, &target.ty);
+            values.push((target, value));
         }
         for (from, target) in &wholes {
             self.copy_whole(from, target);
@@ -368,6 +370,10 @@ impl Emit<'_> {
             self.program().approximate(at, why);
             return Ok(Value::Any);
         };
+        let seen = |value: Option<Value>, to: &Ty| match given.first() {
+            Some(input) => value.map(|value| shown(&input.value, value, to)),
+            None => value,
+        };
         if let Some((reads, to)) = decimal(&upper) {
             self.cost(&[&upper, "CONVERT"], "conversion");
             let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), reads);
@@ -381,11 +387,11 @@ impl Emit<'_> {
             let to = elementary(to).ok_or_else(|| unknown(line, name))?;
             let _ = elementary(from).ok_or_else(|| unknown(line, name))?;
             self.cost(&[&upper, "CONVERT"], "conversion");
-            return self.conversion(values.into_iter().next(), &to, line);
+            return self.conversion(seen(values.into_iter().next(), &to), &to, line);
         }
         if let Some(to) = upper.strip_prefix("TO_").and_then(elementary) {
             self.cost(&[&upper, "CONVERT"], "conversion");
-            return self.conversion(values.into_iter().next(), &to, line);
+            return self.conversion(seen(values.into_iter().next(), &to), &to, line);
         }
         let operator = match upper.as_str() {
             "ADD" | "ADD_TIME" => Some(Operator::Add),

@@ -5,10 +5,11 @@ use super::resolve::{Context, Found};
 use super::statement::Ways;
 use super::types::{DINT, Kind, Ty, lineage};
 use super::value::{Value, constant};
+use super::within::{calls, each, multiplies, shown, variables};
 use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Kind as Statements, Operator, Part, Path, Statement};
 use crate::iec::fault::Fault;
-use crate::iec::{Body, PouKind, Section, same, show};
+use crate::iec::{Body, Section, same, show};
 use crate::program::{Logic, Number, Step, WordSource, WordTarget, Write};
 
 /// The most turns that are followed.
@@ -223,7 +224,11 @@ impl Emit<'_> {
         }
         let mut ends = Vec::new();
         for one in [from, to] {
-            let value = self.value(at, one, line)?;
+            let mut value = self.value(at, one, line)?;
+            // A variable of a longer type shows how many bits a compiler keeps of a product.
+            if multiplies(one) && range.1 > i64::from(i16::MAX) {
+                value = shown(one, value, &Ty::Number(DINT));
+            }
             if let Value::Number(Kind::Whole { bits, signed }, _) = value
                 && (bits > 32 || (bits == 32 && !signed))
             {
@@ -701,75 +706,4 @@ fn expressions(one: &Statement, see: &mut dyn FnMut(&Expr)) {
         | Statements::Jump(condition, _) => see(condition),
         _ => {}
     }
-}
-
-/// An expression and all in it.
-fn each(one: &Expr, see: &mut dyn FnMut(&Expr)) {
-    see(one);
-    match one {
-        Expr::Not(inner) | Expr::Negate(inner) => each(inner, see),
-        Expr::Binary(_, left, right) => {
-            each(left, see);
-            each(right, see);
-        }
-        Expr::Call(_, given) => given.iter().for_each(|one| each(&one.value, see)),
-        Expr::Literal(_) | Expr::Variable(_) => {}
-    }
-}
-
-/// Whether an expression adds, subtracts or negates anything.
-pub(super) fn sums(one: &Expr) -> bool {
-    let mut found = false;
-    each(one, &mut |one| {
-        found |= match one {
-            Expr::Binary(operator, ..) => matches!(operator, Operator::Add | Operator::Subtract),
-            Expr::Negate(inner) => !matches!(**inner, Expr::Literal(_)),
-            Expr::Call(path, _) => ["ADD", "SUB"].iter().any(|name| same(name, &path.first)),
-            _ => false,
-        };
-    });
-    found
-}
-
-/// Whether an expression multiplies anything.
-pub(super) fn multiplies(one: &Expr) -> bool {
-    let mut found = false;
-    each(one, &mut |one| {
-        found |= match one {
-            Expr::Binary(operator, ..) => *operator == Operator::Multiply,
-            Expr::Call(path, _) => same("MUL", &path.first),
-            _ => false,
-        };
-    });
-    found
-}
-
-/// The variables of an expression.
-pub(super) fn variables(one: &Expr, see: &mut dyn FnMut(&Path)) {
-    each(one, &mut |one| {
-        if let Expr::Variable(path) = one {
-            see(path);
-        }
-    });
-}
-
-impl Emit<'_> {
-    /// Whether an expression calls what the project declares.
-    pub(super) fn calls_own(&self, one: &Expr) -> bool {
-        calls(self.project, one)
-    }
-}
-
-/// Whether an expression calls what the project declares.
-fn calls(project: &crate::iec::Project, one: &Expr) -> bool {
-    let mut found = false;
-    each(one, &mut |one| {
-        let Expr::Call(path, _) = one else { return };
-        let last = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
-        found |= project.pous.iter().any(|pou| {
-            let is_function = pou.kind == PouKind::Function && same(&pou.name, last);
-            is_function || pou.methods.iter().any(|method| same(&method.name, last))
-        });
-    });
-    found
 }

@@ -25,6 +25,7 @@ mod tally;
 mod types;
 mod value;
 mod whole;
+mod within;
 
 use super::{Dialect, Front, Input, Project, Sniff, decoded};
 use crate::base::diagnostic::Diagnostic;

@@ -160,8 +160,8 @@ impl<'p> Emit<'p> {
                     self.copy_whole(&from, &to);
                     return Ok(());
                 }
-                let value = self.value(at, value, line)?;
-                self.assign(at, target, value, line)
+                let found = self.value(at, value, line)?;
+                self.assign_of(at, target, Some(value), found, line)
             }
             Statements::Latch(target, set, condition) => {
                 let found = self.find(at, target, line)?;

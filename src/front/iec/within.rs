@@ -1,0 +1,91 @@
+//! What stands within an expression.
+
+use super::emit::Emit;
+use super::types::{Kind, Ty};
+use super::value::Value;
+use crate::iec::ast::{Expr, Operator, Path};
+use crate::iec::{PouKind, Project, same};
+
+/// An expression and all in it.
+pub(super) fn each(one: &Expr, see: &mut dyn FnMut(&Expr)) {
+    see(one);
+    match one {
+        Expr::Not(inner) | Expr::Negate(inner) => each(inner, see),
+        Expr::Binary(_, left, right) => {
+            each(left, see);
+            each(right, see);
+        }
+        Expr::Call(_, given) => given.iter().for_each(|one| each(&one.value, see)),
+        Expr::Literal(_) | Expr::Variable(_) => {}
+    }
+}
+
+/// Whether an expression adds, subtracts or negates anything.
+pub(super) fn sums(one: &Expr) -> bool {
+    let mut found = false;
+    each(one, &mut |one| {
+        found |= match one {
+            Expr::Binary(operator, ..) => matches!(operator, Operator::Add | Operator::Subtract),
+            Expr::Negate(inner) => !matches!(**inner, Expr::Literal(_)),
+            Expr::Call(path, _) => ["ADD", "SUB"].iter().any(|name| same(name, &path.first)),
+            _ => false,
+        };
+    });
+    found
+}
+
+/// Whether an expression multiplies anything.
+pub(super) fn multiplies(one: &Expr) -> bool {
+    let mut found = false;
+    each(one, &mut |one| {
+        found |= match one {
+            Expr::Binary(operator, ..) => *operator == Operator::Multiply,
+            Expr::Call(path, _) => same("MUL", &path.first),
+            _ => false,
+        };
+    });
+    found
+}
+
+/// An expression's value where it becomes one of a type: any, if the type is longer than a sum's or product's own, as it shows
+/// how many bits a compiler keeps of that.
+pub(super) fn shown(of: &Expr, value: Value, ty: &Ty) -> Value {
+    let is_longer = match (&value, ty) {
+        (Value::Number(Kind::Whole { bits: own, .. }, _), Ty::Number(kind)) => {
+            !matches!(kind, Kind::Whole { bits, .. } if bits <= own)
+        }
+        (Value::Number(Kind::Whole { .. }, _), Ty::Bit) => true,
+        _ => false,
+    };
+    if is_longer && (sums(of) || multiplies(of)) { Value::Any } else { value }
+}
+
+/// The variables of an expression.
+pub(super) fn variables(one: &Expr, see: &mut dyn FnMut(&Path)) {
+    each(one, &mut |one| {
+        if let Expr::Variable(path) = one {
+            see(path);
+        }
+    });
+}
+
+impl Emit<'_> {
+    /// Whether an expression calls what the project declares.
+    pub(super) fn calls_own(&self, one: &Expr) -> bool {
+        calls(self.project, one)
+    }
+}
+
+/// Whether an expression calls what the project declares.
+pub(super) fn calls(project: &Project, one: &Expr) -> bool {
+    let mut found = false;
+    each(one, &mut |one| {
+        let Expr::Call(path, _) = one else { return };
+        let last = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
+        found |= project.pous.iter().any(|pou| {
+            let is_function = pou.kind == PouKind::Function && same(&pou.name, last);
+            is_function || pou.methods.iter().any(|method| same(&method.name, last))
+        });
+    });
+    found
+}
