@@ -251,3 +251,25 @@ fn inputs(nodes: &[Node], uses: &[Use], a: Lit, b: Lit) -> Vec<Lit> {
     }
     inputs
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::model::Circuit;
+
+    #[test]
+    fn late_gates_stand_behind_the_last_of_their_inputs() {
+        let mut circuit = Circuit::default();
+        let bits: Vec<Lit> = (0..4).map(|n| circuit.atom(Atom::Bit(VarId(n)))).collect();
+        let late = circuit.nodes().len();
+        // Of the first two bits, of the last two, and of the first gate and the third bit: in the order of their last inputs.
+        let first = circuit.and(bits[0], bits[1]);
+        let last = circuit.and(bits[2], bits[3]);
+        let middle = circuit.and(first, bits[2]);
+        let nodes = [bits[0], bits[1], first, bits[2], middle, bits[3], last];
+        let wanted: Vec<usize> = [0].into_iter().chain(nodes.map(Lit::node)).collect();
+        assert_eq!(order(circuit.nodes(), late), wanted);
+        let all = circuit.nodes().len();
+        assert_eq!(order(circuit.nodes(), all), (0..all).collect::<Vec<_>>());
+    }
+}
