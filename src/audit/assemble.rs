@@ -8,6 +8,7 @@ use super::executed::{Executed, stands_between, started};
 use super::fact::Fact;
 use super::made_from::sources;
 use super::method::SearchUse;
+use super::model_search::Prepared;
 use super::names::Names;
 use super::real::Found;
 use super::request::Request;
@@ -85,7 +86,7 @@ pub struct Finished<'a> {
     pub delays: Option<Delays>,
 }
 
-impl Findings<'_> {
+impl<'a> Findings<'a> {
     /// What the bound rests on and is not known: counts, then where is written.
     fn unknowns(&self, upper: Picos) -> Vec<Unknown> {
         let mut unknowns = Unknown::counted(self.program, &self.prices.times(), upper);
@@ -94,8 +95,8 @@ impl Findings<'_> {
         unknowns
     }
 
-    /// Shares out the bound, and asks why rungs don't cost their most.
-    pub fn explain(&self) -> Explained {
+    /// Shares out the bound, and asks why rungs don't cost their most; of one group that may be `prepared`.
+    pub fn explain(&self, mut prepared: Option<Prepared<'a>>) -> Explained {
         let names = Names::new(self.program);
         let values = self.model.circuit.evaluate(self.assignment);
         let pick = |charges: &[usize]| -> Vec<ChargeUse> {
@@ -114,11 +115,12 @@ impl Findings<'_> {
             })
             .collect();
         let upper = self.upper(&always, &overhead);
-        let explained = |(group, maximum): (&Group, &Maximum)| {
+        let explained = |(index, (group, maximum)): (usize, (&Group, &Maximum))| {
+            let prepared = prepared.take_if(|prepared| prepared.group == index);
             let explains = Audit::is_main(maximum.upper, upper) && !self.limits.reached();
             let (mut charges, mut exclusions) = rayon::join(
                 || pick(&group.charges),
-                || explains.then(|| self.exclusions(group, maximum)).flatten(),
+                || explains.then(|| self.exclusions(group, maximum, prepared)).flatten(),
             );
             if !maximum.kept {
                 // No scan of the group was found: all of its part in the bound is open.
@@ -132,7 +134,7 @@ impl Findings<'_> {
             }
             (charges, rungs)
         };
-        let groups = self.groups.iter().zip(self.maxima).map(explained).collect();
+        let groups = self.groups.iter().zip(self.maxima).enumerate().map(explained).collect();
         Explained { overhead, always, groups }
     }
 
@@ -350,10 +352,18 @@ impl Findings<'_> {
     }
 
     /// What is asked why rungs don't cost their most; none if all of the group's do.
-    fn exclusions(&self, group: &Group, maximum: &Maximum) -> Option<Exclusions<'_>> {
+    fn exclusions(
+        &self,
+        group: &Group,
+        maximum: &Maximum,
+        prepared: Option<Prepared<'a>>,
+    ) -> Option<Exclusions<'a>> {
         let most = group.charges.iter().map(|&charge| self.model.charges[charge].dearer());
         let lower = maximum.lower;
-        (lower < most.sum()).then(|| Exclusions::of(self.model, group, self.limits))
+        (lower < most.sum()).then(|| match prepared {
+            Some(prepared) => prepared.exclusions,
+            None => Exclusions::of(self.model, group, self.limits),
+        })
     }
 
     /// The group's rungs, the dearest first, and why the dearest of them don't cost their most.
@@ -379,7 +389,7 @@ impl Findings<'_> {
         let block =
             |charge: usize| self.program.instructions[self.model.charges[charge].instruction].block;
         if let Some(exclusions) = exclusions {
-            let reasons = exclusions.in_scan(self.assignment, &wanted);
+            let reasons = exclusions.in_scan(self.model, self.assignment, &wanted);
             for ((rung, charge), reason) in missing.into_iter().zip(reasons) {
                 found[rung].0.exclusion = reason.map(|others| Exclusion {
                     blocks: BTreeSet::from_iter(others.iter().map(|&other| block(other)))

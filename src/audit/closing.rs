@@ -2,7 +2,7 @@
 //! these taught.
 
 use super::failure::Failure;
-use super::model_search::{ModelSearch, Searched};
+use super::model_search::{LARGE, ModelSearch, Searched};
 use super::modelling::put_back;
 use super::real::{self, Found, Scouted};
 use super::request::{Progress, Request};
@@ -18,9 +18,6 @@ use crate::solve::{Limits, Method, maximum};
 use crate::timing::price::Prices;
 use std::collections::BTreeMap;
 
-/// The most nodes of a model that is searched again with what was learned. Of larger ones that takes several
-/// times as long as the first search, and what single scans teach hardly ever lowers their bound.
-const MOST_AGAIN: usize = 50_000;
 /// The most nodes and questions to words of a model with what was learned.
 const MOST_LEARNED: usize = 4_000_000;
 /// The most rounds of following summarised loops after all, since their counts were learned.
@@ -29,10 +26,10 @@ const MOST_ROUNDS: usize = 8;
 const MOST_ASKED: usize = 16;
 
 /// What both bounds are searched with.
-pub struct Closing<'a> {
-    pub request: &'a Request<'a>,
+pub struct Closing<'a, 'r> {
+    pub request: &'a Request<'r>,
     pub budget: &'a Budget<'a>,
-    pub limits: Limits<'a>,
+    pub limits: Limits<'r>,
     pub doubtful_from: Option<Picos>,
     /// Whether the model is only the structural bound: the sum of all that can run.
     pub whole: bool,
@@ -48,7 +45,7 @@ pub enum Runs {
     Beside,
 }
 
-impl Closing<'_> {
+impl<'r> Closing<'_, 'r> {
     /// The model's dearest scan, and what real runs found by then. Where these show how many iterations summarised loops make,
     /// the program has these loops again. Of a large one no runs are made where some are made `beside`.
     pub fn search(
@@ -57,7 +54,7 @@ impl Closing<'_> {
         prices: &mut Prices,
         (mut model, mut slices): (ScanModel, Vec<Group>),
         beside: bool,
-    ) -> Result<(Searched, Runs), Failure> {
+    ) -> Result<(Searched<'r>, Runs), Failure> {
         let mut knowledge = Knowledge::new();
         let mut other = Witness::default();
         let mut rounds = 0;
@@ -70,10 +67,13 @@ impl Closing<'_> {
                 budget: self.budget,
                 doubtful_from: self.doubtful_from,
                 whole: self.whole,
+                limits: self.limits,
             };
             let least = prices.least_times();
             let reals = real::Search { program, least: &least, limits: self.limits };
-            let small = model.circuit.nodes().len() <= MOST_AGAIN;
+            // To search a large one again takes several times as long as the first time, and what single scans teach
+            // hardly ever lowers its bound.
+            let small = model.circuit.nodes().len() <= LARGE;
             if !small && !self.whole && beside {
                 return Ok((search.run(model, slices, &knowledge)?, Runs::Beside));
             }

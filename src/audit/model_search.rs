@@ -11,11 +11,14 @@ use crate::program::{Program, Witness};
 use crate::replay::{Replay, replay_knowing};
 use crate::scan::groups;
 use crate::scan::model::{Assignment, Group, ScanModel};
-use crate::solve::Maximum;
+use crate::solve::{Exclusions, Limits, Maximum};
 use crate::timing::price::Prices;
 
+/// The fewest nodes of a large model: to prepare what is asked for reasons takes as long as a good part of the search.
+pub const LARGE: usize = 50_000;
+
 /// What a model is searched with.
-pub struct ModelSearch<'a> {
+pub struct ModelSearch<'a, 'r> {
     pub request: &'a Request<'a>,
     pub program: &'a Program,
     pub prices: &'a Prices,
@@ -23,10 +26,12 @@ pub struct ModelSearch<'a> {
     pub doubtful_from: Option<Picos>,
     /// Whether the model is only the structural bound: the sum of all that can run.
     pub whole: bool,
+    /// What ends the search for reasons.
+    pub limits: Limits<'r>,
 }
 
 /// A model's dearest scan, replayed.
-pub struct Searched {
+pub struct Searched<'r> {
     pub model: ScanModel,
     pub groups: Vec<Group>,
     pub maxima: Vec<Maximum>,
@@ -36,16 +41,24 @@ pub struct Searched {
     /// The charges' upper bound, without the scan's overhead.
     pub upper: Picos,
     pub ended_early: bool,
+    /// Of a large model, what is asked why charges don't cost their most, and of which group.
+    pub prepared: Option<Prepared<'r>>,
 }
 
-impl ModelSearch<'_> {
+/// What is asked of one group why its charges don't cost their most.
+pub struct Prepared<'r> {
+    pub group: usize,
+    pub exclusions: Exclusions<'r>,
+}
+
+impl<'r> ModelSearch<'_, 'r> {
     /// Searches a model that was made with this knowledge.
     pub fn run(
         &self,
         model: ScanModel,
         groups: Vec<Group>,
         knowledge: &Knowledge,
-    ) -> Result<Searched, Failure> {
+    ) -> Result<Searched<'r>, Failure> {
         let zeros = Assignment(vec![0; model.variables.len()]);
         let always = model.cost(&model.constant(), &zeros);
         let search = Search {
@@ -57,13 +70,33 @@ impl ModelSearch<'_> {
             deadline: self.budget.deadline(),
             doubtful_from: self.doubtful_from,
         };
-        let (mut maxima, ended_early) = if self.whole { search.sums() } else { search.run() };
+        let searching = || if self.whole { search.sums() } else { search.run() };
+        let ((mut maxima, ended_early), prepared) =
+            rayon::join(searching, || self.prepared(&model, &groups));
         let assignment = together(self.request, self.budget, &model, &groups, &mut maxima)?;
         (self.request.progress)(Progress::Stage("replaying"));
         let witness = groups::witness(&model, &assignment);
         let replayed = replay_knowing(self.program, &self.prices.times(), knowledge, &witness);
         confirm(self.program, &model, &groups, &maxima, &assignment, &replayed)?;
         let upper = always + maxima.iter().map(|maximum| maximum.upper).sum::<Picos>();
-        Ok(Searched { model, groups, maxima, assignment, witness, replayed, upper, ended_early })
+        Ok(Searched {
+            model,
+            groups,
+            maxima,
+            assignment,
+            witness,
+            replayed,
+            upper,
+            ended_early,
+            prepared,
+        })
+    }
+
+    /// Of a large model, prepares to ask for the reasons of its largest group.
+    fn prepared(&self, model: &ScanModel, groups: &[Group]) -> Option<Prepared<'r>> {
+        let is_large = model.circuit.nodes().len() > LARGE;
+        let by_size = |&group: &usize| groups[group].charges.len();
+        let group = (0..groups.len()).max_by_key(by_size).filter(|_| is_large && !self.whole)?;
+        Some(Prepared { group, exclusions: Exclusions::of(model, &groups[group], &self.limits) })
     }
 }

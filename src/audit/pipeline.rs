@@ -303,21 +303,21 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
 }
 
 /// A project of which the groups' maxima were searched.
-struct Sought {
+struct Sought<'r> {
     /// The project without its model, which what was found has.
     followed: Followed,
     delays: Option<Delays>,
-    searched: Searched,
+    searched: Searched<'r>,
     runs: Runs,
 }
 
 impl Followed {
     /// Searches the groups' maxima; real runs are made, too, unless some are made beside of the same program.
-    fn searched(
+    fn searched<'r>(
         mut self,
-        request: &Request<'_>,
+        request: &Request<'r>,
         beside: Option<&Beside>,
-    ) -> Result<Sought, Failure> {
+    ) -> Result<Sought<'r>, Failure> {
         let delays = request.response.map(|given| Delays::of(given, &self.program, &self.table));
         let delays = delays.transpose()?;
         let cuts = std::mem::take(&mut self.cuts);
@@ -331,7 +331,7 @@ impl Followed {
         Ok(Sought { followed: self, delays, searched, runs })
     }
 
-    fn closing<'a>(&self, request: &'a Request<'a>, budget: &'a Budget<'a>) -> Closing<'a> {
+    fn closing<'a, 'r>(&self, request: &'a Request<'r>, budget: &'a Budget<'a>) -> Closing<'a, 'r> {
         Closing {
             request,
             budget,
@@ -342,7 +342,7 @@ impl Followed {
     }
 }
 
-impl Sought {
+impl Sought<'_> {
     /// The audit, with what real runs beside found.
     fn concluded(
         self,
@@ -360,8 +360,17 @@ impl Sought {
         let limits = limits(request, budget.deadline());
         let Followed { program, table, prices, .. } = &followed;
         let times = prices.times();
-        let Searched { model, groups, maxima, assignment, witness, replayed, upper, ended_early } =
-            searched;
+        let Searched {
+            model,
+            groups,
+            maxima,
+            assignment,
+            witness,
+            replayed,
+            upper,
+            ended_early,
+            prepared,
+        } = searched;
         let unsolved: Vec<&Maximum> =
             maxima.iter().filter(|found| found.lower < found.upper).collect();
         if let (false, false) = (unsolved.is_empty(), ended_early) {
@@ -404,7 +413,7 @@ impl Sought {
             let run = bounded.then(|| power_up::run(program, prices, &found, &limits));
             Ok::<_, Failure>((found, run.unwrap_or_default()))
         };
-        let (explained, ran) = rayon::join(|| findings.explain(), running);
+        let (explained, ran) = rayon::join(|| findings.explain(prepared), running);
         let (found, run) = ran?;
         let left = stated::left(program, request.facts, &found.left)?;
         let warnings = [&*followed.warnings, &*left].concat();

@@ -21,6 +21,10 @@ const MOST_RUN: u64 = 400_000;
 const LARGEST: usize = 2_000_000;
 const MOST_GATES: usize = 1_000_000;
 const MOST_ROUNDS: usize = 400;
+/// Models of more gates take as long as a good part of the bound's search: rounds go on only as long as each makes the run
+/// longer by one part in so many.
+const DEAR: usize = 300_000;
+const WORTH: u64 = 100;
 /// The most decisions of a solver in a group in each of them: what is wanted is a long scan, not the proof that there is no
 /// longer one.
 const MOST_DECISIONS: u64 = 200_000;
@@ -47,8 +51,8 @@ impl Found {
 /// What runs found beside the search of the bound, without its scan.
 pub struct Scouted {
     found: Found,
-    /// Whether any was found by the model of what is sure.
-    by_model: bool,
+    /// Whether rounds are worth going on with, once more is learned.
+    goes_on: bool,
     /// How many gates the models had.
     gates: usize,
 }
@@ -80,8 +84,8 @@ impl Search<'_> {
         learn(&mut found.knowledge, &mut found.best);
         self.note_left(&mut found.left, &found.best);
         let mut gates = 0;
-        let by_model = self.go_on(&mut found, None, &mut gates)?;
-        Ok(Scouted { found, by_model, gates })
+        let goes_on = self.go_on(&mut found, None, &mut gates)?;
+        Ok(Scouted { found, goes_on, gates })
     }
 
     /// Makes a real run of the model's dearest scan, which costs `upper`, beside what was scouted, and goes on from it if it
@@ -92,7 +96,7 @@ impl Search<'_> {
         upper: Picos,
         scouted: Scouted,
     ) -> Result<Found, String> {
-        let Scouted { mut found, by_model, mut gates } = scouted;
+        let Scouted { mut found, goes_on, mut gates } = scouted;
         self.within(&found.best, upper)?;
         let scouted = found.best.replay.total;
         let mut one = self.real(dearest)?;
@@ -103,7 +107,7 @@ impl Search<'_> {
         let before = std::mem::replace(&mut found.best, one);
         let start = std::mem::replace(&mut found.witness, dearest.clone());
         better(&mut found, before, start);
-        if by_model && found.best.replay.total > scouted {
+        if goes_on && found.best.replay.total > scouted {
             self.go_on(&mut found, Some(upper), &mut gates)?;
             self.within(&found.best, upper)?;
         }
@@ -135,8 +139,8 @@ impl Search<'_> {
     }
 
     /// Makes further runs, each of the dearest scan of the model with what all before taught, as long as a dearer one may be
-    /// found; none costs more than `upper`, if that is known. Whether there were any. Where the models of earlier rounds had
-    /// as many `gates` as all may have, one more round is made.
+    /// found; none costs more than `upper`, if that is known. Whether there were any, and the last was worth it. Where the
+    /// models of earlier rounds had as many `gates` as all may have, one more round is made.
     fn go_on(
         &self,
         found: &mut Found,
@@ -146,7 +150,7 @@ impl Search<'_> {
         let summary = summary_choices(self.program);
         let limits =
             SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
-        let mut any = false;
+        let mut goes_on = false;
         for _ in 0..MOST_ROUNDS {
             let reached = upper.is_some_and(|upper| found.best.replay.total >= upper);
             if reached || (self.limits.cancelled)() || self.is_late() {
@@ -160,6 +164,7 @@ impl Search<'_> {
                 &limits,
             );
             let Ok(full) = model else { break };
+            let before = *gates;
             *gates += full.circuit.nodes().len();
             let standing = |variable| standing(self.program, &summary, &full, variable);
             let mut model = certain(&full, &standing, true);
@@ -176,18 +181,18 @@ impl Search<'_> {
             }
             let start = witness(&model, &assignment);
             let mut one = self.real(&start)?;
-            any = true;
             let news = learn(&mut found.knowledge, &mut one);
             self.note_left(&mut found.left, &one);
             let total = one.replay.total;
+            goes_on = *gates - before <= DEAR || !is_hardly_longer(&one, &found.best);
             // A run that was left for its length is not tried again from other starts: that takes as long each time.
             let left = one.stopped.as_ref().is_some_and(|stopped| stopped.why == Why::TooLong);
             better(found, one, start);
-            if total >= most || !news || left || *gates > MOST_GATES {
+            if total >= most || !news || left || !goes_on || *gates > MOST_GATES {
                 break;
             }
         }
-        Ok(any)
+        Ok(goes_on)
     }
 
     fn is_late(&self) -> bool {
@@ -292,6 +297,12 @@ pub fn writes_constant(program: &Program, at: usize) -> bool {
         _ => false,
     };
     program.instructions[at].effects.iter().all(is_constant)
+}
+
+/// Whether a run is known not to be worth the round that it took: one that could not go on tells what to do otherwise.
+fn is_hardly_longer(one: &Real, best: &Real) -> bool {
+    let (took, before) = (one.replay.total.0, best.replay.total.0);
+    one.is_possible() && best.is_possible() && took < before.saturating_add(before / WORTH)
 }
 
 /// Takes the better of two scans.
@@ -466,7 +477,7 @@ mod tests {
         let limits = Limits::default();
         let search = Search { program: &followed.program, least: &least, limits };
         let scouted = search.scout().unwrap();
-        assert!(scouted.by_model);
+        assert!(scouted.goes_on);
         let low = Picos(scouted.found.best.replay.total.0 - 1);
         let found = search.run_scouted(&Witness::default(), low, scouted);
         assert!(found.is_err_and(|told| told.contains("the bound is")));

@@ -25,6 +25,12 @@ impl ClauseList {
         })
     }
 
+    /// All their literals, one clause behind the other, and where in them each clause ends.
+    #[must_use]
+    pub fn into_literals(self) -> (Vec<i32>, Vec<u32>) {
+        (self.literals, self.ends)
+    }
+
     /// All their literals.
     #[must_use]
     pub fn literals(&self) -> &[i32] {

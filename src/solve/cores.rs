@@ -62,8 +62,9 @@ fn search_from(smallest: usize, easy: u64, problem: &Problem, bounds: &mut Bound
         bounds.step(|| Step::Core { items, counts: 0, weight: Picos(off) });
         bounds.falsified(off);
     }
-    let clauses = Clauses::with_late(&merged, problem.circuit.nodes().len());
-    let mut objective = Objective::new(Formula::new(&clauses), clauses.variables);
+    let mut clauses = Clauses::with_late(&merged, problem.circuit.nodes().len());
+    let modes = clauses.busiest_bits(MODES);
+    let mut objective = Objective::new(Formula::new(&mut clauses), clauses.variables);
     for (item, &guard) in merged.items.iter().zip(&clauses.items) {
         objective.add_soft(guard, item.weight);
     }
@@ -75,7 +76,7 @@ fn search_from(smallest: usize, easy: u64, problem: &Problem, bounds: &mut Bound
         limits: bounds.limits(),
         easy,
         values: Vec::new(),
-        modes: clauses.busiest_bits(MODES),
+        modes,
         bounds: Mutex::new(bounds),
     };
     let whole = clauses.variables + 1;

@@ -13,7 +13,6 @@ const EFFORT: u64 = 10_000;
 
 /// What is asked why charges of a group do not cost their most.
 pub struct Exclusions<'a> {
-    model: &'a ScanModel,
     problem: Problem,
     judge: Judge<'a>,
 }
@@ -21,22 +20,23 @@ pub struct Exclusions<'a> {
 impl<'a> Exclusions<'a> {
     /// All that does not hang on a scan, which is most of the work.
     #[must_use]
-    pub fn of(model: &'a ScanModel, group: &Group, limits: &'a Limits<'a>) -> Exclusions<'a> {
+    pub fn of(model: &ScanModel, group: &Group, limits: &Limits<'a>) -> Exclusions<'a> {
         let problem = Problem::with_negations(model, group);
         let judge = Judge::new(Clauses::new(&problem), limits);
-        Exclusions { model, problem, judge }
+        Exclusions { problem, judge }
     }
 
-    /// For each wanted charge (an index into `ScanModel::charges`) that does not cost its most under the
+    /// For each wanted charge (an index into `ScanModel::charges` of the model that it was made of) that does not cost its most under the
     /// assignment: charges that do and together keep it from it, none of them to spare; empty if it never can.
     /// `None` if the charge costs its most, or nothing keeps it from that, or no reason is found in short time and
     /// within the limits.
     pub fn in_scan(
         &mut self,
+        model: &ScanModel,
         assignment: &Assignment,
         wanted: &[usize],
     ) -> Vec<Option<Vec<usize>>> {
-        let Exclusions { model, problem, judge } = self;
+        let Exclusions { problem, judge } = self;
         let values = problem.circuit.evaluate(&problem.own(assignment));
         let items = 0..problem.items.len();
         let mut running: Vec<usize> =
@@ -67,9 +67,9 @@ struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    fn new(clauses: Clauses, limits: &'a Limits<'a>) -> Judge<'a> {
+    fn new(mut clauses: Clauses, limits: &Limits<'a>) -> Judge<'a> {
         let mut oracle = Oracle::new(limits, Branching::Inputs);
-        Formula::new(&clauses).teach(0, &mut oracle);
+        Formula::new(&mut clauses).teach(0, &mut oracle);
         Judge { oracle, guards: clauses.items }
     }
 
@@ -118,7 +118,7 @@ mod tests {
         let best = Assignment(vec![1, 1, 1, 0]);
         let limits = Limits::default();
         let mut exclusions = Exclusions::of(&b.model, &b.group(), &limits);
-        let found = exclusions.in_scan(&best, &[0, 2, 4, 5]);
+        let found = exclusions.in_scan(&b.model, &best, &[0, 2, 4, 5]);
         // Charge 2 is excluded by 0 and by 3, of which the dearer is named; 4 by 0 alone; 5 by the constraint.
         assert_eq!(found, [None, Some(vec![0]), Some(vec![0]), Some(vec![])]);
     }
@@ -132,6 +132,6 @@ mod tests {
         let best = Assignment(vec![1, 0]);
         let limits = Limits::default();
         let mut exclusions = Exclusions::of(&b.model, &b.group(), &limits);
-        assert_eq!(exclusions.in_scan(&best, &[1]), [None]);
+        assert_eq!(exclusions.in_scan(&b.model, &best, &[1]), [None]);
     }
 }

@@ -26,20 +26,22 @@ struct Place {
 }
 
 impl Formula {
-    /// The clauses of a circuit, whose variables are numbered in the order of execution.
-    pub fn new(clauses: &Clauses) -> Formula {
+    /// The clauses of a circuit, whose variables are numbered in the order of execution. They are taken from there: there
+    /// are millions.
+    pub fn new(clauses: &mut Clauses) -> Formula {
         let mut defined = vec![true; clauses.variables + 1];
         for input in clauses.inputs() {
             defined[input.unsigned_abs() as usize] = false;
         }
-        let mut formula = Formula::empty(clauses.variables);
-        formula.clauses.reserve(clauses.owners.len());
-        formula.literals.reserve(clauses.clauses.literals().len());
-        for (clause, owner) in clauses.clauses.iter().zip(&clauses.owners) {
-            let position = owner.unsigned_abs() as usize;
-            formula.push(position, if defined[position] { owner.abs() } else { 0 }, clause);
-        }
-        formula
+        let owners = std::mem::take(&mut clauses.owners);
+        let (literals, ends) = std::mem::take(&mut clauses.clauses).into_literals();
+        let place = |(owner, end): (i32, u32)| {
+            let position = owner.unsigned_abs();
+            let defines = if defined[position as usize] { owner.abs() } else { 0 };
+            Place { position, defines, end }
+        };
+        let places = owners.into_iter().zip(ends).map(place).collect();
+        Formula { variables: clauses.variables, clauses: places, literals }
     }
 
     fn empty(variables: usize) -> Formula {
@@ -110,6 +112,10 @@ impl Formula {
 
     /// The clauses of each partition, which has `size` positions; no clause stays here.
     pub fn split(&mut self, size: usize, partitions: usize) -> Vec<Formula> {
+        if partitions == 1 {
+            let none = Formula::empty(self.variables);
+            return vec![std::mem::replace(self, none)];
+        }
         let mut split: Vec<Formula> =
             (0..partitions).map(|_| Formula::empty(self.variables)).collect();
         for (index, place) in self.clauses.iter().enumerate() {
@@ -121,7 +127,11 @@ impl Formula {
     }
 
     /// Takes back a partition. What it added is numbered anew, behind what the partitions before it added.
-    pub fn join(&mut self, partition: &Formula, renumber: &Renumber) {
+    pub fn join(&mut self, partition: Formula, renumber: &Renumber) {
+        if self.clauses.is_empty() && renumber.by == 0 {
+            *self = partition;
+            return;
+        }
         for (index, place) in partition.clauses.iter().enumerate() {
             self.literals
                 .extend(partition.clause(index).iter().map(|&literal| renumber.of(literal)));

@@ -40,7 +40,7 @@ impl Effort {
 
 /// Ends a question that takes too much effort, or too long.
 struct Watch<'a> {
-    limits: &'a Limits<'a>,
+    limits: Limits<'a>,
     decisions: Cell<u64>,
     conflicts: u64,
     most: Effort,
@@ -81,9 +81,9 @@ pub struct Oracle<'a> {
 }
 
 impl<'a> Oracle<'a> {
-    pub fn new(limits: &'a Limits<'a>, branching: Branching) -> Oracle<'a> {
+    pub fn new(limits: &Limits<'a>, branching: Branching) -> Oracle<'a> {
         let watch = Watch {
-            limits,
+            limits: *limits,
             decisions: Cell::new(0),
             conflicts: 0,
             most: Effort::ANY,

@@ -215,7 +215,7 @@ impl Objective {
         let mut order = Vec::new();
         for partition in partitions {
             let renumber = self.formula.renumber(shared);
-            self.formula.join(&partition.formula, &renumber);
+            self.formula.join(partition.formula, &renumber);
             self.falsified += partition.falsified;
             order.extend(
                 partition
