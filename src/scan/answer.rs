@@ -163,118 +163,130 @@ impl Words {
 
     /// Puts an answer together from those of the questions that it needs.
     fn work_out(&mut self, circuit: &mut Circuit, question: Question) {
-        let range = |words: &Words, word, (low, high)| {
-            words.known_range(Range(word, low, high)).expect("it was answered before")
-        };
-        let bits = |words: &Words, word| words.known_bits(word).expect("they were answered before");
         match question {
-            Question::Range(asked @ Range(word, low, high)) => {
-                let lit = match self.node(word) {
-                    Node::Const(_) => return,
-                    Node::Free(variable) => {
-                        let from = circuit.atom(Atom::AtLeast(variable, low));
-                        let beyond = match high.checked_add(1) {
-                            Some(next) => circuit.atom(Atom::AtLeast(variable, next)),
-                            None => Lit::FALSE,
-                        };
-                        circuit.and(from, !beyond)
-                    }
-                    Node::Either(condition, a, b) => {
-                        let sides = [a, b].map(|word| range(self, word, (low, high)));
-                        circuit.ite(condition, sides[0], sides[1])
-                    }
-                    Node::Plus(inner, addend) => {
-                        let parts = before_sum(addend, low, high).into_iter().flatten();
-                        circuit.any(parts.map(|part| range(self, inner, part)))
-                    }
-                    Node::Carried(inner, addend, carry) => {
-                        let sums = self.either_sum(inner, addend);
-                        let [with, without] = sums.map(|word| range(self, word, (low, high)));
-                        circuit.ite(self.carried(carry), with, without)
-                    }
-                    Node::Bits(_) | Node::Sum(..) | Node::Bitwise(..) | Node::Derived(..) => {
-                        bits_in_range(circuit, &bits(self, word), low, high)
-                    }
+            Question::Range(range) => self.work_out_range(circuit, range),
+            Question::Bits(word) => self.work_out_bits(circuit, word),
+            Question::Carry(carry) => self.work_out_carry(circuit, carry),
+        }
+    }
+
+    fn work_out_range(&mut self, circuit: &mut Circuit, asked: Range) {
+        let Range(word, low, high) = asked;
+        let within = |words: &Words, word| words.answered_range(Range(word, low, high));
+        let lit = match self.node(word) {
+            Node::Const(_) => return,
+            Node::Free(variable) => {
+                let from = circuit.atom(Atom::AtLeast(variable, low));
+                let beyond = match high.checked_add(1) {
+                    Some(next) => circuit.atom(Atom::AtLeast(variable, next)),
+                    None => Lit::FALSE,
                 };
-                self.answers.ranges.insert(asked, lit);
-                if !lit.is_constant() {
-                    self.answers.asked.entry(lit).or_insert(asked);
+                circuit.and(from, !beyond)
+            }
+            Node::Either(condition, a, b) => {
+                let [yes, no] = [a, b].map(|word| within(self, word));
+                circuit.ite(condition, yes, no)
+            }
+            Node::Plus(inner, addend) => {
+                let parts = before_sum(addend, low, high).into_iter().flatten();
+                let part = |(low, high)| self.answered_range(Range(inner, low, high));
+                circuit.any(parts.map(part))
+            }
+            Node::Carried(inner, addend, carry) => {
+                let sums = self.either_sum(inner, addend);
+                let [with, without] = sums.map(|word| within(self, word));
+                circuit.ite(self.answered_carry(carry), with, without)
+            }
+            Node::Bits(_) | Node::Sum(..) | Node::Bitwise(..) | Node::Derived(..) => {
+                bits_in_range(circuit, &self.answered_bits(word), low, high)
+            }
+        };
+        self.answers.ranges.insert(asked, lit);
+        if !lit.is_constant() {
+            self.answers.asked.entry(lit).or_insert(asked);
+        }
+    }
+
+    fn work_out_bits(&mut self, circuit: &mut Circuit, word: Word) {
+        let found = match self.node(word) {
+            Node::Const(_) | Node::Bits(_) => return,
+            Node::Derived(number, place) => {
+                let derived = self.derived_of(number);
+                let mut operands = derived.operands().map(|word| self.answered_bits(word));
+                let count = usize::from(derived.words);
+                let first: Vec<Lit> = operands.by_ref().take(count).flatten().collect();
+                let second: Vec<Lit> = operands.flatten().collect();
+                let all = derived.bits(circuit, &first, &second);
+                let from = 16 * usize::from(place);
+                std::array::from_fn(|at| all[from + at])
+            }
+            Node::Free(variable) => {
+                std::array::from_fn(|i| circuit.atom(Atom::WordBit(variable, i as u8)))
+            }
+            Node::Either(condition, a, b) => {
+                let (a, b) = (self.answered_bits(a), self.answered_bits(b));
+                std::array::from_fn(|i| circuit.ite(condition, a[i], b[i]))
+            }
+            Node::Plus(inner, addend) => {
+                let inner = self.answered_bits(inner);
+                add_bits(circuit, &inner, &bits_of(addend), Lit::FALSE).0
+            }
+            Node::Bitwise(gate, a, b) => {
+                let (a, b) = (self.answered_bits(a), self.answered_bits(b));
+                std::array::from_fn(|i| match gate {
+                    Gate::And => circuit.and(a[i], b[i]),
+                    Gate::Or => circuit.or(a[i], b[i]),
+                    Gate::Xor => circuit.xor(a[i], b[i]),
+                })
+            }
+            Node::Sum(a, b, carry) => self.sum_of(circuit, a, b, carry).0,
+            Node::Carried(inner, addend, carry) => {
+                let sums = self.either_sum(inner, addend);
+                let [with, without] = sums.map(|word| self.answered_bits(word));
+                let carry = self.answered_carry(carry);
+                std::array::from_fn(|i| circuit.ite(carry, with[i], without[i]))
+            }
+        };
+        self.answers.bits.insert(word, found);
+    }
+
+    fn work_out_carry(&mut self, circuit: &mut Circuit, carry: Carry) {
+        let lit = match self.carry_of(carry) {
+            CarryOf::None | CarryOf::Always => return,
+            CarryOf::Sum(a, b, below) => self.sum_of(circuit, a, b, below).1,
+            CarryOf::Carried(word, addend, below) => {
+                let [without, with] = overflows(addend);
+                let within = |(low, high)| self.answered_range(Range(word, low, high));
+                match below {
+                    Carry::NONE => within(without),
+                    _ => circuit.ite(self.answered_carry(below), within(with), within(without)),
                 }
             }
-            Question::Bits(word) => {
-                let found = match self.node(word) {
-                    Node::Const(_) | Node::Bits(_) => return,
-                    Node::Derived(number, place) => {
-                        let derived = self.derived_of(number);
-                        let mut operands = derived.operands().map(|word| bits(self, word));
-                        let count = usize::from(derived.words);
-                        let first: Vec<Lit> = operands.by_ref().take(count).flatten().collect();
-                        let second: Vec<Lit> = operands.flatten().collect();
-                        let all = derived.bits(circuit, &first, &second);
-                        let from = 16 * usize::from(place);
-                        std::array::from_fn(|at| all[from + at])
-                    }
-                    Node::Free(variable) => {
-                        std::array::from_fn(|i| circuit.atom(Atom::WordBit(variable, i as u8)))
-                    }
-                    Node::Either(condition, a, b) => {
-                        let (a, b) = (bits(self, a), bits(self, b));
-                        std::array::from_fn(|i| circuit.ite(condition, a[i], b[i]))
-                    }
-                    Node::Plus(inner, addend) => {
-                        let inner = bits(self, inner);
-                        add_bits(circuit, &inner, &bits_of(addend), Lit::FALSE).0
-                    }
-                    Node::Bitwise(gate, a, b) => {
-                        let (a, b) = (bits(self, a), bits(self, b));
-                        std::array::from_fn(|i| match gate {
-                            Gate::And => circuit.and(a[i], b[i]),
-                            Gate::Or => circuit.or(a[i], b[i]),
-                            Gate::Xor => circuit.xor(a[i], b[i]),
-                        })
-                    }
-                    Node::Sum(a, b, carry) => {
-                        add_bits(circuit, &bits(self, a), &bits(self, b), self.carried(carry)).0
-                    }
-                    Node::Carried(inner, addend, carry) => {
-                        let sums = self.either_sum(inner, addend);
-                        let [with, without] = sums.map(|word| bits(self, word));
-                        let carry = self.carried(carry);
-                        std::array::from_fn(|i| circuit.ite(carry, with[i], without[i]))
-                    }
-                };
-                self.answers.bits.insert(word, found);
-            }
-            Question::Carry(carry) => {
-                let lit = match self.carry_of(carry) {
-                    CarryOf::None | CarryOf::Always => return,
-                    CarryOf::Sum(a, b, below) => {
-                        add_bits(circuit, &bits(self, a), &bits(self, b), self.carried(below)).1
-                    }
-                    CarryOf::Carried(word, addend, below) => {
-                        let [without, with] = overflows(addend);
-                        match below {
-                            Carry::NONE => range(self, word, without),
-                            _ => {
-                                let [without, with] =
-                                    [without, with].map(|one| range(self, word, one));
-                                circuit.ite(self.carried(below), with, without)
-                            }
-                        }
-                    }
-                };
-                self.answers.carries.insert(carry, lit);
-            }
-        }
+        };
+        self.answers.carries.insert(carry, lit);
+    }
+
+    /// The bits of a sum of two words and a carry, and its own carry.
+    fn sum_of(&self, circuit: &mut Circuit, a: Word, b: Word, carry: Carry) -> ([Lit; 16], Lit) {
+        let carry = self.answered_carry(carry);
+        add_bits(circuit, &self.answered_bits(a), &self.answered_bits(b), carry)
+    }
+
+    fn answered_range(&self, range: Range) -> Lit {
+        self.known_range(range).expect("it was answered before")
+    }
+
+    fn answered_bits(&self, word: Word) -> [Lit; 16] {
+        self.known_bits(word).expect("they were answered before")
+    }
+
+    fn answered_carry(&self, carry: Carry) -> Lit {
+        self.known_carry(carry).expect("it was answered before")
     }
 
     /// The two sums that a word and a constant have, with a carry and without.
     fn either_sum(&mut self, word: Word, addend: u16) -> [Word; 2] {
         [self.plus(word, addend.wrapping_add(1)), self.plus(word, addend)]
-    }
-
-    fn carried(&self, carry: Carry) -> Lit {
-        self.known_carry(carry).expect("it was answered before")
     }
 
     /// A fresh free bit in place of an answer that took too much: the model is not used then.

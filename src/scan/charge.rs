@@ -91,7 +91,7 @@ impl Run<'_> {
     }
 
     /// Charges a summarised loop by what its count says, every iteration at its dearest.
-    pub(super) fn counted(
+    pub(super) fn charge_by_count(
         &mut self,
         active: Lit,
         at: usize,

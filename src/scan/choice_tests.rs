@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::base::time::Picos;
+use crate::program::meaning::ChoiceKind;
 use crate::program::meaning::{Meaning, Operand, Operation, Target};
 use crate::program::{
     Area, AreaId, AreaKind, ChoiceId, Compare, Instruction, Join, Number, Radix, Reading, Region,

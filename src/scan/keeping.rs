@@ -6,9 +6,8 @@ use super::memory::Memory;
 pub use super::watch::Breach;
 use super::watch::Watch;
 use super::word::Word;
-use super::{Purpose, Run, ScanError, held, number, run};
+use super::{Run, ScanError, Settings, held, number, run};
 use crate::base::time::{Picos, Times};
-use crate::program::meaning::Knowledge;
 use crate::program::{ChoiceId, Effect, Indexed, Length, Program, Step, WordSource, Write};
 use crate::scan::model::{Charge, Lit, ScanModel};
 
@@ -21,10 +20,10 @@ pub fn scan_model_keeping(
     times: &[Times],
     limits: &SizeLimits<'_>,
 ) -> Result<(ScanModel, Vec<Breach>), ScanError> {
-    let (knowledge, purpose) = (Knowledge::new(), Purpose::UpperBound);
+    let settings = Settings::of_upper_bounds(times, limits);
     let watch = Some(Box::new(Watch::of(program)));
     let end = |memory: &mut Memory<'_>| breaches(program, memory);
-    let (mut model, found) = run(program, times, &knowledge, purpose, limits, watch, end)?;
+    let (mut model, found) = run(program, settings, watch, end)?;
     let charge = |(breach, happens): &(Breach, Lit)| Charge {
         instruction: match *breach {
             Breach::Count(at) | Breach::Reach(at) => at,

@@ -15,6 +15,7 @@ pub mod groups;
 mod implied;
 pub mod keeping;
 mod knowing;
+mod loops;
 mod memory;
 pub mod model;
 mod number;
@@ -26,13 +27,13 @@ mod watch;
 mod word;
 
 use crate::base::time::Times;
-use crate::program::meaning::{ChoiceKind, Knowledge};
+use crate::program::meaning::Knowledge;
 use crate::program::{
-    BitSource, BitTarget, Cell, Effect, Exit, Frame, Join, Logic, Program, Source, Step, Summary,
-    When, WordSource, Write,
+    BitTarget, Cell, Effect, Frame, Join, Logic, Program, Source, Step, When, WordSource, Write,
 };
-use crate::scan::model::{Iterations, Lit, ScanModel, Unbounded};
+use crate::scan::model::{Lit, ScanModel, Unbounded};
 use fit::SizeLimits;
+use loops::ForLoop;
 use memory::Memory;
 use std::collections::{BTreeMap, BTreeSet};
 use watch::Watch;
@@ -123,7 +124,8 @@ pub fn scan_model_knowing(
     purpose: Purpose,
     limits: &SizeLimits<'_>,
 ) -> Result<ScanModel, ScanError> {
-    Ok(run(program, times, knowledge, purpose, limits, None, |_| ())?.0)
+    let settings = Settings { times, knowledge, purpose, limits };
+    Ok(run(program, settings, None, |_| ())?.0)
 }
 
 /// The model of upper bounds, and what these bits hold when the scan ends.
@@ -137,7 +139,7 @@ pub fn scan_model_to_end(
     bits: &[BitTarget],
 ) -> Result<(ScanModel, Vec<Lit>), ScanError> {
     let ends = |memory: &mut Memory<'_>| bits.iter().map(|&bit| held(memory, bit)).collect();
-    run(program, times, &Knowledge::new(), Purpose::UpperBound, limits, None, ends)
+    run(program, Settings::of_upper_bounds(times, limits), None, ends)
 }
 
 /// What a bit holds by now.
@@ -151,16 +153,34 @@ fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     }
 }
 
+/// By what a scan is followed.
+#[derive(Clone, Copy)]
+struct Settings<'p> {
+    /// What each instruction costs.
+    times: &'p [Times],
+    /// What was learned of exact choices.
+    knowledge: &'p Knowledge,
+    purpose: Purpose,
+    /// How large the model may get.
+    limits: &'p SizeLimits<'p>,
+}
+
+impl<'p> Settings<'p> {
+    /// Those of a model of upper bounds, without anything learned.
+    fn of_upper_bounds(times: &'p [Times], limits: &'p SizeLimits<'p>) -> Settings<'p> {
+        static NOTHING: Knowledge = Knowledge::new();
+        Settings { times, knowledge: &NOTHING, purpose: Purpose::UpperBound, limits }
+    }
+}
+
 /// The model, and what is asked of memory when the scan ends.
 fn run<T>(
     program: &Program,
-    times: &[Times],
-    knowledge: &Knowledge,
-    purpose: Purpose,
-    limits: &SizeLimits<'_>,
+    settings: Settings<'_>,
     watch: Option<Box<Watch>>,
     end: impl FnOnce(&mut Memory<'_>) -> T,
 ) -> Result<(ScanModel, T), ScanError> {
+    let Settings { times, knowledge, purpose, limits } = settings;
     let mut run = Run {
         program,
         times,
@@ -509,39 +529,11 @@ impl Run<'_> {
                 act.active = Lit::FALSE;
             }
             Step::ForBegin { count, least, most, end } => {
-                self.hold_iterations(act.active, at, *count);
-                self.note_iterations(act.active, at, *count, *most);
-                self.iterations(act, at, *count, *least, *most, *end)?;
-                return Ok(end + 1);
+                let (count, least, most, end) = (*count, *least, *most, *end);
+                return self.for_loop(act, ForLoop { at, count, least, most, end });
             }
             Step::ForEnd => {}
-            Step::Summary(summary) => {
-                let Summary { end, charges, havocs, choice, exits, iterations } = &**summary;
-                if let Some((count, _, most)) = *iterations {
-                    self.hold_iterations(act.active, at, count);
-                    self.note_iterations(act.active, at, count, most);
-                }
-                match *iterations {
-                    Some(iterations) if self.purpose == Purpose::LowerBound => {
-                        self.counted(act.active, at, charges, iterations)?;
-                    }
-                    Some(iterations) => {
-                        self.most_iterations(act.active, at, iterations);
-                        self.charge_summary(act.active, charges)?;
-                    }
-                    None => self.charge_summary(act.active, charges)?,
-                }
-                for &region in havocs {
-                    self.memory.havoc(region, act.active, &self.frames, *choice);
-                }
-                act.results = Results::default();
-                for &(choice, exit) in exits {
-                    let taken = self.logic(&Logic::Bit(BitSource::Free(choice)), Lit::TRUE, at);
-                    let fired = self.memory.circuit().and(act.active, taken);
-                    self.leave(act, exit, taken, fired);
-                }
-                return Ok(end + 1);
-            }
+            Step::Summary(summary) => return self.summary(act, at, summary),
             Step::MasterControlBegin { level, .. } => self.open(&mut act.masters, *level, fires),
             Step::MasterControlEnd { level } => self.close(&mut act.masters, *level),
         }
@@ -613,110 +605,6 @@ impl Run<'_> {
         act.landings.insert(target, landing);
     }
 
-    /// Takes control out of what was summarised where `fires` holds.
-    fn leave(&mut self, act: &mut Activation, exit: Exit, fires: Lit, fired: Lit) {
-        if let Exit::To(target) = exit {
-            return self.jump(act, target, fires, fired);
-        }
-        let circuit = self.memory.circuit();
-        act.active = circuit.and(act.active, !fires);
-        match exit {
-            Exit::Return => act.returned = circuit.or(act.returned, fired),
-            Exit::Stop => self.stopped = circuit.or(self.stopped, fired),
-            Exit::End | Exit::To(_) => {}
-        }
-    }
-
-    /// The word that says how many iterations a loop makes, and whether it is read as a signed number.
-    pub(super) fn count(&self, count: WordSource) -> (WordSource, bool) {
-        let kind = match count {
-            WordSource::Free(choice) => self.program.kinds.get(&choice),
-            _ => None,
-        };
-        match kind {
-            Some(ChoiceKind::Unsigned(word)) => (*word, false),
-            _ => (count, true),
-        }
-    }
-
-    /// Runs a loop iteration by iteration, each where the count reaches it.
-    fn iterations(
-        &mut self,
-        act: &mut Activation,
-        at: usize,
-        count: WordSource,
-        least: u32,
-        most: u32,
-        end: usize,
-    ) -> Result<(), ScanError> {
-        let given_up = self.memory.words.given_up;
-        let (count, is_signed) = self.count(count);
-        let count = self.word(count, at);
-        let largest = if is_signed { 0x7FFF } else { 0xFFFF };
-        let mut done = Lit::FALSE;
-        for iteration in 0..most {
-            if act.active == Lit::FALSE {
-                break;
-            }
-            if iteration >= least {
-                // One iteration more: the count is above the iterations made.
-                let first = u16::try_from(iteration + 1).ok().filter(|&first| first <= largest);
-                let circuit = &mut self.memory.model.circuit;
-                let more = first.map_or(Lit::FALSE, |first| {
-                    self.memory.words.in_range(circuit, count, first, largest)
-                });
-                if self.memory.words.given_up > given_up {
-                    self.costly.insert(at);
-                    break;
-                }
-                let circuit = self.memory.circuit();
-                let finished = circuit.and(act.active, !more);
-                done = circuit.or(done, finished);
-                act.active = circuit.and(act.active, more);
-            }
-            self.frames.push(Frame { at, iteration });
-            let result = self.span(act, at + 1, end + 1);
-            self.frames.pop();
-            result?;
-        }
-        if done != Lit::FALSE {
-            // What the last iteration left holds only where it was made.
-            act.results = Results::default();
-        }
-        act.active = self.memory.circuit().or(act.active, done);
-        Ok(())
-    }
-
-    /// Notes how many iterations a summarised loop can make here.
-    fn most_iterations(
-        &mut self,
-        reached: Lit,
-        at: usize,
-        (count, least, most): (WordSource, u32, u32),
-    ) {
-        let (word, once) = match count {
-            WordSource::Free(choice) => match self.program.kinds.get(&choice) {
-                Some(ChoiceKind::Iterations(word)) => (*word, 1),
-                // What is asked below is asked of signed numbers.
-                _ => (count, u32::MAX),
-            },
-            word => (word, 0),
-        };
-        let word = self.word(word, at);
-        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
-        self.memory.model.counting.extend(far::parts(words, &[word]));
-        let known = words.most(circuit, word);
-        let iterations = known.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(once));
-        if !self.knowledge.is_empty() {
-            // A solver bounds it by what was learned, where the form of the word alone does not.
-            let bits = words.bits(circuit, word);
-            let least = once.max(least);
-            self.memory.model.counts.push(Iterations { instruction: at, reached, bits, least });
-        }
-        let all = self.memory.model.iterations.entry(at).or_default();
-        *all = iterations.clamp(least, most).max(*all);
-    }
-
     /// Holds the start value of one or two words within a signed range.
     fn constrain(&mut self, cells: &[Cell], low: i64, high: i64) {
         let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
@@ -736,22 +624,6 @@ impl Run<'_> {
         if holds != Lit::TRUE {
             self.memory.model.constraints.push(holds);
         }
-    }
-
-    /// Leaves out scans in which a loop's count is not as stated.
-    fn hold_iterations(&mut self, reached: Lit, at: usize, count: WordSource) {
-        let Some(&(low, high)) = self.program.counts.get(&at) else { return };
-        let (word, is_signed) = match count {
-            WordSource::Free(choice) => match self.program.kinds.get(&choice) {
-                Some(ChoiceKind::Iterations(word)) => (*word, true),
-                Some(ChoiceKind::Unsigned(word)) => (*word, false),
-                _ => return,
-            },
-            word => (word, true),
-        };
-        let word = self.word(word, at);
-        let within = self.within(&[word], is_signed, low, high);
-        self.hold(reached, within);
     }
 }
 
