@@ -3,6 +3,7 @@
 mod bounds;
 mod clause_list;
 mod clauses;
+mod cone;
 mod cores;
 mod explain;
 pub mod export;

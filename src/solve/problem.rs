@@ -1,8 +1,8 @@
 //! A group's question in normal form: a constant and a sum of weighted guards over a circuit of its own.
 
+use super::cone::Cone;
 use crate::base::time::Picos;
-use crate::scan::model::Group;
-use crate::scan::model::{Assignment, Circuit, Lit, Node, ScanModel, VarId};
+use crate::scan::model::{Assignment, Circuit, Group, Lit, Node, ScanModel, VarId};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// A guard and what it adds to the sum when it is true.
@@ -35,13 +35,24 @@ pub struct Problem {
     pub variables: Vec<VarId>,
 }
 
+/// What a charge adds to the sum where a guard is true.
+struct Term {
+    guard: Lit,
+    weight: u64,
+    /// The charge, an index into `ScanModel::charges`.
+    charge: usize,
+}
+
+/// The item of a node of the circuit, and that of its negation.
+type NodeSum = [Item; 2];
+
 impl Problem {
     /// The normal form of a group.
     ///
     /// A charge with times `on` and `off` costs `off` where it is reached and `on - off` more where it fires;
     /// with `on < off`, it costs `on` where it is reached and `off - on` more where it is reached and does not
-    /// fire. Counted units that are not handled are taken off. Equal guards are one item. Of a guard and its negation one is always true, so the lesser weight
-    /// goes to the constant.
+    /// fire. Counted units that are not handled are taken off. Equal guards are one item. Of a guard and its negation one
+    /// is always true, so the lesser weight goes to the constant.
     #[must_use]
     pub fn new(model: &ScanModel, group: &Group) -> Problem {
         Problem::build(model, group, true)
@@ -74,14 +85,14 @@ impl Problem {
                 let missing = problem.circuit.and(fires, !handled);
                 on = sum(on, more);
                 problem.deducted = sum(problem.deducted, more);
-                terms.push((!missing, more, index));
+                terms.push(Term { guard: !missing, weight: more, charge: index });
             }
-            terms.push((reached, on.min(off), index));
+            terms.push(Term { guard: reached, weight: on.min(off), charge: index });
             if on > off {
-                terms.push((fires, on - off, index));
+                terms.push(Term { guard: fires, weight: on - off, charge: index });
             } else if off > on {
                 let idle = problem.circuit.and(reached, !fires);
-                terms.push((idle, off - on, index));
+                terms.push(Term { guard: idle, weight: off - on, charge: index });
             }
         }
         let mut known = FxHashSet::default();
@@ -123,11 +134,12 @@ impl Problem {
         Assignment(self.variables.iter().map(|variable| all.0[variable.0 as usize]).collect())
     }
 
-    fn collect(&mut self, terms: Vec<(Lit, u64, usize)>, cancel: bool) {
-        // Per node: the weights of the node and of its negation, and the charges of each.
+    /// Makes items of terms, one of those with equal guards; `cancel` says whether what a guard and its negation have in
+    /// common goes to the constant.
+    fn collect(&mut self, terms: Vec<Term>, cancel: bool) {
         let mut place: FxHashMap<usize, usize> = FxHashMap::default();
-        let mut sums: Vec<(usize, [u64; 2], [Vec<usize>; 2])> = Vec::new();
-        for (guard, weight, charge) in terms {
+        let mut sums: Vec<NodeSum> = Vec::new();
+        for Term { guard, weight, charge } in terms {
             if guard == Lit::FALSE || weight == 0 {
                 continue;
             }
@@ -136,25 +148,27 @@ impl Problem {
                 continue;
             }
             let at = *place.entry(guard.node()).or_insert_with(|| {
-                sums.push((guard.node(), [0; 2], [Vec::new(), Vec::new()]));
+                let positive = if guard.is_negated() { !guard } else { guard };
+                sums.push([positive, !positive].map(|guard| Item {
+                    guard,
+                    weight: 0,
+                    charges: Vec::new(),
+                }));
                 sums.len() - 1
             });
-            let side = usize::from(guard.is_negated());
-            sums[at].1[side] = sum(sums[at].1[side], weight);
-            if sums[at].2[side].last() != Some(&charge) {
-                sums[at].2[side].push(charge);
+            let item = &mut sums[at][usize::from(guard.is_negated())];
+            item.weight = sum(item.weight, weight);
+            if item.charges.last() != Some(&charge) {
+                item.charges.push(charge);
             }
         }
-        for (node, weights, charges) in sums {
-            let least = if cancel { weights[0].min(weights[1]) } else { 0 };
+        for both in sums {
+            let least = if cancel { both[0].weight.min(both[1].weight) } else { 0 };
             self.constant = sum(self.constant, least);
-            for (side, charges) in charges.into_iter().enumerate() {
-                let weight = weights[side] - least;
+            for item in both {
+                let weight = item.weight - least;
                 if weight > 0 {
-                    let node =
-                        u32::try_from(node).expect("a circuit's nodes are counted in 32 bits");
-                    let guard = Lit(2 * node + u32::from(side == 1));
-                    self.items.push(Item { guard, weight, charges });
+                    self.items.push(Item { weight, ..item });
                 }
             }
         }
@@ -192,84 +206,4 @@ impl Problem {
 /// A checked sum of picoseconds: a bound that wraps around would be too low.
 fn sum(a: u64, b: u64) -> u64 {
     (Picos(a) + Picos(b)).0
-}
-
-/// Copies parts of a circuit into another.
-pub struct Cone<'a> {
-    source: &'a Circuit,
-    known: Known,
-}
-
-/// What nodes are in a copy: there are many small groups, and one that has most of the circuit.
-enum Known {
-    Few(FxHashMap<usize, Lit>),
-    /// By node; [`UNKNOWN`] what is not copied.
-    Many(Vec<Lit>),
-}
-
-const UNKNOWN: Lit = Lit(u32::MAX);
-
-/// Where more than one in so many nodes of a circuit is copied, each has its place.
-const MANY: usize = 32;
-
-impl Known {
-    fn get(&self, node: usize) -> Option<Lit> {
-        match self {
-            Known::Few(known) => known.get(&node).copied(),
-            Known::Many(known) => Some(known[node]).filter(|&copied| copied != UNKNOWN),
-        }
-    }
-
-    /// Notes what a node of a circuit of so many is.
-    fn put(&mut self, node: usize, copied: Lit, nodes: usize) {
-        match self {
-            Known::Many(known) => known[node] = copied,
-            Known::Few(known) => {
-                known.insert(node, copied);
-                if known.len() > nodes / MANY {
-                    let mut many = vec![UNKNOWN; nodes];
-                    known.iter().for_each(|(&node, &copied)| many[node] = copied);
-                    *self = Known::Many(many);
-                }
-            }
-        }
-    }
-}
-
-impl<'a> Cone<'a> {
-    /// Of a circuit; nothing is copied yet.
-    pub fn new(source: &'a Circuit) -> Cone<'a> {
-        Cone { source, known: Known::Few(FxHashMap::default()) }
-    }
-
-    /// Copies a literal and all that it depends on, each gate once; what it is there.
-    pub fn copy(&mut self, into: &mut Circuit, lit: Lit) -> Lit {
-        let mut stack = vec![lit.node()];
-        while let Some(&node) = stack.last() {
-            if self.known.get(node).is_some() {
-                stack.pop();
-                continue;
-            }
-            let copied = match self.source.nodes()[node] {
-                Node::True => Lit::TRUE,
-                Node::Atom(atom) => into.atom(atom),
-                Node::And(a, b) => match (self.get(a), self.get(b)) {
-                    (Some(a), Some(b)) => into.and(a, b),
-                    (left, right) => {
-                        // The left input first: the copy's numbering then follows the order of execution.
-                        stack.extend(right.is_none().then_some(b.node()));
-                        stack.extend(left.is_none().then_some(a.node()));
-                        continue;
-                    }
-                },
-            };
-            self.known.put(node, copied, self.source.nodes().len());
-            stack.pop();
-        }
-        self.get(lit).expect("the literal's node was just copied")
-    }
-
-    fn get(&self, lit: Lit) -> Option<Lit> {
-        self.known.get(lit.node()).map(|copied| if lit.is_negated() { !copied } else { copied })
-    }
 }
