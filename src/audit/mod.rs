@@ -26,6 +26,7 @@ pub mod fixture;
 mod hints;
 mod indices;
 mod invariants;
+mod iterations;
 pub mod ladder;
 mod made_from;
 pub mod method;

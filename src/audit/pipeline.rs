@@ -15,7 +15,7 @@ use super::real::{self, Scouted};
 use super::request::{Progress, Request};
 use super::response::Delays;
 use super::stated;
-use super::unbounded::{self, loops};
+use super::unbounded::{self, Loops};
 use super::understood::Understood;
 use crate::base::budget::{Budget, Cut};
 use crate::base::diagnostic::Diagnostic;
@@ -81,10 +81,10 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
 /// All faults of the input at once, or that the analysis and the interpreter disagree.
 pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
     let fitted = Prepared::of(request)?.fitted(request)?;
-    let beside = Beside::of(&fitted, request);
+    let scout = Scout::of(&fitted, request);
     let (searched, scouted) = rayon::join(
-        || fitted.followed(request)?.searched(request, beside.as_ref()),
-        || beside.as_ref().map(|beside| beside.scout(request)),
+        || fitted.followed(request)?.searched(request, scout.as_ref().map(|one| &one.program)),
+        || scout.as_ref().map(|scout| scout.run(request)),
     );
     searched?.concluded(request, scouted)
 }
@@ -257,28 +257,33 @@ fn limits<'a>(request: &Request<'a>, deadline: Option<Instant>) -> Limits<'a> {
     Limits { deadline, cancelled: request.cancelled, ..Limits::default() }
 }
 
-/// What takes so many instructions has a model so large that real runs are made beside following and searching it.
+/// What executes so many instructions has a model so large that real runs are made on another thread while it is followed
+/// and searched.
 const MANY: u64 = 10_000;
 
-/// A large program as it is before it is followed, for the real runs beside.
-struct Beside {
+/// Makes real runs of a large program while the same program is followed and searched on another thread.
+///
+/// Following may change the program: it takes reads as any value, or follows summarised loops after all. Then these
+/// runs are of no use, and others are made behind the search.
+struct Scout {
+    /// The program before it is followed.
     program: Program,
     least: Vec<Times>,
     deadline: Option<Instant>,
 }
 
-impl Beside {
-    fn of(fitted: &Fitted, request: &Request<'_>) -> Option<Beside> {
-        // What is found of relays makes another program of it.
-        let is_large = fitted.executed >= MANY && !trusts_relays(&fitted.program, request);
-        is_large.then(|| Beside {
+impl Scout {
+    /// `None` for small programs, and for those that are surely changed: by what is found of relays.
+    fn of(fitted: &Fitted, request: &Request<'_>) -> Option<Scout> {
+        let is_worth_it = fitted.executed >= MANY && !trusts_relays(&fitted.program, request);
+        is_worth_it.then(|| Scout {
             program: fitted.program.clone(),
             least: fitted.prices.least_times(),
             deadline: request.time_limit.map(|limit| fitted.start + limit),
         })
     }
 
-    fn scout(&self, request: &Request<'_>) -> Result<Scouted, String> {
+    fn run(&self, request: &Request<'_>) -> Result<Scouted, String> {
         let limits = limits(request, self.deadline);
         real::Search { program: &self.program, least: &self.least, limits }.scout()
     }
@@ -304,7 +309,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
 
 /// A project of which the groups' maxima were searched.
 struct Sought<'r> {
-    /// The project without its model, which what was found has.
+    /// The project. Its model and groups are in `searched`.
     followed: Followed,
     delays: Option<Delays>,
     searched: Searched<'r>,
@@ -312,26 +317,34 @@ struct Sought<'r> {
 }
 
 impl Followed {
-    /// Searches the groups' maxima; real runs are made, too, unless some are made beside of the same program.
+    /// Searches the groups' maxima, and makes real runs unless the program is the one that is `scouted` meanwhile.
     fn searched<'r>(
         mut self,
         request: &Request<'r>,
-        beside: Option<&Beside>,
+        scouted: Option<&Program>,
     ) -> Result<Sought<'r>, Failure> {
         let delays = request.response.map(|given| Delays::of(given, &self.program, &self.table));
         let delays = delays.transpose()?;
-        let cuts = std::mem::take(&mut self.cuts);
-        let budget = Budget::new(self.start, request.time_limit, request.cancelled, cuts);
+        let budget = self.budget(request);
         let closing = self.closing(request, &budget);
-        let beside = beside.is_some_and(|beside| beside.program == self.program);
         let model = (std::mem::take(&mut self.model), std::mem::take(&mut self.groups));
         let (searched, runs) =
-            closing.search(&mut self.program, &mut self.prices, model, beside)?;
+            closing.search(&mut self.program, &mut self.prices, model, scouted)?;
         self.cuts = budget.cuts();
         Ok(Sought { followed: self, delays, searched, runs })
     }
 
-    fn closing<'a, 'r>(&self, request: &'a Request<'r>, budget: &'a Budget<'a>) -> Closing<'a, 'r> {
+    /// The budget of the next stage. It takes over which stages were cut short so far.
+    fn budget<'a>(&mut self, request: &Request<'a>) -> Budget<'a> {
+        let cuts = std::mem::take(&mut self.cuts);
+        Budget::new(self.start, request.time_limit, request.cancelled, cuts)
+    }
+
+    fn closing<'a, 'r>(
+        &self,
+        request: &'a Request<'r>,
+        budget: &'a Budget<'a>,
+    ) -> Closing<'a, 'r> {
         Closing {
             request,
             budget,
@@ -340,10 +353,29 @@ impl Followed {
             whole: self.whole,
         }
     }
+
+    /// The loops that a scan can come to and never leave.
+    fn endless_loops(
+        &self,
+        model: &ScanModel,
+        limits: &Limits<'_>,
+        budget: &Budget<'_>,
+    ) -> Result<Loops, Failure> {
+        let times = self.prices.times();
+        let mut loops =
+            unbounded::loops(&self.program, &times, model, limits).map_err(Failure::Internal)?;
+        if self.whole {
+            loops.open = unbounded::unasked(&self.program);
+        }
+        if !loops.open.is_empty() {
+            budget.cut("asking for loops without end", "some of them were not asked to the end");
+        }
+        Ok(loops)
+    }
 }
 
 impl Sought<'_> {
-    /// The audit, with what real runs beside found.
+    /// The audit, with the real runs that were made meanwhile, if any were.
     fn concluded(
         self,
         request: &Request<'_>,
@@ -351,15 +383,14 @@ impl Sought<'_> {
     ) -> Result<Concluded, Failure> {
         let Sought { mut followed, delays, searched, runs } = self;
         let runs = match (runs, scouted) {
-            (Runs::Beside, Some(found)) => Runs::Scouted(found.map_err(Failure::Internal)?),
+            (Runs::Elsewhere, Some(found)) => Runs::Scouted(found.map_err(Failure::Internal)?),
             (runs, _) => runs,
         };
-        let cuts = std::mem::take(&mut followed.cuts);
-        let budget = Budget::new(followed.start, request.time_limit, request.cancelled, cuts);
+        let budget = followed.budget(request);
+        note_open(&searched, &budget);
         let closing = followed.closing(request, &budget);
         let limits = limits(request, budget.deadline());
         let Followed { program, table, prices, .. } = &followed;
-        let times = prices.times();
         let Searched {
             model,
             groups,
@@ -371,20 +402,6 @@ impl Sought<'_> {
             ended_early,
             prepared,
         } = searched;
-        let unsolved: Vec<&Maximum> =
-            maxima.iter().filter(|found| found.lower < found.upper).collect();
-        if let (false, false) = (unsolved.is_empty(), ended_early) {
-            let apart: Picos =
-                unsolved.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
-            budget.cut(
-                "searching",
-                format!(
-                    "the longest scan may be up to {apart} shorter: {} of {} groups are open",
-                    unsolved.len(),
-                    groups.len()
-                ),
-            );
-        }
         let model_total = replayed.total;
         drop(replayed);
         let findings = Findings {
@@ -400,17 +417,11 @@ impl Sought<'_> {
             limits: &limits,
         };
         let traces = request.trace.then(|| method::traces(program, &model, &groups, &maxima));
-        let mut loops = loops(program, &times, &model, &limits).map_err(Failure::Internal)?;
-        if followed.whole {
-            loops.open = unbounded::unasked(program);
-        }
-        if !loops.open.is_empty() {
-            budget.cut("asking for loops without end", "some of them were not asked to the end");
-        }
-        let bounded = loops.found.is_empty() && !followed.whole;
+        let loops = followed.endless_loops(&model, &limits, &budget)?;
+        let is_bounded = loops.found.is_empty() && !followed.whole;
         let running = || {
             let found = closing.longest(program, prices, (&witness, upper), runs)?;
-            let run = bounded.then(|| power_up::run(program, prices, &found, &limits));
+            let run = is_bounded.then(|| power_up::run(program, prices, &found, &limits));
             Ok::<_, Failure>((found, run.unwrap_or_default()))
         };
         let (explained, ran) = rayon::join(|| findings.explain(prepared), running);
@@ -440,4 +451,22 @@ impl Sought<'_> {
         let followed = Followed { model, groups, warnings, cuts, ..followed };
         Ok(Concluded { audit, followed, maxima })
     }
+}
+
+/// Notes how much of the bound is open, if the time limit or the user ended the search.
+fn note_open(searched: &Searched, budget: &Budget<'_>) {
+    let unsolved = searched.maxima.iter().filter(|found| found.lower < found.upper);
+    let unsolved: Vec<&Maximum> = unsolved.collect();
+    if unsolved.is_empty() || searched.ended_early {
+        return;
+    }
+    let apart: Picos = unsolved.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
+    budget.cut(
+        "searching",
+        format!(
+            "the longest scan may be up to {apart} shorter: {} of {} groups are open",
+            unsolved.len(),
+            searched.groups.len()
+        ),
+    );
 }
