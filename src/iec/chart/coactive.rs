@@ -105,7 +105,8 @@ pub fn analyse(chart: &Chart, budget: usize) -> Analysis {
     let (basis, together) = together(&net, &reached);
     let mut analysis = Analysis { basis, together, pairs: Vec::new(), findings: Vec::new() };
     findings(chart, &reached, &mut analysis);
-    pairs(chart, &net, &reached, budget, &mut analysis);
+    let together = &analysis.together;
+    analysis.pairs = Pairing { chart, net: &net, reached: &reached, together, budget }.pairs();
     analysis
 }
 
@@ -300,104 +301,123 @@ impl<'a> Stored<'a> {
     }
 }
 
-fn pairs(chart: &Chart, net: &Net, reached: &Reached, budget: usize, analysis: &mut Analysis) {
-    let actions = chart.actions();
-    let own: Vec<Vec<usize>> = actions.iter().map(|action| own_steps(chart, action)).collect();
-    let is_stored: Vec<bool> =
-        actions.iter().map(|action| !storing(chart, action).is_empty()).collect();
-    for (at, action) in actions.iter().enumerate() {
-        let how = How::Stored { by: storing(chart, action), until: resetting(chart, action) };
-        let mut first: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+/// An action, and the steps with which it runs.
+struct Running {
+    name: String,
+    /// Its own steps.
+    steps: Vec<usize>,
+    /// Those that store it.
+    by: Vec<usize>,
+    /// How it comes to run with others if it is stored.
+    how: How,
+}
+
+impl Running {
+    fn all(chart: &Chart) -> Vec<Running> {
+        let running = |name: String| {
+            let (steps, by) = (own_steps(chart, &name), storing(chart, &name));
+            let how = How::Stored { by: by.clone(), until: resetting(chart, &name) };
+            Running { name, steps, by, how }
+        };
+        chart.actions().into_iter().map(running).collect()
+    }
+
+    fn is_stored(&self) -> bool {
+        !self.by.is_empty()
+    }
+
+    /// Whether one of its own steps is active.
+    fn is_stepped(&self, marking: &Bits) -> bool {
+        self.steps.iter().any(|&step| marking.has(step))
+    }
+}
+
+/// Finds what can run together.
+struct Pairing<'a> {
+    chart: &'a Chart,
+    net: &'a Net,
+    reached: &'a Reached,
+    /// Which steps can be active together with each.
+    together: &'a [Bits],
+    /// How many markings are looked at for each pair.
+    budget: usize,
+}
+
+impl Pairing<'_> {
+    fn pairs(&self) -> Vec<Pair> {
+        let all = Running::all(self.chart);
+        let mut pairs = Vec::new();
+        for (at, action) in all.iter().enumerate() {
+            pairs.extend(self.with_steps(action));
+            pairs.extend(all[at + 1..].iter().filter_map(|other| self.of_two(action, other)));
+        }
+        pairs
+    }
+
+    /// The steps of others that can be active while an action runs, and how.
+    fn with_steps(&self, action: &Running) -> Vec<Pair> {
+        // A way to each step that is active while the action is stored.
+        let mut stored_at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut complete = true;
-        if is_stored[at] {
-            let stored = Stored::new(chart, net, &[action]);
-            complete = stored.follow(budget, &mut |(marking, stored), way| {
+        if action.is_stored() {
+            let stored = Stored::new(self.chart, self.net, &[&action.name]);
+            complete = stored.follow(self.budget, &mut |(marking, stored), way| {
                 if stored[0] {
                     for step in marking.iter() {
-                        first.entry(step).or_insert_with(way);
+                        stored_at.entry(step).or_insert_with(way);
                     }
                 }
             });
         }
-        for step in 0..chart.steps.len() {
-            if own[at].contains(&step) {
-                continue;
-            }
-            let beside = own[at].iter().find(|&&mine| analysis.together[mine].has(step));
-            let pair = match beside {
-                Some(&mine) => Some((How::Parallel, reached.way_to(&[mine, step]))),
-                None if first.contains_key(&step) => Some((how.clone(), first.get(&step).cloned())),
+        let others = (0..self.chart.steps.len()).filter(|step| !action.steps.contains(step));
+        let pair = |step: usize| {
+            let parallel = action.steps.iter().find(|&&own| self.together[own].has(step));
+            let (how, path) = match (parallel, stored_at.get(&step)) {
+                (Some(&own), _) => (How::Parallel, self.reached.way_to(&[own, step])),
+                (None, Some(way)) => (action.how.clone(), Some(way.clone())),
                 // What was not seen may be all the same.
-                None if is_stored[at] && !complete => Some((how.clone(), None)),
-                None => None,
+                (None, None) if action.is_stored() && !complete => (action.how.clone(), None),
+                (None, None) => return None,
             };
-            let action = action.clone();
-            let pair = pair.map(|(how, path)| Pair { action, other: Other::Step(step), how, path });
-            analysis.pairs.extend(pair);
-        }
-        for (further, other) in actions.iter().enumerate().skip(at + 1) {
-            let pair = both(
-                chart,
-                net,
-                reached,
-                budget,
-                analysis,
-                (at, action),
-                (further, other),
-                &own,
-                &is_stored,
-            );
-            analysis.pairs.extend(pair);
-        }
+            Some(Pair { action: action.name.clone(), other: Other::Step(step), how, path })
+        };
+        others.filter_map(pair).collect()
     }
-}
 
-/// Whether two actions can run together, and how.
-#[allow(clippy::too_many_arguments)]
-fn both(
-    chart: &Chart,
-    net: &Net,
-    reached: &Reached,
-    budget: usize,
-    analysis: &Analysis,
-    (at, action): (usize, &str),
-    (further, other): (usize, &str),
-    own: &[Vec<usize>],
-    is_stored: &[bool],
-) -> Option<Pair> {
-    let pair = |how, path| {
-        Some(Pair { action: action.to_owned(), other: Other::Action(other.to_owned()), how, path })
-    };
-    if let Some(step) = own[at].iter().find(|step| own[further].contains(step)) {
-        return pair(How::SameStep, reached.way_to(&[*step]));
-    }
-    let beside = own[at].iter().flat_map(|&one| own[further].iter().map(move |&two| (one, two)));
-    for (one, two) in beside {
-        if analysis.together[one].has(two) {
-            return pair(How::Parallel, reached.way_to(&[one, two]));
+    /// Whether two actions can run together, and how.
+    fn of_two(&self, one: &Running, two: &Running) -> Option<Pair> {
+        let pair = |how, path| {
+            let other = Other::Action(two.name.clone());
+            Some(Pair { action: one.name.clone(), other, how, path })
+        };
+        if let Some(step) = one.steps.iter().find(|step| two.steps.contains(step)) {
+            return pair(How::SameStep, self.reached.way_to(&[*step]));
         }
-    }
-    if !is_stored[at] && !is_stored[further] {
-        return None;
-    }
-    let stored = Stored::new(chart, net, &[action, other]);
-    let mut found = None;
-    let runs = |steps: &[usize], marking: &Bits| steps.iter().any(|&step| marking.has(step));
-    let complete = stored.follow(budget, &mut |(marking, stored), way| {
-        let one = stored[0] || runs(&own[at], marking);
-        let two = stored[1] || runs(&own[further], marking);
-        if one && two && found.is_none() {
-            found = Some((stored[0] && !runs(&own[at], marking), way()));
+        let parallel = one.steps.iter().flat_map(|&a| two.steps.iter().map(move |&b| [a, b]));
+        if let Some(steps) = { parallel }.find(|&[a, b]| self.together[a].has(b)) {
+            return pair(How::Parallel, self.reached.way_to(&steps));
         }
-    });
-    let cause = |first: bool| {
-        let name = if first { action } else { other };
-        How::Stored { by: storing(chart, name), until: resetting(chart, name) }
-    };
-    match found {
-        Some((first, path)) => pair(cause(first), Some(path)),
-        None if !complete => pair(cause(is_stored[at]), None),
-        None => None,
+        if !one.is_stored() && !two.is_stored() {
+            return None;
+        }
+        let stored = Stored::new(self.chart, self.net, &[&one.name, &two.name]);
+        // The first of the two that goes on after its steps, and the way there.
+        let mut found = None;
+        let complete = stored.follow(self.budget, &mut |(marking, stored), way| {
+            let stepped = [one, two].map(|action| action.is_stepped(marking));
+            let runs = (stored[0] || stepped[0]) && (stored[1] || stepped[1]);
+            if runs && found.is_none() {
+                let lasting = if stored[0] && !stepped[0] { one } else { two };
+                found = Some((lasting, way()));
+            }
+        });
+        match found {
+            Some((lasting, path)) => pair(lasting.how.clone(), Some(path)),
+            None if complete => None,
+            // What was not seen may be all the same.
+            None if one.is_stored() => pair(one.how.clone(), None),
+            None => pair(two.how.clone(), None),
+        }
     }
 }
 
