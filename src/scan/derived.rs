@@ -23,18 +23,26 @@ pub enum Function {
         signed: bool,
     },
     /// The first number's bits moved by the second: anything for more places than bits.
-    Moved {
-        /// Towards the highest bit.
-        left: bool,
-        /// What is moved out comes in at the other end.
-        round: bool,
-        /// Else the highest bit comes in, not zeros.
-        signed: bool,
-    },
+    Moved(Way),
     /// Four decimal digits a word as a number.
     FromDecimal,
     /// The opposite; anything beyond 9999 a word.
     ToDecimal,
+}
+
+/// Where bits are moved to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Way {
+    /// Towards the highest bit; zeros come in.
+    Left,
+    /// Towards the lowest bit; zeros come in.
+    Right,
+    /// Towards the lowest bit; the highest bit comes in again and again.
+    SignedRight,
+    /// Towards the highest bit; what is moved out there comes in at the other end.
+    RoundLeft,
+    /// The opposite.
+    RoundRight,
 }
 
 /// A function and the words of its operands, of one or two words each.
@@ -67,9 +75,7 @@ impl Derived {
             }
             Function::Quotient { signed } => divided(circuit, first, second, signed).0,
             Function::Remainder { signed } => divided(circuit, first, second, signed).1,
-            Function::Moved { left, round, signed } => {
-                moved(circuit, first, second, left, round, signed)
-            }
+            Function::Moved(way) => moved(circuit, first, second, way),
             Function::FromDecimal => from_decimal(circuit, first),
             Function::ToDecimal => to_decimal(circuit, first),
         };
@@ -154,35 +160,23 @@ fn divided_unsigned(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> (Vec<Lit>, V
     (quotient, left)
 }
 
-/// Bits moved by a number of places, up to as many as there are.
-fn moved(
-    circuit: &mut Circuit,
-    bits: &[Lit],
-    places: &[Lit],
-    left: bool,
-    round: bool,
-    signed: bool,
-) -> Vec<Lit> {
+/// Bits moved by a number of places, up to as many as there are: by one place if the number's lowest bit is on, then by two
+/// if the next one is, and so on.
+fn moved(circuit: &mut Circuit, bits: &[Lit], places: &[Lit], way: Way) -> Vec<Lit> {
     let count = bits.len();
-    let fill = if signed { bits[count - 1] } else { Lit::FALSE };
+    let fill = if way == Way::SignedRight { bits[count - 1] } else { Lit::FALSE };
     let mut now = bits.to_vec();
     let stages = count.ilog2() as usize + 1;
     for (stage, &by) in places.iter().enumerate().take(stages) {
         let step = 1usize << stage;
-        let from = |at: usize| -> Option<usize> {
-            match (left, round) {
-                (true, true) => Some((at + count - step % count) % count),
-                (false, true) => Some((at + step) % count),
-                (true, false) => at.checked_sub(step),
-                (false, false) => Some(at + step).filter(|&at| at < count),
-            }
+        let from = |at: usize| match way {
+            Way::RoundLeft => Some((at + count - step % count) % count),
+            Way::RoundRight => Some((at + step) % count),
+            Way::Left => at.checked_sub(step),
+            Way::Right | Way::SignedRight => Some(at + step).filter(|&at| at < count),
         };
-        now = (0..count)
-            .map(|at| {
-                let there = from(at).map_or(if left { Lit::FALSE } else { fill }, |at| now[at]);
-                circuit.ite(by, there, now[at])
-            })
-            .collect();
+        let there = (0..count).map(|at| from(at).map_or(fill, |at| now[at]));
+        now = there.zip(&now).map(|(there, &here)| circuit.ite(by, there, here)).collect();
     }
     now
 }

@@ -1,6 +1,6 @@
 //! Operations whose operands are not known, as words that are derived from these; and where what they give is settled.
 
-use super::derived::Function;
+use super::derived::{Function, Way};
 use super::word::{Word, Words};
 use crate::program::Relation;
 use crate::program::meaning::{Operation, Unary};
@@ -33,16 +33,16 @@ pub fn results(
             let fits = can_be_divided(words, circuit, first, second, *signed);
             Some((both, fits))
         }
-        Operation::Shift { left, signed } => {
-            let function = Function::Moved { left: *left, round: false, signed: *signed };
+        Operation::Shift { .. } | Operation::Rotate { through: false, .. } => {
+            let way = match operation {
+                Operation::Shift { left: true, .. } => Way::Left,
+                Operation::Shift { signed: false, .. } => Way::Right,
+                Operation::Shift { signed: true, .. } => Way::SignedRight,
+                Operation::Rotate { left: true, .. } => Way::RoundLeft,
+                _ => Way::RoundRight,
+            };
             let places = vec![second[0]; count];
-            let moved = words.derived(function, first, &places, count);
-            Some((moved, places_fit(words, circuit, second[0], count)))
-        }
-        Operation::Rotate { left, through: false } => {
-            let function = Function::Moved { left: *left, round: true, signed: false };
-            let places = vec![second[0]; count];
-            let moved = words.derived(function, first, &places, count);
+            let moved = words.derived(Function::Moved(way), first, &places, count);
             Some((moved, places_fit(words, circuit, second[0], count)))
         }
         Operation::Each(Unary::FromBcd) => {

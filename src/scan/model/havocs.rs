@@ -1,8 +1,8 @@
 //! Writes of any value, in order of execution, and which of them concern a cell.
 //!
-//! There are thousands in a large project, and tens of thousands of cells that are read behind them. So the writes of
-//! an area are a tree of blocks, each of which knows between which cells it can have written and which cells all of it
-//! has.
+//! There are thousands in a large project, and tens of thousands of cells that are read behind them. So the writes to an
+//! area are numbered in their order, and a tree of blocks of 1, 2, 4, 8 ... of them stands over these numbers: each block
+//! knows which cells any of its writes concerns at most, and which all of them do.
 
 use super::Lit;
 use crate::program::{AreaId, Cell, ChoiceId, Frame, Region};
@@ -20,25 +20,28 @@ pub struct Havoc {
     pub choice: ChoiceId,
 }
 
-/// Numbers of cells in their area, the first and the last; none if the first is behind the last.
+/// Cells of an area that follow each other, by their indices; none if the first is behind the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Stretch(u32, u32);
+struct Stretch {
+    first: u32,
+    last: u32,
+}
 
 impl Stretch {
-    const NONE: Stretch = Stretch(u32::MAX, 0);
+    const NONE: Stretch = Stretch { first: u32::MAX, last: 0 };
 
     fn of(region: Region) -> Stretch {
         match region {
             Region::Range { count: 0, .. } => Stretch::NONE,
             Region::Range { first, count } => {
-                Stretch(first.index, first.index.saturating_add(count - 1))
+                Stretch { first: first.index, last: first.index.saturating_add(count - 1) }
             }
-            Region::Area(_) | Region::Everything => Stretch(0, u32::MAX),
+            Region::Area(_) | Region::Everything => Stretch { first: 0, last: u32::MAX },
         }
     }
 
     fn holds(self, cell: Cell) -> bool {
-        self.0 <= cell.index && cell.index <= self.1
+        (self.first..=self.last).contains(&cell.index)
     }
 }
 
@@ -53,27 +56,35 @@ struct Block {
 
 impl Block {
     fn both(self, other: Block) -> Block {
-        let common = Stretch(self.every.0.max(other.every.0), self.every.1.min(other.every.1));
-        let any = Stretch(self.any.0.min(other.any.0), self.any.1.max(other.any.1));
-        Block { every: common, any }
+        let (every, any) = (other.every, other.any);
+        Block {
+            every: Stretch {
+                first: self.every.first.max(every.first),
+                last: self.every.last.min(every.last),
+            },
+            any: Stretch {
+                first: self.any.first.min(any.first),
+                last: self.any.last.max(any.last),
+            },
+        }
     }
 }
 
-/// The writes to one area.
+/// The writes to one area. A write's place is its number among them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-struct OfArea {
-    /// Which they are of all.
+struct AreaWrites {
+    /// By place: the index into `Havocs::all`.
     indices: Vec<u32>,
-    /// The places here of those that happen in every scan.
+    /// The places of those that happen in every scan.
     certain: Vec<u32>,
     /// By the binary logarithm of their size: the blocks that are full, one behind the other.
     blocks: Vec<Vec<Block>>,
 }
 
-impl OfArea {
+impl AreaWrites {
     fn push(&mut self, index: u32, region: Region, happened: Lit) {
         if happened == Lit::TRUE {
-            self.certain.push(place(self.indices.len()));
+            self.certain.push(short(self.indices.len()));
         }
         self.indices.push(index);
         let stretch = Stretch::of(region);
@@ -92,7 +103,8 @@ impl OfArea {
         }
     }
 
-    /// The newest of the first `until` that concerns the cell, and does not lie before `since`.
+    /// The place of the newest before `until` that concerns the cell, if it does not lie before `since`: the search goes
+    /// down from `until`, block by block, each as large as may be and still ends there.
     fn newest(&self, cell: Cell, since: usize, until: usize) -> Option<usize> {
         let mut end = until;
         'blocks: while end > since {
@@ -113,11 +125,12 @@ impl OfArea {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Havocs {
     all: Vec<Havoc>,
-    areas: Vec<OfArea>,
+    /// By area.
+    areas: Vec<AreaWrites>,
 }
 
-/// A number of writes, or of one.
-fn place(number: usize) -> u32 {
+/// A place or an index in half the memory.
+fn short(number: usize) -> u32 {
     u32::try_from(number).expect("writes of any value are counted in 32 bits")
 }
 
@@ -125,12 +138,12 @@ impl Havocs {
     /// None yet, of cells of so many areas.
     #[must_use]
     pub fn of_areas(areas: usize) -> Havocs {
-        Havocs { all: Vec::new(), areas: vec![OfArea::default(); areas] }
+        Havocs { all: Vec::new(), areas: vec![AreaWrites::default(); areas] }
     }
 
     /// A further one.
     pub fn push(&mut self, havoc: Havoc) {
-        let (index, region, happened) = (place(self.all.len()), havoc.region, havoc.happened);
+        let (index, region, happened) = (short(self.all.len()), havoc.region, havoc.happened);
         self.all.push(havoc);
         match region {
             Region::Range { first: Cell { area, .. }, .. } | Region::Area(area) => {
@@ -167,11 +180,12 @@ impl Havocs {
     /// Those that happen where this holds.
     #[must_use]
     pub fn where_holds(&self, holds: impl Fn(Lit) -> bool) -> Happened<'_> {
-        let happens =
-            |&place: &usize, area: &OfArea| holds(self.all[area.indices[place] as usize].happened);
-        let of = |area: &OfArea| {
+        let happens = |&place: &usize, area: &AreaWrites| {
+            holds(self.all[area.indices[place] as usize].happened)
+        };
+        let of = |area: &AreaWrites| {
             let places = 0..area.indices.len();
-            places.filter(|place| happens(place, area)).map(place).collect()
+            places.filter(|place| happens(place, area)).map(short).collect()
         };
         Happened { havocs: self, places: self.areas.iter().map(of).collect() }
     }
