@@ -4,6 +4,7 @@
 mod common;
 
 use common::audited::{listed, table};
+use common::lines::DrawsLines;
 use common::omron_plc::{Chance, Plc, Scanned, Word};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::audit::{Failure, Request, conclude, follow};
@@ -83,22 +84,13 @@ fn generate(tape: &mut Tape<'_>, across: bool, stated: bool) -> Vec<String> {
     g.lines
 }
 
-impl Generator<'_, '_> {
-    fn put(&mut self, line: impl Into<String>) {
-        self.lines.push(line.into());
+impl<'a> DrawsLines<'a> for Generator<'_, 'a> {
+    fn tape(&mut self) -> &mut Tape<'a> {
+        self.tape
     }
 
-    fn pick(&mut self, of: &[&'static str]) -> &'static str {
-        self.tape.pick(of)
-    }
-
-    fn items(&mut self, depth: u32, most: usize) {
-        for _ in 0..1 + self.tape.below(most) {
-            self.item(depth);
-            if self.tape.done() {
-                break;
-            }
-        }
+    fn lines(&mut self) -> &mut Vec<String> {
+        &mut self.lines
     }
 
     fn item(&mut self, depth: u32) {
@@ -165,7 +157,9 @@ impl Generator<'_, '_> {
             }
         }
     }
+}
 
+impl Generator<'_, '_> {
     /// A count under contacts, perhaps something else, and what it counts under the same contacts.
     fn again(&mut self) {
         let from = self.lines.len();

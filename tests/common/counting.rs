@@ -1,5 +1,6 @@
 //! Random MELSEC lists whose counts hang on contacts, guards, jumps, loops and indices.
 
+use super::lines::DrawsLines;
 use super::tape::Tape;
 
 struct Generator<'t, 'a> {
@@ -76,22 +77,13 @@ pub fn generate(tape: &mut Tape<'_>, Taste { across, far, long }: Taste) -> Vec<
     g.lines
 }
 
-impl Generator<'_, '_> {
-    fn put(&mut self, line: impl Into<String>) {
-        self.lines.push(line.into());
+impl<'a> DrawsLines<'a> for Generator<'_, 'a> {
+    fn tape(&mut self) -> &mut Tape<'a> {
+        self.tape
     }
 
-    fn pick(&mut self, of: &[&'static str]) -> &'static str {
-        self.tape.pick(of)
-    }
-
-    fn items(&mut self, depth: u32, most: usize) {
-        for _ in 0..1 + self.tape.below(most) {
-            self.item(depth);
-            if self.tape.done() {
-                break;
-            }
-        }
+    fn lines(&mut self) -> &mut Vec<String> {
+        &mut self.lines
     }
 
     fn item(&mut self, depth: u32) {
@@ -159,7 +151,9 @@ impl Generator<'_, '_> {
             }
         }
     }
+}
 
+impl Generator<'_, '_> {
     fn label(&mut self) -> u32 {
         self.labels += 1;
         self.labels - 1

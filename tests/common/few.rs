@@ -1,6 +1,7 @@
 //! Random MELSEC lists whose words take few values: every start word is masked before it is read otherwise, and what
 //! instructions work out keeps to what manuals settle.
 
+use super::lines::DrawsLines;
 use super::tape::Tape;
 use std::fmt::Write as _;
 
@@ -106,6 +107,57 @@ pub fn indexed(tape: &mut Tape<'_>) -> Vec<String> {
     }
     g.put("END");
     g.lines
+}
+
+impl<'a> DrawsLines<'a> for Generator<'_, 'a> {
+    fn tape(&mut self) -> &mut Tape<'a> {
+        self.tape
+    }
+
+    fn lines(&mut self) -> &mut Vec<String> {
+        &mut self.lines
+    }
+
+    fn item(&mut self, depth: u32) {
+        match self.tape.below(10) {
+            6 | 7 if depth < 2 => {
+                let count = match self.tape.below(4) {
+                    0 => "K2".to_owned(),
+                    1 => self.small(),
+                    2 => {
+                        let word = self.small();
+                        self.put("LD SM400");
+                        self.put(format!("INC {word}"));
+                        word
+                    }
+                    _ => "K1X0".to_owned(),
+                };
+                self.put(format!("FOR {count}"));
+                if !self.called && self.tape.percent(40) {
+                    self.call();
+                }
+                let left = self.tape.percent(25).then(|| {
+                    self.labels += 1;
+                    self.contacts();
+                    self.put(format!("BREAK D13 P{}", self.labels - 1));
+                    self.labels - 1
+                });
+                self.items(depth + 1, 2);
+                self.put("NEXT");
+                left.iter().for_each(|label| self.put(format!("P{label}")));
+            }
+            8 => {
+                self.contacts();
+                let label = self.labels;
+                self.labels += 1;
+                self.put(format!("CJ P{label}"));
+                self.rungs();
+                self.put(format!("P{label}"));
+            }
+            9 if depth < 2 && !self.called => self.call(),
+            _ => self.rungs(),
+        }
+    }
 }
 
 impl Generator<'_, '_> {
@@ -320,60 +372,6 @@ impl Generator<'_, '_> {
             _ => format!("WAND K6 {there} {word}"),
         };
         self.put(line);
-    }
-
-    fn put(&mut self, line: impl Into<String>) {
-        self.lines.push(line.into());
-    }
-
-    fn items(&mut self, depth: u32, most: usize) {
-        for _ in 0..1 + self.tape.below(most) {
-            self.item(depth);
-            if self.tape.done() {
-                break;
-            }
-        }
-    }
-
-    fn item(&mut self, depth: u32) {
-        match self.tape.below(10) {
-            6 | 7 if depth < 2 => {
-                let count = match self.tape.below(4) {
-                    0 => "K2".to_owned(),
-                    1 => self.small(),
-                    2 => {
-                        let word = self.small();
-                        self.put("LD SM400");
-                        self.put(format!("INC {word}"));
-                        word
-                    }
-                    _ => "K1X0".to_owned(),
-                };
-                self.put(format!("FOR {count}"));
-                if !self.called && self.tape.percent(40) {
-                    self.call();
-                }
-                let left = self.tape.percent(25).then(|| {
-                    self.labels += 1;
-                    self.contacts();
-                    self.put(format!("BREAK D13 P{}", self.labels - 1));
-                    self.labels - 1
-                });
-                self.items(depth + 1, 2);
-                self.put("NEXT");
-                left.iter().for_each(|label| self.put(format!("P{label}")));
-            }
-            8 => {
-                self.contacts();
-                let label = self.labels;
-                self.labels += 1;
-                self.put(format!("CJ P{label}"));
-                self.rungs();
-                self.put(format!("P{label}"));
-            }
-            9 if depth < 2 && !self.called => self.call(),
-            _ => self.rungs(),
-        }
     }
 
     /// A call, often with a count for a loop in the subroutine.

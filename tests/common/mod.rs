@@ -8,6 +8,7 @@ pub mod counting;
 pub mod few;
 pub mod flowcharts;
 pub mod ir;
+pub mod lines;
 pub mod list;
 pub mod melsec;
 pub mod omron_plc;
