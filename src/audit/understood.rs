@@ -127,7 +127,7 @@ fn knows_task(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
     let file = request.inputs.first().map_or("", |input| &input.name);
     let names: Vec<&str> = program.tasks.iter().map(|task| task.name.as_str()).collect();
     let help = match names.as_slice() {
-        [] => "leave --task out: the project has no several tasks".to_owned(),
+        [] => "leave --task out: the project does not have several tasks".to_owned(),
         names => format!("its tasks are {}", names.join(", ")),
     };
     let message = format!("--task {asked}: the project has no task of that name");

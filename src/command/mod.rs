@@ -41,8 +41,8 @@ use std::panic::{UnwindSafe, catch_unwind};
 /// How long can one scan of a PLC program take, at most?
 ///
 /// Reads programs of MELSEC (GX Works2, GX Works3 and GX Developer CSV, list text), OMRON (mnemonics, .cxt),
-/// MINASEC-U and flowchart PCs, prices them with a timing table, and proves an upper bound on the scan time; shows
-/// the scan that attains it, and the reasons.
+/// MINASEC-U and flowchart PCs, and in IEC 61131-3's languages (PLCopen XML, text); prices them with a timing table, and
+/// proves an upper bound on the scan time; shows the scan that attains it, and the reasons.
 #[derive(Debug, Parser)]
 #[command(version, long_version = version::long(), propagate_version = true, max_term_width = 100)]
 pub struct Cli {

@@ -24,7 +24,7 @@ const WORKS: &str = "open it in the tool and write each of its programs to CSV; 
 const LIST: &str =
     "if the tool lists its instructions for one of the CPUs that are known, give that list";
 const MEASURED: &str = "name the program first; `compare` takes measurements as the last file";
-const NONE: &str = "its tools export nothing else that is read; programs are read of MELSEC, of OMRON's C, CS, CJ and CP series, of MINASEC-U and of flowchart PCs";
+const NONE: &str = "its tools export nothing else that is read; programs are read of MELSEC, of OMRON's C, CS, CJ and CP series, of MINASEC-U, of flowchart PCs, and in IEC 61131-3's languages (PLCopen XML, text)";
 const UNPACK: &str = "unpack it and give the programs in it";
 const SHEET: &str = "save its sheet as CSV, as the vendor's tool exported it";
 

@@ -334,7 +334,8 @@ impl<'a> Reader<'a> {
             return true;
         }
         self.warnings.clear();
-        let message = format!("the table has no column {}", missing.join(", none "));
+        let columns = if missing.len() == 1 { "column" } else { "columns" };
+        let message = format!("the table lacks the {columns} {}", missing.join(", "));
         let text = shown(line);
         self.fault(Diagnostic::line(
             Code::TableColumn,

@@ -106,8 +106,8 @@ fn all_faults_of_a_table_are_told_at_once() {
 fn a_table_without_its_columns_or_rows_is_refused() {
     let found = faults("instruction;on_us;off_us\nMOV;1;2\n");
     assert_eq!(found.len(), 1);
-    assert_eq!(found[0].message, "the table has no column instruction, none on_us, none off_us");
-    assert_eq!(faults("instruction,on_us\nA,1\n")[0].message, "the table has no column off_us");
+    assert_eq!(found[0].message, "the table lacks the columns instruction, on_us, off_us");
+    assert_eq!(faults("instruction,on_us\nA,1\n")[0].message, "the table lacks the column off_us");
     assert_eq!(
         faults("instruction,on_us,on_us,off_us\n")[0].message,
         "the column on_us stands twice"
