@@ -1,5 +1,6 @@
 //! What a word may be is told by few values, strides, and what guards say where they hold and where they do not.
 
+use super::common::audited::{asked, listed, table};
 use super::{counts, most, none, with_facts};
 use scanbound::audit::{Request, follow};
 use scanbound::base::facts::Facts;
@@ -82,6 +83,9 @@ fn guards_of_two_words_bound_both() {
     assert_eq!(moved("ANDD<= D50 K25"), 65_535);
     assert_eq!(moved("ANDD>= D50 K0; ANDD<= D50 K70000"), 65_535);
     assert_eq!(moved("ANDD>= D50 K70000; ANDD<= D50 K70005"), 4469);
+    // One that is not 7 may have 7 as its lower word.
+    let unequal = "LD SM400; WAND K7 D0 D50; LDD<> D50 K7; FMOV D0 D100 D50; END";
+    assert_eq!(none(unequal), 7);
 }
 
 /// An index of a stride, or of a few values, reaches those cells and none between them.
@@ -116,7 +120,7 @@ fn an_index_with_a_stride_spares_what_lies_between() {
 
 /// The most units that an instruction of an OMRON CJ handles.
 fn of_omron(text: &str) -> u64 {
-    let lines = crate::common::audited::listed(text.replace("; ", "\n") + "\n");
+    let lines = listed(text.replace("; ", "\n") + "\n");
     let facts = Facts::default();
     let request =
         Request { dialect: Some("omron-cx"), cpu: Some("CJ2M"), ..Request::new(&lines, &facts) };
@@ -184,4 +188,83 @@ fn a_stated_index_reaches_to_its_ends() {
         with_facts(Trust::None, &facts, text).map(|found| found.0)
     };
     assert_eq!((stated(9), stated(10)), (Ok(19), Ok(32_767)));
+}
+
+/// An interrupt comes at any moment: an index that it writes is none that is known, nor is a word that an index leads to.
+#[test]
+fn what_interrupts_write_is_no_known_index_and_no_known_count() {
+    let of = |main: &str, routine: &str| {
+        let text = format!("LD SM400; {main}; FEND; I0; LD SM400; {routine}; IRET; END");
+        let facts = "[interrupts]\nI0 = 1\n";
+        with_facts(Trust::None, facts, &text).map(|found| found.0)
+    };
+    let led = "MOV K3 Z0; MOV K7 D103; MOV D100Z0 D50; FMOV K0 D200 D50";
+    assert_eq!(of(led, "MOV K9 D104"), Ok(7));
+    assert_eq!(of(led, "MOV K9 D103"), Ok(65_535));
+    assert_eq!(of(led, "MOV K9 Z0"), Ok(65_535));
+    let index = "MOV K3 Z0; MOV K19 D50; MOV D9 D40Z0; MOV K0 D300; FMOV K0 D200 D50";
+    assert_eq!(of(index, "MOV K10 D9"), Ok(19));
+    assert_eq!(of(index, "MOV K10 Z0"), Ok(65_535));
+}
+
+/// Counts and addresses are read with the signs that they have.
+#[test]
+fn large_counts_and_negative_indices_are_followed_as_they_are() {
+    // 45,536 words from D30 on.
+    let long = |count: &str| {
+        most(&format!(
+            "LD SM400; MOV K19 D3000; WAND K7 Z0; {count}; BMOV ZR0 D30Z0 D70; MOV K0 D300; FMOV D0 ZR0 D3000; END"
+        ))
+    };
+    assert_eq!((long("MOV K100 D70"), long("MOV K-20000 D70")), (100, 65_535));
+    // 99,997, not 65,536 more.
+    let known = "LD SM400; MOV K-3 Z0; MOV K9 ZR99997; MOV K1 ZR165533; MOV ZR100000Z0 D50";
+    let counted = ["ZR99997", "ZR165533", "D50"].map(|word| format!("FMOV K0 D200 {word}"));
+    let stated = with_facts(
+        Trust::None,
+        "[index]\nbits = 16\n",
+        &format!("{known}; {}; END", counted.join("; ")),
+    );
+    assert_eq!(stated.map(|found| found.0), Ok(9 + 1 + 9));
+}
+
+/// What is stated is kept where it holds at power-up, too.
+#[test]
+fn a_range_without_0_is_not_kept_from_power_up_on() {
+    let kept = |range: &str| {
+        let (inputs, table) = (listed("LD SM400\nMOV K7 D50\nEND\n"), table(""));
+        let facts = format!("[ranges]\nD50 = {range}\n");
+        let facts = Facts::parse("facts.toml", &facts).expect("facts");
+        let followed = follow(&asked(&inputs, &table, &facts, Trust::None)).expect("a model");
+        followed.program.kept.len()
+    };
+    assert_eq!([kept("[0, 7]"), kept("[1, 7]"), kept("[0, 6]"), kept("[0, 20]")], [1, 0, 0, 1]);
+}
+
+/// A contact is another one once its bit is written, and of more writes than are told apart none is forgotten.
+#[test]
+fn writes_under_contacts_are_told_apart_and_none_is_forgotten() {
+    let moved =
+        |rungs: &str| most(&format!("LD SM400; MOV K3 D50; {rungs}; FMOV K0 D100 D50; END"));
+    assert_eq!(moved("LD M0; MOV K7 D50; LDI M0"), 3);
+    assert_eq!(moved("LD M0; MOV K7 D50; LD X2; OUT M0; LDI M0"), 7);
+    assert_eq!(moved("LD M0; MOV K7 D50; LD X2; OUT M0; LD M0"), 7);
+    for count in 1..8 {
+        let later: Vec<String> = (0..count).map(|n| format!("LD M{n}; MOV K{n} D50; ")).collect();
+        let rungs = format!("LD M9; MOV K30 D50; {}LD X1", later.concat());
+        assert_eq!(moved(&rungs), 30, "{count}");
+    }
+}
+
+/// Should the power fail while a latched word holds what a module delivered, the next scan starts from that.
+#[test]
+fn what_stands_in_a_word_for_a_moment_is_what_a_power_failure_leaves() {
+    let left = |writes: &str| {
+        counts(&format!(
+            "FOR D50; LD X0; Op1; NEXT; FOR D51; LD X0; Op1; NEXT; LD SM400; {writes}; MOV K19 D50; MOV K19 D51; END"
+        ))
+    };
+    assert_eq!(left("FROM H0 K0 D52 K1"), 19 + 19);
+    assert_eq!(left("FROM H0 K0 D51 K1"), 19 + 32_767);
+    assert_eq!(left("FROM H0 K0 D50 K1; FROM H0 K0 D50 K2"), 2 * 32_767);
 }

@@ -298,9 +298,11 @@ impl<'p> Run<'p> {
             Some((_, all)) if instruction.step.acts() => top.and(all),
             _ => top,
         };
-        // What a contact in series is worth where what stands before it is on is all that counts.
+        // What a contact in series is worth where what stands before it is on is all that counts, unless it does or
+        // counts something by itself.
+        let acts = instruction.counted().is_some() || !instruction.effects.is_empty();
         let holds = match &instruction.step {
-            Step::Logic { join: Join::And, .. } => condition.literals(),
+            Step::Logic { join: Join::And, .. } if !acts => condition.literals(),
             _ => &[],
         };
         let fires = match instruction.step.fires() {
