@@ -156,6 +156,18 @@ fn what_power_up_leaves_is_kept_where_a_range_is_taken_closer() {
     assert_eq!(all, [19, 32_767, 32_767, 32_767]);
 }
 
+/// Nor is what others than the program set: special units have their words in D20000 and on, input units theirs up to 319.
+#[test]
+fn words_of_units_are_not_trusted() {
+    let counted = |word: &str| {
+        of_omron(&format!(
+            "LD P_On; BCNT(067) {word} D100 W20; LD P_On; MOV(021) #0005 {word}; END(001)"
+        ))
+    };
+    let all = ["D19999", "W10", "3000", "D20000", "10"].map(counted);
+    assert_eq!(all, [5, 5, 5, 65_535, 65_535]);
+}
+
 /// A loop that is left after its first iteration leaves what that one wrote.
 #[test]
 fn what_a_first_iteration_leaves_is_not_forgotten() {
@@ -267,4 +279,48 @@ fn what_stands_in_a_word_for_a_moment_is_what_a_power_failure_leaves() {
     assert_eq!(left("FROM H0 K0 D52 K1"), 19 + 19);
     assert_eq!(left("FROM H0 K0 D51 K1"), 19 + 32_767);
     assert_eq!(left("FROM H0 K0 D50 K1; FROM H0 K0 D50 K2"), 2 * 32_767);
+}
+
+/// A comparison holds where it holds of the numbers, whichever of some they are, and is denied where it does not.
+#[test]
+fn comparisons_hold_of_the_numbers_of_which_they_do() {
+    type Holds = fn(&i32, &i32) -> bool;
+    let relations: [(&str, Holds); 6] = [
+        ("=", i32::eq),
+        ("<>", i32::ne),
+        ("<", i32::lt),
+        ("<=", i32::le),
+        (">", i32::gt),
+        (">=", i32::ge),
+    ];
+    let (numbers, sets) = ([-2, 4, 5, 6], [[4, 4], [5, 5], [4, 6], [-2, 5]]);
+    let counted = "LD SM400; WAND K7 D0 D60; FMOV K0 D100 D60; FMOV K0 D100 D50";
+    for (relation, holds) in relations {
+        for (with, some) in numbers.into_iter().flat_map(|with| sets.map(|some| (with, some))) {
+            for (double, turned) in [(false, false), (false, true), (true, false)] {
+                let (d, one) = if double { ("D", "DMOV") } else { ("", "MOV") };
+                let sides = if turned { format!("K{with} D0") } else { format!("D0 K{with}") };
+                let is_on = |&value: &i32| {
+                    if turned { holds(&with, &value) } else { holds(&value, &with) }
+                };
+                let set = format!("LD SM400; {one} K{} D0; LD X0; {one} K{} D0", some[0], some[1]);
+                let guard = format!("LD{d}{relation} {sides}");
+                // Where it does not hold 90 words are moved, else 10; what D0 holds is counted, too.
+                let denied =
+                    format!("{set}; LD SM400; MOV K90 D50; {guard}; MOV K10 D50; {counted}; END");
+                let expected = if some.iter().all(is_on) { 10 } else { 90 };
+                let found = most(&denied);
+                assert!(found >= expected, "{guard} of {some:?}: {found}");
+                assert!(found == expected || double || some[0] != some[1], "{guard} of {some:?}");
+                // As many as the number says where it holds.
+                let held = format!("{set}; {guard}; AND>= D0 K0; FMOV K0 D100 D0; END");
+                let moved = some.into_iter().filter(|value| is_on(value) && *value >= 0).max();
+                let found = most(&held);
+                assert!(
+                    moved.is_none_or(|moved| found >= moved as u64),
+                    "{guard} of {some:?}: {found}"
+                );
+            }
+        }
+    }
 }
