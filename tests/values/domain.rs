@@ -324,3 +324,55 @@ fn comparisons_hold_of_the_numbers_of_which_they_do() {
         }
     }
 }
+
+/// What instructions of arithmetic give, worked out here: the words with their numbers.
+fn results(a: i16, b: i16) -> Vec<(u32, u16)> {
+    let halves = |at: u32, value: i64| [(at, value as u16), (at + 1, (value >> 16) as u16)];
+    let (x, y) = (i64::from(a), i64::from(b));
+    let mut found = vec![(50, (x + y) as u16), (51, (x - y) as u16)];
+    found.extend(halves(52, x * y));
+    if y != 0 {
+        found.extend([(54, (x / y) as u16), (55, (x % y) as u16)]);
+    }
+    found.extend([(56, (x & y) as u16), (57, (x | y) as u16), (58, (x ^ y) as u16)]);
+    found.extend(halves(60, x + y));
+    found.extend(halves(62, x - y));
+    found.extend([(64, (-x) as u16), (66, (x as u16).count_ones() as u16)]);
+    if (0..=9999).contains(&x) {
+        found.push((65, (0..4).map(|n| (x / 10i64.pow(n) % 10) << (4 * n)).sum::<i64>() as u16));
+    }
+    found.push((67, x as u16));
+    // What does not fit is an error, which leaves what was there.
+    found.push((68, if i16::try_from(x + y).is_ok() { (x + y) as u16 } else { 77 }));
+    found
+}
+
+/// Each word of a result counts as much as it is, whichever of two numbers it comes from.
+#[test]
+fn arithmetic_gives_every_word_of_its_result() {
+    const WORKED: &str = "LD SM400; + D0 D1 D50; - D0 D1 D51; * D0 D1 D52; / D0 D1 D54; WAND D0 D1 D56; \
+        WOR D0 D1 D57; WXOR D0 D1 D58; DBL D0 D10; DBL D1 D12; D+ D10 D12 D60; D- D10 D12 D62; MOV D0 D64; NEG D64; \
+        BCD D0 D65; SUM D0 D66; WORD D10 D67; MOV K77 D68; WORD D60 D68";
+    let numbers = [-32_768, -300, -1, 0, 1, 7, 300, 32_767];
+    let counts: String = (50..69).map(|word| format!("; FMOV K0 D200 D{word}")).collect();
+    let (mut all, mut exact) = (0, 0);
+    for (a, b) in numbers.into_iter().flat_map(|a| numbers.map(|b| (a, b))) {
+        for other in [a, numbers[2], numbers[6]] {
+            let text = format!(
+                "LD SM400; MOV K{a} D0; MOV K{b} D1; LD X0; MOV K{other} D0; {WORKED}{counts}; END"
+            );
+            let (inputs, table, facts) =
+                (listed(text.replace("; ", "\n") + "\n"), table(""), Facts::default());
+            let followed = follow(&asked(&inputs, &table, &facts, Trust::None)).expect("a model");
+            let counted = followed.program.instructions.iter().filter_map(|one| one.counted());
+            let most: Vec<u64> = counted.map(|counted| counted.most).collect();
+            assert_eq!(most.len(), 19);
+            for (word, value) in results(a, b).into_iter().chain(results(other, b)) {
+                let (found, value) = (most[word as usize - 50], u64::from(value));
+                assert!(found >= value, "{a} or {other}, {b}: D{word} is {value}, at most {found}");
+                (all, exact) = (all + 1, exact + u32::from(found == value));
+            }
+        }
+    }
+    assert!(exact * 2 > all, "{exact} of {all}");
+}
