@@ -155,6 +155,13 @@ impl Emit<'_> {
                 }
             }
         }
+        for one in &chart.macros {
+            // A macro step has a flag and a time of its own to keep up.
+            self.at(one.line, &format!("STEP {}", one.name));
+            let fires = memory.active(&one.steps);
+            let key = Self::key(&["STEP"], "nothing");
+            self.builder.add(Some(key), Vec::new(), Step::Act { fires });
+        }
         let keep = memory.were.iter().zip(&memory.steps);
         let keep = keep.map(|(&was, &now)| set(was, Logic::cell(now))).collect();
         self.write(keep);
