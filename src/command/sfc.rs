@@ -24,7 +24,7 @@ steps and other actions, by explicit parallels and by actions that S, SD, SL and
 reset them and a way that leads there; steps entered twice, steps never active, dead ends.
 
 With --explicit, charts are rewritten so that stored actions become explicit parallel sequences, which behave the same in \
-every scan; docs/sfc.md says how.";
+every scan; docs/sfc.md says how. Macro steps are written expanded.";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -135,18 +135,7 @@ fn put(
     around: Option<&Scope<'_>>,
     flat: &mut Flat,
 ) -> Result<(), Fault> {
-    let names = |draft: &Draft| {
-        let steps = draft.steps.iter().map(|step| (step.name.clone(), step.line));
-        let macros = draft.macros.iter().map(|one| (one.name.clone(), one.line));
-        steps.chain(macros).collect::<Vec<_>>()
-    };
-    let all = names(&draft);
-    for (at, (name, line)) in all.iter().enumerate() {
-        if all[..at].iter().any(|(other, _)| same(other, name)) {
-            let message = format!("there are two steps {}", join(within, name));
-            return Err(fault(*line, message, "give one of them another name"));
-        }
-    }
+    distinct(&draft, within)?;
     let mut scope = Scope { around, nodes: Vec::new() };
     for step in &draft.steps {
         let full = join(within, &step.name);
@@ -190,6 +179,19 @@ fn put(
     Ok(())
 }
 
+/// Steps and macro steps of a chart have different names.
+fn distinct(draft: &Draft, within: &str) -> Result<(), Fault> {
+    let steps = draft.steps.iter().map(|step| (&step.name, step.line));
+    let all: Vec<_> = steps.chain(draft.macros.iter().map(|one| (&one.name, one.line))).collect();
+    for (at, (name, line)) in all.iter().enumerate() {
+        if all[..at].iter().any(|(other, _)| same(other, name)) {
+            let message = format!("there are two steps {}", join(within, name));
+            return Err(fault(*line, message, "give one of them another name"));
+        }
+    }
+    Ok(())
+}
+
 fn replace(
     mut one: DraftMacro,
     within: &str,
@@ -216,6 +218,7 @@ fn replace(
 /// The full names of the steps where a macro step is entered and left.
 fn ends(one: &DraftMacro, full: &str) -> Result<[String; 2], Fault> {
     let inside = &one.inside;
+    distinct(inside, full)?;
     let marks = inside.steps.iter().map(|step| (step.name.as_str(), step.initial));
     let macros = inside.macros.iter().map(|one| (one.name.as_str(), one.initial));
     let nodes: Vec<(&str, bool)> = marks.chain(macros).collect();
