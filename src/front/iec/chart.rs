@@ -29,7 +29,11 @@ impl Emit<'_> {
         let own = memory(chart, &tag)?;
         let is_read = |flag: &str| Self::part(&self.instances[instance].place, flag).is_some();
         let always_acts = !self.actions_first && !is_read("SFCInit");
-        let invariants = super::invariant::of(chart, &own, always_acts);
+        let mut invariants = super::invariant::of(chart, &own, always_acts);
+        if self.is_retained(instance) {
+            // The power may fail in the midst of a scan, and the chart goes on with what stood there.
+            invariants.clear();
+        }
         let program = self.program();
         program.invariants.extend(invariants);
         program.charts.apart = program.invariants.len();
