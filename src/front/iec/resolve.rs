@@ -320,7 +320,7 @@ impl<'p> Emit<'p> {
                 Some(Logic::cell(tag.part(&chart.steps[step].name)?.part("X")?.cell()?))
             });
             let mut cells = cells.collect::<Option<Vec<_>>>()?;
-            Some(if cells.len() == 1 { cells.remove(0) } else { Logic::Any(cells.into()) })
+            Some(if cells.len() == 1 { cells.remove(0) } else { Logic::Any(cells) })
         };
         let own = names(&all).and_then(|step| flag_of(self, at.instance, &step));
         let active = match own {
