@@ -29,7 +29,11 @@ impl Emit<'_> {
         let own = memory(chart, &tag)?;
         let is_read = |flag: &str| Self::part(&self.instances[instance].place, flag).is_some();
         let always_acts = !self.actions_first && !is_read("SFCInit");
-        let invariants = super::invariant::of(chart, &own, always_acts);
+        let mut invariants = super::invariant::of(chart, &own, always_acts);
+        if self.is_retained(instance) {
+            // The power may fail in the midst of a scan, and the chart goes on with what stood there.
+            invariants.clear();
+        }
         let program = self.program();
         program.invariants.extend(invariants);
         program.charts.apart = program.invariants.len();
@@ -154,6 +158,13 @@ impl Emit<'_> {
                     self.counted_part(from, one.line, &format!("STEP {}", one.name), 1);
                 }
             }
+        }
+        for one in &chart.macros {
+            // A macro step has a flag and a time of its own to keep up.
+            self.at(one.line, &format!("STEP {}", one.name));
+            let fires = memory.active(&one.steps);
+            let key = Self::key(&["STEP"], "nothing");
+            self.builder.add(Some(key), Vec::new(), Step::Act { fires });
         }
         let keep = memory.were.iter().zip(&memory.steps);
         let keep = keep.map(|(&was, &now)| set(was, Logic::cell(now))).collect();
