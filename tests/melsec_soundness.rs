@@ -335,3 +335,15 @@ fn the_end_is_reached_from_within_a_master_control() {
     let text = "LD X0; MC N0 M0; LD X1; GOEND; Op1; MCR N0; LDI M0; Op2; LDI X1; Op4; END";
     assert_eq!(together(Family::Q, text), 6);
 }
+
+#[test]
+fn what_a_module_is_asked_for_comes_later() {
+    let at_once = "LD X0; SP.DATERD D100; LD SM400; MOV K1 D100; LD= D100 K5; Op1; END";
+    assert_eq!(together(Family::Q, at_once), 0);
+    for asked in
+        ["ZP.BUFRCV \"U0\" K1 D10 D100 M0", "GP.READ U0 D10 D100 M0", "GP.INPUT U0 D10 D100 M0"]
+    {
+        let text = format!("LD X0; {asked}; LD SM400; MOV K1 D100; LD= D100 K5; Op1; END");
+        assert_eq!(together(Family::Q, &text), 1, "{asked}");
+    }
+}

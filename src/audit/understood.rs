@@ -66,7 +66,7 @@ pub fn state(
     hold(counts::state(program, facts));
     hold(indices::state(program, facts));
     let external = stated::writers(program, facts, "external", &facts.external);
-    hold(external.map(|regions| program.external = regions));
+    hold(external.map(|regions| program.external.extend(regions)));
     let internal = stated::writers(program, facts, "internal", &facts.internal);
     hold(internal.map(|regions| program.internal = regions));
     hold(stated::exclude(program, facts));

@@ -658,7 +658,8 @@ pub struct Program {
     pub points: Option<[u32; 2]>,
     /// Cells that a network or a special unit refreshes where one is fitted, and what they are, in words.
     pub networks: Vec<(Region, String)>,
-    /// Cells that others than the program write between scans, as the user states.
+    /// Cells that others than the program write between scans, as the user states, or as modules deliver later what an
+    /// instruction asked for.
     pub external: Vec<Region>,
     /// Cells that nobody but the program writes, as the user states; what is also in `external` is not.
     pub internal: Vec<Region>,

@@ -168,6 +168,8 @@ const KEPT_TO_OPERANDS: [&str; 75] = [
 ];
 /// The class of those.
 const DEDICATED_CLASS: &str = "dedicated";
+/// Those that have ended when the next instruction begins. What others are asked for is delivered at some later moment.
+const AT_ONCE: [&str; 5] = ["BUFRCVS", "DATE+", "DATE-", "DATERD", "DEVLD"];
 /// No dedicated instruction moves more words, but those of files: what MRECV of an Ethernet module receives (QJ71E71
 /// manual).
 const DEDICATED_WORDS: u64 = 6517;
@@ -258,6 +260,10 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
         Ok(_) => Vec::new(),
         Err(_) => vec![EVERYWHERE],
     };
+    let meaning = match AT_ONCE.contains(&name) {
+        true => Operation::Havoc,
+        false => Operation::HavocAnytime,
+    };
     let operand = Operand { role: Role::Both, extent: Extent::Devices(Amount::Unknown) };
     let entry = Entry {
         mnemonic: match unpulsed(mnemonic).filter(|_| pulsed) {
@@ -270,7 +276,7 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
         units: None,
         unit_size: 1,
         most_units: Some(if OF_FILES.contains(&name) { FILE_WORDS } else { DEDICATED_WORDS }),
-        meaning: Operation::Havoc,
+        meaning,
         also,
         own: Own { pulse: true },
     };

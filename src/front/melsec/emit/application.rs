@@ -80,8 +80,13 @@ impl Emitter<'_> {
             let everywhere = name == EVERYWHERE;
             let region = if everywhere { Region::Everything } else { Region::Area(area(name)) };
             effects.push(fired(Write::Havoc(region, self.choice())));
-            if entry.meaning == Operation::HavocAnytime {
-                self.out.program.volatile.push(region);
+            // What modules deliver anywhere arrives between scans. Operands are taken as written at any moment.
+            match (entry.meaning, region) {
+                (Operation::HavocAnytime, Region::Everything) => {
+                    self.out.program.external.push(region);
+                }
+                (Operation::HavocAnytime, _) => self.out.program.volatile.push(region),
+                _ => {}
             }
             self.approximate(format!(
                 "{} may write any {}",
