@@ -67,9 +67,8 @@ fn an_index_of_known_range_writes_those_cells_and_no_more() {
 
 #[test]
 fn what_a_module_delivers_anywhere_is_no_bookkeeping_of_the_scan() {
-    let after = |asked: &str| {
-        format!("LD SM400; FOR D50; LD X0; Op1; NEXT; {asked}; LD SM400; MOV K3 D50; END")
-    };
+    let after =
+        |asked: &str| format!("FOR D50; LD X0; Op1; NEXT; {asked}; LD SM400; MOV K3 D50; END");
     assert_eq!(counts(&after("LD X1; SP.DATERD D100")), 3);
     // It comes between scans, behind the write that is in every scan.
     assert!(counts(&after("LD X1; GP.NOSUCH U0 D100 M0")) > 30_000);

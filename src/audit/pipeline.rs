@@ -340,11 +340,7 @@ impl Followed {
         Budget::new(self.start, request.time_limit, request.cancelled, cuts)
     }
 
-    fn closing<'a, 'r>(
-        &self,
-        request: &'a Request<'r>,
-        budget: &'a Budget<'a>,
-    ) -> Closing<'a, 'r> {
+    fn closing<'a, 'r>(&self, request: &'a Request<'r>, budget: &'a Budget<'a>) -> Closing<'a, 'r> {
         Closing {
             request,
             budget,
