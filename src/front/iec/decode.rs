@@ -62,6 +62,7 @@ pub fn decode(
     one_name_each(&tasks, &mut emit);
     changed_by_others(&mut emit, &entries);
     let shared = super::address::share(&mut emit);
+    emit.settle();
     if !emit.faults.is_empty() {
         let name = |file: usize| project.files.get(file).map_or("", String::as_str);
         let mut told: Vec<Diagnostic> = Vec::new();

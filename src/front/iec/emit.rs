@@ -1,7 +1,7 @@
 //! What all parts of a program have in common while its instructions are put together: memory, instances, routines.
 
 use super::tally::Tally;
-use super::types::{Kind, Ty, Types, layout};
+use super::types::{Kind, Ty, Types, first_name, layout};
 use super::value::Value;
 use crate::base::code::Code;
 use crate::base::location::Location;
@@ -13,7 +13,7 @@ use crate::program::{
     Area, AreaId, AreaKind, BitTarget, Cell, Logic, Number, Program, Radix, Region, Role, Step,
     Tag, TimingKey, Touched, Units, WordSource, WordTarget, Write,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The areas of variables, of what charts remember, and of values between.
 const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
@@ -45,6 +45,16 @@ pub(super) struct Instance {
     pub(super) place: Place,
 }
 
+/// Something that makes no difference if the rest of the program is as it mostly is.
+pub(super) enum OpenEnd {
+    /// The instruction writes a bit that is false if a timer's preset, these two words, never changes.
+    Preset { at: usize, preset: Cell },
+    /// The instruction writes a bit that is false if nothing but these instructions writes a variable.
+    Variable { at: usize, cell: Cell, own: std::ops::Range<usize> },
+    /// These instructions tell how long a step is active, which need not be told if nobody asks for it.
+    StepTime { cell: Cell, own: Vec<usize> },
+}
+
 /// A program while it is put together.
 pub(super) struct Emit<'p> {
     pub(super) builder: Builder,
@@ -65,6 +75,14 @@ pub(super) struct Emit<'p> {
     /// Instructions that give back what was handed over in and out, with the file of the call and its line.
     pub(super) given_back: Vec<(std::ops::Range<usize>, usize, u32)>,
     pub(super) tally: Tally,
+    /// For each thing that controllers do differently, the bit that says whether the one of a real run does it another way
+    /// than the standard.
+    pub(super) readings: BTreeMap<&'static str, Cell>,
+    pub(super) open_ends: Vec<OpenEnd>,
+    /// The presets of timers that are called without one.
+    pub(super) presets_left: BTreeSet<Cell>,
+    /// The times of steps that are asked for.
+    pub(super) times_read: BTreeSet<Cell>,
     between: [u32; 2],
     pub(super) file: usize,
     /// The number of the task whose routines are put together.
@@ -98,6 +116,10 @@ impl<'p> Emit<'p> {
             faults: Vec::new(),
             kept: BTreeMap::new(),
             given_back: Vec::new(),
+            readings: BTreeMap::new(),
+            open_ends: Vec::new(),
+            presets_left: BTreeSet::new(),
+            times_read: BTreeSet::new(),
             between: [0, 0],
             file: 0,
             task: 0,
@@ -127,6 +149,10 @@ impl<'p> Emit<'p> {
     pub(super) fn part(place: &Place, name: &str) -> Option<Place> {
         let (Ty::Parts(parts) | Ty::Standard(_, parts) | Ty::Block(_, parts)) = &place.ty else {
             return None;
+        };
+        let name = match &place.ty {
+            Ty::Standard(kind, _) => first_name(kind, name),
+            _ => name,
         };
         let (own, ty) = parts.iter().find(|(own, _)| crate::iec::same(own, name))?;
         let tag = place.tag.part(own)?;

@@ -124,25 +124,7 @@ impl Emit<'_> {
                 None => Value::Any,
             },
             Found::Element(element) => self.element(&element),
-            Found::Elapsed(flag) => {
-                // How long is up to the outside; a step that is not active has no time.
-                let first = self.words_between(2);
-                let zero = Write::Words(
-                    vec![WordTarget::Cell(first), WordTarget::Cell(first.plus(1))],
-                    constant(0, 2),
-                );
-                self.write(vec![zero]);
-                let choice = self.builder.world();
-                let low = Region::Range { first, count: 1 };
-                self.write_if(flag.clone(), vec![Write::Havoc(low, choice)], None);
-                let choice = self.builder.world();
-                let high = Region::Range { first: first.plus(1), count: 1 };
-                self.write_if(flag, vec![Write::Havoc(high, choice)], None);
-                // A time is not below 0.
-                let sign = BitTarget::WordBit(first.plus(1), 15);
-                self.write(vec![Write::Bit(sign, Logic::Const(false))]);
-                read(first, &Ty::Number(Kind::Time))
-            }
+            Found::Elapsed(time) => read(time, &Ty::Number(Kind::Time)),
         })
     }
 
@@ -310,6 +292,13 @@ impl Emit<'_> {
                 let two = self.converted(two, own, kind);
                 self.numbers(operator, relation, kind, one, two)
             }
+            (Value::Number(one, _), Value::Number(two, _))
+                if relation.is_some() && (one == Kind::Time) != (two == Kind::Time) =>
+            {
+                let why = "a time compared with a number of another type: either way";
+                self.cost(&[row(operator, Some(Kind::Time))], "compare");
+                Ok(Value::Bit(self.any_bit(why)))
+            }
             (Value::Number(one_kind, one), Value::Number(two_kind, two)) => {
                 let kind = common(one_kind, two_kind);
                 let one = self.converted(one, one_kind, kind);
@@ -446,6 +435,10 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<Number, Fault> {
         match value {
+            Value::Number(from, _) if (from == Kind::Time) != (kind == Kind::Time) => {
+                let why = "a time as a number of another type: it may be in any unit";
+                Ok(self.any_number(kind, why))
+            }
             Value::Number(from, number) => Ok(self.converted(number, from, kind)),
             Value::Constant(value) => Ok(self.constant_as(kind, value)),
             Value::Any => {

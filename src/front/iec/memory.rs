@@ -11,6 +11,8 @@ pub(super) struct Memory {
     pub(super) started: Cell,
     pub(super) steps: Vec<Cell>,
     pub(super) were: Vec<Cell>,
+    /// For how long, in two words.
+    pub(super) times: Vec<Cell>,
     pub(super) clears: Vec<Cell>,
     pub(super) actions: Vec<ActionMemory>,
 }
@@ -43,7 +45,11 @@ fn bits(names: &[&str]) -> Type {
 
 pub(super) fn layout(chart: &Chart) -> Type {
     let mut all = vec![(STARTED.to_owned(), Type::Bit)];
-    all.extend(chart.steps.iter().map(|step| (step.name.clone(), bits(&["X", "was active"]))));
+    let step = || {
+        let flags = ["X", "was active"].map(|name| (name.to_owned(), Type::Bit));
+        parts(flags.into_iter().chain([("T".to_owned(), Type::Words(2))]))
+    };
+    all.extend(chart.steps.iter().map(|one| (one.name.clone(), step())));
     let ways = 0..chart.transitions.len();
     all.extend(ways.map(|at| (format!("transition {} clears", at + 1), Type::Bit)));
     for action in chart.actions() {
@@ -92,6 +98,7 @@ pub(super) fn memory(chart: &Chart, tag: &Tag) -> Option<Memory> {
             .iter()
             .map(|step| cell(&[&step.name, "was active"]))
             .collect::<Option<_>>()?,
+        times: chart.steps.iter().map(|step| cell(&[&step.name, "T"])).collect::<Option<_>>()?,
         clears: ways
             .map(|at| cell(&[&format!("transition {} clears", at + 1)]))
             .collect::<Option<_>>()?,

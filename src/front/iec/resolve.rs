@@ -63,8 +63,8 @@ pub(super) enum Found {
     /// A bit of a word, and the last of those that follow it: the sign of 8 bits fills its word.
     WordBit(Cell, u8, u8),
     Value(Value),
-    /// How long a step is active: its flag.
-    Elapsed(Logic),
+    /// How long a step is active.
+    Elapsed(Cell),
 }
 
 pub(super) fn unknown(line: u32, name: &str) -> Fault {
@@ -318,11 +318,13 @@ impl<'p> Emit<'p> {
         let (_, body) = self.body(instance, &what)?;
         let Body::Chart(chart) = body else { return None };
         let name = &chart.steps[chart.step(step)?].name;
-        let flag_cell = Logic::cell(tag.part(name)?.part("X")?.cell()?);
+        let part = tag.part(name)?;
         Some(if same(flag, "X") {
-            Found::Value(Value::Bit(flag_cell))
+            Found::Value(Value::Bit(Logic::cell(part.part("X")?.cell()?)))
         } else {
-            Found::Elapsed(flag_cell)
+            let time = part.part("T")?.cell()?;
+            self.times_read.insert(time);
+            Found::Elapsed(time)
         })
     }
 

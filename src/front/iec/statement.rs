@@ -460,6 +460,11 @@ impl<'p> Emit<'p> {
                 let inputs = self.begin_inputs(at, place, &given, line)?;
                 self.hand_over(at, place, &[], &given, line)?;
                 let enabled = self.begin_body(inputs);
+                let is_preset = |one: &Argument| one.name.as_ref().is_some_and(|n| same(n, "PT"));
+                if !given.iter().any(is_preset) {
+                    let preset = Self::part(place, "PT").and_then(|part| part.tag.cell());
+                    self.presets_left.extend(preset);
+                }
                 self.standard_block(kind, place);
                 self.take_back(at, place, &[], &given, line)?;
                 let enable = self.end_enabled(at, place, enabled, &given, line)?;
