@@ -5,6 +5,8 @@
 //!
 //! `SCANBOUND_CASES=100 cargo test --release --test iec_drawn_random` runs more of them.
 
+#[path = "common/iec_control.rs"]
+mod control;
 #[path = "common/iec_drawn.rs"]
 mod drawn;
 #[path = "common/iec_drawn_case.rs"]

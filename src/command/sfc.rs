@@ -10,6 +10,7 @@ use scanbound::front::input::{Ignore, gather};
 use scanbound::iec::chart::Chart;
 use scanbound::iec::chart::coactive::{BUDGET, analyse};
 use scanbound::iec::chart::explicit::{Rewriting, explicit};
+use scanbound::iec::chart::plain::plain;
 use scanbound::iec::chart::structure::structure;
 use scanbound::iec::{self, Body, Pou, Project, same, xml};
 use scanbound::report::sfc::{Study, dot, json, svg, text};
@@ -23,7 +24,7 @@ steps and other actions, by explicit parallels and by actions that S, SD, SL and
 reset them and a way that leads there; steps entered twice, steps never active, dead ends.
 
 With --explicit, charts are rewritten so that stored actions become explicit parallel sequences, which behave the same in \
-every scan; docs/sfc.md says how.";
+every scan; docs/sfc.md says how. Macro steps are written expanded.";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -145,6 +146,21 @@ fn bodies(pou: &mut Pou) -> Vec<(String, &mut Chart)> {
     found
 }
 
+/// What of a unit, besides its charts, asks for steps of macro steps: it has another name for them without these.
+fn asking(pou: &Pou, without: &Pou) -> Option<String> {
+    let is_code = |body: &Body| matches!(body, Body::Code(..));
+    let actions = pou.actions.iter().zip(&without.actions).map(|pair| ("action", pair));
+    let ways = pou.transitions.iter().zip(&without.transitions).map(|pair| ("transition", pair));
+    let mut all = actions.chain(ways);
+    let changed =
+        all.find(|(_, (before, after))| is_code(&before.body) && before.body != after.body);
+    let methods = || pou.methods.iter().zip(&without.methods);
+    let of_methods = || methods().find_map(|(before, after)| asking(before, after));
+    let own = (is_code(&pou.body) && pou.body != without.body).then(|| "its body".to_owned());
+    own.or_else(|| changed.map(|(what, (one, _))| format!("{what} {}", one.name)))
+        .or_else(of_methods)
+}
+
 fn rewrite(
     arguments: &Arguments,
     project: &mut Project,
@@ -153,14 +169,27 @@ fn rewrite(
 ) -> Result<Outcome, Failure> {
     let mut told: Vec<(usize, u32, String, Rewriting)> = Vec::new();
     let mut changed: Vec<(usize, Chart)> = Vec::new();
+    let is_one_xml = project.files.len() == 1 && xml::begins(&texts[0]);
     for pou in &mut project.pous {
         let file = pou.file;
+        let without = plain(pou).map_err(|why| anyhow!("{}: {why}", pou.name))?;
+        let has_macros = without.is_some();
+        if let Some(without) = without {
+            if is_one_xml && let Some(other) = asking(pou, &without) {
+                let unit = &pou.name;
+                return Err(anyhow!(
+                    "{unit}: {other} asks for steps of macro steps, which are replaced; give it a variable that the chart writes"
+                )
+                .into());
+            }
+            *pou = without;
+        }
         for (name, chart) in bodies(pou) {
             if arguments.chart.as_deref().is_some_and(|own| !same(own, &name)) {
                 continue;
             }
             let (next, rewritings) = explicit(chart, BUDGET);
-            if rewritings.iter().any(|one| one.branch.is_ok()) {
+            if has_macros || rewritings.iter().any(|one| one.branch.is_ok()) {
                 *chart = next;
                 changed.push((file, chart.clone()));
             }
@@ -193,7 +222,6 @@ fn rewrite(
             ));
         }
     }
-    let is_one_xml = project.files.len() == 1 && xml::begins(&texts[0]);
     let written = if is_one_xml {
         let charts: Vec<&Chart> = changed.iter().map(|(_, chart)| chart).collect();
         xml::write::replaced(&texts[0], &charts)

@@ -303,3 +303,84 @@ pub fn visit(statements: &[Statement], see: &mut dyn FnMut(&Statement)) {
         }
     }
 }
+
+/// Shows every path of an expression, to be changed: variables, what is called, and those in indices.
+pub fn paths_of(expr: &mut Expr, see: &mut dyn FnMut(&mut Path)) {
+    match expr {
+        Expr::Literal(_) => {}
+        Expr::Variable(path) => path_of(path, see),
+        Expr::Not(inner) | Expr::Negate(inner) => paths_of(inner, see),
+        Expr::Binary(_, left, right) => {
+            paths_of(left, see);
+            paths_of(right, see);
+        }
+        Expr::Call(path, given) => {
+            path_of(path, see);
+            given.iter_mut().for_each(|one| paths_of(&mut one.value, see));
+        }
+    }
+}
+
+fn path_of(path: &mut Path, see: &mut dyn FnMut(&mut Path)) {
+    for part in &mut path.rest {
+        if let Part::Index(indices) = part {
+            indices.iter_mut().for_each(|index| paths_of(index, see));
+        }
+    }
+    see(path);
+}
+
+/// Shows every expression of some statements, to be changed; what is written and what is called as a path of its own.
+pub fn change(
+    statements: &mut [Statement],
+    expr: &mut dyn FnMut(&mut Expr),
+    path: &mut dyn FnMut(&mut Path),
+) {
+    for statement in statements {
+        match &mut statement.kind {
+            Kind::Assign(target, value) | Kind::Latch(target, _, value) => {
+                path(target);
+                expr(value);
+            }
+            Kind::Call(target, given) => {
+                path(target);
+                given.iter_mut().for_each(|one| expr(&mut one.value));
+            }
+            Kind::CallIf(condition, target, given) => {
+                expr(condition);
+                path(target);
+                given.iter_mut().for_each(|one| expr(&mut one.value));
+            }
+            Kind::If(arms, otherwise) => {
+                for (condition, body) in arms {
+                    expr(condition);
+                    change(body, expr, path);
+                }
+                change(otherwise, expr, path);
+            }
+            Kind::Case(of, arms, otherwise) => {
+                expr(of);
+                for (selectors, body) in arms {
+                    for selector in selectors {
+                        expr(&mut selector.low);
+                        selector.high.iter_mut().for_each(&mut *expr);
+                    }
+                    change(body, expr, path);
+                }
+                change(otherwise, expr, path);
+            }
+            Kind::For(variable, from, to, by, body) => {
+                path(variable);
+                [from, to].into_iter().for_each(&mut *expr);
+                by.iter_mut().for_each(&mut *expr);
+                change(body, expr, path);
+            }
+            Kind::While(condition, body) | Kind::Repeat(body, condition) => {
+                expr(condition);
+                change(body, expr, path);
+            }
+            Kind::Return(condition) | Kind::Jump(condition, _) => expr(condition),
+            Kind::Exit | Kind::Continue | Kind::Label(_) | Kind::Unread(_) => {}
+        }
+    }
+}

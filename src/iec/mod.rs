@@ -248,9 +248,17 @@ pub struct Project {
     pub pous: Vec<Pou>,
     /// The tasks.
     pub tasks: Vec<Task>,
+    /// The types of programs of which an instance keeps all its variables when the power fails (`PROGRAM RETAIN`).
+    pub retained: Vec<String>,
 }
 
 impl Project {
+    /// Whether a unit is a program that keeps all its variables when the power fails.
+    #[must_use]
+    pub fn retains(&self, pou: usize) -> bool {
+        self.retained.iter().any(|of| same(of, &self.pous[pou].name))
+    }
+
     /// The unit of this name.
     #[must_use]
     pub fn pou(&self, name: &str) -> Option<&Pou> {
@@ -268,6 +276,7 @@ impl Project {
         self.types.append(&mut other.types);
         self.globals.append(&mut other.globals);
         self.pous.append(&mut other.pous);
+        self.retained.append(&mut other.retained);
         for task in other.tasks {
             // Tasks of two resources may have one name.
             let is_same = |own: &&mut Task| {

@@ -1,5 +1,6 @@
 //! Random drawings, lists and charts, and the projects that hold them.
 
+use super::control;
 use super::drawn::{Drawing, Edge, Input, Mode, Pin, Run, What, outputs};
 use super::list::{self, Instruction, When};
 use super::machine::{self, BOOL, DINT, Expr, INT, Machine, Of, Statement, Ty, USINT, Unit};
@@ -536,7 +537,6 @@ pub struct Running<'c> {
     again: bool,
     /// The step of a chart that is active, once it has begun.
     step: Option<usize>,
-    on: Vec<bool>,
 }
 
 impl Running<'_> {
@@ -556,21 +556,26 @@ impl Running<'_> {
         };
         self.step = Some(step);
         let mut order: Vec<usize> = Vec::new();
-        for action in &ring.of_step {
+        for (action, _) in ring.blocks.iter().flatten() {
             if !order.contains(action) {
                 order.push(*action);
             }
         }
-        let on: Vec<bool> = (0..3).map(|action| ring.of_step[step] == action).collect();
+        // All controls are worked out before the first action is carried out.
+        let runs: Vec<usize> = order
+            .into_iter()
+            .filter(|&action| {
+                let active = |qualifier: &str| {
+                    ring.blocks[step].iter().any(|one| *one == (action, qualifier))
+                };
+                control::runs(machine, &format!("control {action} "), ring.times[action], &active)
+            })
+            .collect();
         let mut cost = 0;
-        for action in order {
-            // An action that has ended is carried out once more.
-            if on[action] || self.on[action] {
-                let name = format!("act{action}:");
-                cost += ring.actions[action].scan(machine, &name, self.again);
-            }
+        for action in runs {
+            let name = format!("act{action}:");
+            cost += ring.actions[action].scan(machine, &name, self.again);
         }
-        self.on = on;
         cost
     }
 }
@@ -586,7 +591,7 @@ impl Case {
     }
 
     pub fn run(&self, again: bool) -> Running<'_> {
-        Running { case: self, again, step: None, on: vec![false; 3] }
+        Running { case: self, again, step: None }
     }
 
     /// The state at power-up.

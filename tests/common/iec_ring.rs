@@ -1,5 +1,6 @@
 //! A ring of steps whose actions and transitions are drawings and lists, as PLCopen XML.
 
+use super::control::{QUALIFIERS, is_timed};
 use super::drawn::{Drawing, Edge, Input, Mode, What};
 use super::generate::{Code, Dice, bit, instructions, variable};
 use super::list::{self, Instruction};
@@ -9,8 +10,10 @@ use std::fmt::Write;
 /// A ring of steps with a way past the second: each has an action, and a transition behind it.
 #[derive(Debug, Clone)]
 pub struct Ring {
-    /// The action of each step, which may be that of another one.
-    pub of_step: Vec<usize>,
+    /// The blocks of each step: an action, which may be that of another step, and its qualifier.
+    pub blocks: Vec<Vec<(usize, &'static str)>>,
+    /// The time of each action in milliseconds.
+    pub times: Vec<i64>,
     pub actions: Vec<Code>,
     /// From, to, condition.
     pub transitions: Vec<(usize, usize, Condition)>,
@@ -89,10 +92,19 @@ impl Ring {
                 Code::new(dice, which, false, true)
             })
             .collect();
-        let of_step = (0..3).map(|step| if dice.chance(4) { 0 } else { step }).collect();
+        let mut blocks: Vec<Vec<(usize, &'static str)>> = Vec::new();
+        for step in 0..3 {
+            let own = (0..1 + dice.below(2)).map(|_| {
+                let action = if dice.chance(3) { dice.below(3) } else { step };
+                let qualifier = if dice.chance(2) { "N" } else { dice.one(QUALIFIERS) };
+                (action, qualifier)
+            });
+            blocks.push(own.collect());
+        }
+        let times = (0..3).map(|_| dice.one(&[0, 10, 20])).collect();
         let ways = [(0, 1), (0, 2), (1, 2), (2, 0)];
         let transitions = ways.map(|(from, to)| (from, to, Condition::new(dice)));
-        Ring { of_step, actions, transitions: transitions.to_vec() }
+        Ring { blocks, times, actions, transitions: transitions.to_vec() }
     }
 
     pub fn xml(&self) -> (String, String) {
@@ -131,11 +143,20 @@ impl Ring {
                 "<step localId=\"{}\" name=\"s{step}\"{initial}>{from}</step>",
                 step + 1
             );
-            let action = self.of_step[step];
+            let mut own = String::new();
+            for (action, qualifier) in &self.blocks[step] {
+                let time = match is_timed(qualifier) {
+                    true => format!(" duration=\"T#{}ms\"", self.times[*action]),
+                    false => String::new(),
+                };
+                let _ = write!(
+                    own,
+                    "<action qualifier=\"{qualifier}\"{time}><reference name=\"act{action}\"/></action>"
+                );
+            }
             let _ = write!(
                 text,
-                "<actionBlock localId=\"{}\"><connectionPointIn><connection refLocalId=\"{}\"/></connectionPointIn>\
-                 <action qualifier=\"N\"><reference name=\"act{action}\"/></action></actionBlock>",
+                "<actionBlock localId=\"{}\"><connectionPointIn><connection refLocalId=\"{}\"/></connectionPointIn>{own}</actionBlock>",
                 step + 20,
                 step + 1
             );

@@ -72,7 +72,7 @@ impl Emit<'_> {
         let below = compare(Relation::Less, word(count), constant(i64::from(i16::MAX), 1));
         let above = compare(Relation::Greater, word(count), constant(i64::from(i16::MIN), 1));
         // The standard counts on beyond the preset and below 0, some controllers stop there.
-        let stops = self.either("counters stop at their preset and at 0");
+        let stops = self.differs("counters stop at their preset and at 0");
         let is_full = compare(Relation::GreaterOrEqual, word(count), word(preset));
         let is_empty = compare(Relation::LessOrEqual, word(count), constant(0, 1));
         let below = all([below, all([is_full, stops.clone()]).not()]);

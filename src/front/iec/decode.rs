@@ -36,6 +36,7 @@ pub fn decode(
 ) -> Result<Program, Vec<Diagnostic>> {
     let mut emit = Emit::new(project, dialect);
     emit.actions_first = options.actions_first;
+    emit.all_clear = asked.facts.all_clear;
     let mut tasks = tasks(project, &mut emit);
     let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));
     if let Some(at) = tasks.iter().position(is_asked) {
@@ -275,6 +276,13 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
         .filter(|one| of_instances(one.pou))
         .map(|one| (one.pou, one.place.clone()))
         .collect();
+    for instance in 0..emit.instances.len() {
+        if emit.is_retained(instance) {
+            known.latched.extend(emit.instances[instance].place.tag.regions());
+            let charts = emit.charts.iter().filter(|((of, _), _)| *of == instance);
+            known.latched.extend(charts.flat_map(|(_, tag)| tag.regions()));
+        }
+    }
     for (pou, place) in instances {
         for variable in lineage(project, pou).into_iter().flat_map(|pou| &pou.variables) {
             if let Some(part) = Emit::part(&place, &variable.name) {
@@ -319,11 +327,11 @@ fn starts(known: &mut PowerUp, variable: &Variable, place: &Place) {
         Ty::Standard(..) => variable.initial.is_none(),
         _ => false,
     };
+    let regions = place.tag.regions();
+    if variable.retain {
+        known.latched.extend(regions.iter().copied());
+    }
     if is_zero && is_plain {
-        let regions = place.tag.regions();
-        if variable.retain {
-            known.latched.extend(regions.iter().copied());
-        }
         known.cleared.extend(regions);
     }
 }

@@ -12,7 +12,7 @@ type Writer = (usize, Option<u16>);
 
 impl Emit<'_> {
     /// Whether the controller does something another way than the standard has it: it may, or not. `what` names it.
-    pub(super) fn either(&mut self, what: &'static str) -> Logic {
+    pub(super) fn differs(&mut self, what: &'static str) -> Logic {
         let known = self.readings.get(what).copied();
         let name = format!("another reading of the standard: {what}");
         let cell = known.or_else(|| self.hidden(&name, Type::Bit)?.cell());
@@ -50,6 +50,10 @@ impl Emit<'_> {
         let writers = self.writers(&asked);
         let none = Vec::new();
         let of = |cell: Cell| writers.get(&cell).unwrap_or(&none);
+        // A time is not below 0.
+        let sign = |cell: &Cell| Logic::Bit(BitSource::WordBit(cell.plus(1), 15)).not();
+        let signs: Vec<Logic> = self.times_read.iter().map(sign).collect();
+        self.program().invariants.extend(signs);
         for one in open {
             match one {
                 OpenEnd::Preset { at, preset } => {
@@ -70,8 +74,6 @@ impl Emit<'_> {
                 }
                 OpenEnd::StepTime { cell, own } => {
                     if self.times_read.contains(&cell) {
-                        let sign = Logic::Bit(BitSource::WordBit(cell.plus(1), 15));
-                        self.program().invariants.push(sign.not());
                         continue;
                     }
                     for at in own {

@@ -221,9 +221,7 @@ impl Emit<'_> {
         let [one, two] = given else { return Ok(Value::Any) };
         let one = self.value(at, &one.value, line)?;
         let two = self.value(at, &two.value, line)?;
-        let which = self.any_bit(
-            "which of two values is taken here is not the same on all controllers: either",
-        );
+        let which = self.differs("a way that forks is not looked at again");
         self.chosen(which, one, two, line)
     }
 

@@ -611,7 +611,8 @@ impl Emit<'_> {
         let [low, value, high] = [low, value, high].map(|value| self.frozen(value));
         let least = self.better(low.clone(), value, true, line)?;
         let found = self.better(least, high.clone(), false, line)?;
-        let is_right = matches!((&low, &high), (Value::Constant(low), Value::Constant(high)) if low <= high);
+        let is_right =
+            matches!((&low, &high), (Value::Constant(low), Value::Constant(high)) if low <= high);
         if is_right || matches!(found, Value::Any) {
             return Ok(found);
         }
@@ -623,7 +624,7 @@ impl Emit<'_> {
             self.program().instructions[at].timing = None;
         }
         let Value::Bit(crossed) = crossed else { return Ok(Value::Any) };
-        let other = self.either("LIMIT takes the lower one of limits that are crossed");
+        let other = self.differs("LIMIT takes the lower one of limits that are crossed");
         self.chosen(Logic::All(vec![crossed, other]), low, found, line)
     }
 

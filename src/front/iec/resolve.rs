@@ -303,26 +303,45 @@ impl<'p> Emit<'p> {
         if !same(flag, "X") && !same(flag, "T") {
             return None;
         }
-        let (instance, step) = match before {
-            [] => (at.instance, &path.first),
-            [rest @ .., Part::Name(step)] => {
-                let owner = Path { first: path.first.clone(), rest: rest.to_vec() };
+        // A step in macro steps has several names: `M1.S3`.
+        let names = |parts: &[Part]| {
+            let name = |part: &Part| match part {
+                Part::Name(name) => Some(name.clone()),
+                _ => None,
+            };
+            Some(parts.iter().map(name).collect::<Option<Vec<_>>>()?.join("."))
+        };
+        let all = [&[Part::Name(path.first.clone())], before].concat();
+        let flag_of = |emit: &mut Self, instance: usize, step: &str| {
+            let what = emit.chart_with(instance, step)?;
+            let tag = emit.chart_memory(instance, &what)?;
+            let (_, Body::Chart(chart)) = emit.body(instance, &what)? else { return None };
+            let cells = chart.flagged(step)?.into_iter().map(|step| {
+                Some(Logic::cell(tag.part(&chart.steps[step].name)?.part("X")?.cell()?))
+            });
+            let mut cells = cells.collect::<Option<Vec<_>>>()?;
+            let active = if cells.len() == 1 { cells.remove(0) } else { Logic::Any(cells.into()) };
+            let own = chart.step(step).map(|step| &chart.steps[step].name);
+            let of_macro = || chart.macros.iter().find(|one| same(&one.name, step));
+            let name = own.or_else(|| of_macro().map(|one| &one.name))?;
+            Some((active, tag.part(name)?.part("T")?.cell()?))
+        };
+        let own = names(&all).and_then(|step| flag_of(self, at.instance, &step));
+        let (active, time) = match own {
+            Some(found) => found,
+            // The first names lead to an instance of a function block.
+            None => (1..all.len()).rev().find_map(|cut| {
+                let step = names(&all[cut..])?;
+                let owner = Path { first: path.first.clone(), rest: all[1..cut].to_vec() };
                 let Ok(Found::Place(place)) = self.find(at, &owner, 0) else { return None };
                 let Ty::Block(pou, _) = place.ty else { return None };
-                (self.instance(&place, pou), step)
-            }
-            _ => return None,
+                let instance = self.instance(&place, pou);
+                flag_of(self, instance, &step)
+            })?,
         };
-        let what = self.chart_with(instance, step)?;
-        let tag = self.chart_memory(instance, &what)?;
-        let (_, body) = self.body(instance, &what)?;
-        let Body::Chart(chart) = body else { return None };
-        let name = &chart.steps[chart.step(step)?].name;
-        let part = tag.part(name)?;
         Some(if same(flag, "X") {
-            Found::Value(Value::Bit(Logic::cell(part.part("X")?.cell()?)))
+            Found::Value(Value::Bit(active))
         } else {
-            let time = part.part("T")?.cell()?;
             self.times_read.insert(time);
             Found::Elapsed(time)
         })
@@ -332,13 +351,11 @@ impl<'p> Emit<'p> {
     fn chart_with(&self, instance: usize, step: &str) -> Option<What> {
         let all = lineage(self.project, self.instances[instance].pou);
         all.iter().find_map(|pou| {
-            if let Body::Chart(chart) = &pou.body
-                && chart.step(step).is_some()
-            {
+            let has =
+                |body: &Body| matches!(body, Body::Chart(chart) if chart.flagged(step).is_some());
+            if has(&pou.body) {
                 return Some(What::Body);
             }
-            let has =
-                |body: &Body| matches!(body, Body::Chart(chart) if chart.step(step).is_some());
             let own = pou.actions.iter().find(|action| has(&action.body))?;
             Some(What::Action(own.name.to_ascii_uppercase()))
         })

@@ -56,13 +56,12 @@ impl Emit<'_> {
         // Where the time changes while it runs or is over, some controllers ask anew whether it is over, and others do not.
         let (changes, at) = self.unless_settled(Logic::Const(true));
         self.open_ends.push(OpenEnd::Preset { at, preset });
-        let anew = self.either("timers that are over ask for a new time");
+        let anew = self.differs("timers that are over ask for a new time");
         let anew = self.keep_bit(all([changes.clone(), anew]));
         let on = Logic::cell(q);
         let value = match kind {
             "TON" => {
-                let later =
-                    all([was_on.clone(), any([all([on, anew.clone().not()]), runs_out])]);
+                let later = all([was_on.clone(), any([all([on, anew.clone().not()]), runs_out])]);
                 all([input.clone(), any([later, all([zero(), short])])])
             }
             "TOF" => {
@@ -73,8 +72,7 @@ impl Emit<'_> {
                 any([input.clone(), all([on, any([first, later])]), again])
             }
             _ => {
-                let begins =
-                    all([input.clone(), was_on.clone().not(), any([zero().not(), short])]);
+                let begins = all([input.clone(), was_on.clone().not(), any([zero().not(), short])]);
                 let again = all([anew.clone(), input.clone(), was_on.clone(), runs_out.clone()]);
                 any([all([on.clone(), runs_out]), all([on.not(), any([begins, again])])])
             }
@@ -82,7 +80,14 @@ impl Emit<'_> {
         let effects = vec![always(set(q, value)), always(set(was, input.clone()))];
         let key = Some(Self::key(&[kind], "timer"));
         self.builder.add(key, effects, Step::Act { fires: Logic::cell(q) });
-        self.elapsed(kind, [input, was_on, q_before, Logic::cell(q)], changes, anew, preset, elapsed);
+        self.elapsed(
+            kind,
+            [input, was_on, q_before, Logic::cell(q)],
+            changes,
+            anew,
+            preset,
+            elapsed,
+        );
     }
 
     /// How long a timer has run: from 0 to its time, which it has when that is over.

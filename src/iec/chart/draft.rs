@@ -1,6 +1,7 @@
 //! A chart while it is read: transitions name their steps, and nothing is checked yet.
 
-use super::{Chart, Step, Transition};
+use super::expansion::{Flat, flat};
+use super::{Block, Chart, Step, Transition};
 use crate::base::code::Code;
 use crate::iec::ast::Expr;
 use crate::iec::fault::Fault;
@@ -25,11 +26,30 @@ pub struct DraftTransition {
     pub id: Option<String>,
 }
 
+/// A macro step with a chart of its own.
+#[derive(Debug, Clone)]
+pub struct DraftMacro {
+    /// Its name.
+    pub name: String,
+    /// Whether it is marked as active at first.
+    pub initial: bool,
+    /// Its action blocks: on while one of its steps is active.
+    pub blocks: Vec<Block>,
+    /// Its chart.
+    pub inside: Draft,
+    /// How many steps stand in front of it.
+    pub at: usize,
+    /// Its line.
+    pub line: u32,
+}
+
 /// A chart while it is read.
 #[derive(Debug, Clone)]
 pub struct Draft {
     /// The steps.
     pub steps: Vec<Step>,
+    /// The macro steps that have charts of their own.
+    pub macros: Vec<DraftMacro>,
     /// The transitions in the order of the source.
     pub transitions: Vec<DraftTransition>,
     line: u32,
@@ -43,34 +63,30 @@ impl Draft {
     /// An empty chart that begins at a line.
     #[must_use]
     pub fn new(line: u32) -> Draft {
-        Draft { steps: Vec::new(), transitions: Vec::new(), line }
+        Draft { steps: Vec::new(), macros: Vec::new(), transitions: Vec::new(), line }
     }
 
-    /// The chart.
+    /// The chart. The charts of macro steps stand in their places.
     ///
     /// # Errors
-    /// The first fault: a step that is not there, or twice, a transition without steps, no initial step.
-    pub fn finish(mut self) -> Result<Chart, Fault> {
-        for (at, step) in self.steps.iter().enumerate() {
-            if self.steps[..at].iter().any(|other| same(&other.name, &step.name)) {
-                let message = format!("there are two steps {}", step.name);
-                return Err(fault(step.line, message, "give one of them another name"));
-            }
-        }
-        if !self.steps.iter().any(|step| step.initial) {
+    /// The first fault: a step that is not there, or twice, a transition without steps, no initial step, a macro step of
+    /// which it is not clear where it is entered or left.
+    pub fn finish(self) -> Result<Chart, Fault> {
+        let line = self.line;
+        let Flat { steps, mut transitions, macros } = flat(self)?;
+        if !steps.iter().any(|step| step.initial) {
             let help = "mark the step that is active at first as the initial step";
-            return Err(fault(self.line, "the chart has no initial step".to_owned(), help));
+            return Err(fault(line, "the chart has no initial step".to_owned(), help));
         }
         // A stable sort: what has no number stays where it is among its like, behind those that have one.
-        self.transitions.sort_by_key(|transition| transition.priority.unwrap_or(u32::MAX));
-        let steps = &self.steps;
+        transitions.sort_by_key(|transition| transition.priority.unwrap_or(u32::MAX));
         let place = |name: &String, line| {
             let found = steps.iter().position(|step| same(&step.name, name));
             let message = format!("a transition names the step {name}, which is not there");
             found.ok_or_else(|| fault(line, message, "name a step of the chart"))
         };
-        let mut transitions = Vec::new();
-        for one in &self.transitions {
+        let mut placed = Vec::new();
+        for one in &transitions {
             let line = one.line;
             let places = |names: &[String]| -> Result<Vec<usize>, Fault> {
                 let mut found =
@@ -85,15 +101,16 @@ impl Draft {
                 let message = format!("no step stands {side} a transition");
                 return Err(fault(line, message, "let steps and transitions follow each other"));
             }
-            transitions.push(Transition {
+            placed.push(Transition {
                 name: one.name.clone(),
                 from,
                 to,
                 condition: one.condition.clone(),
+                has_priority: one.priority.is_some(),
                 line,
                 id: one.id.clone(),
             });
         }
-        Ok(Chart { steps: self.steps, transitions, line: self.line, span: None })
+        Ok(Chart { steps, transitions: placed, macros, line, span: None })
     }
 }

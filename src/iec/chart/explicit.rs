@@ -13,8 +13,9 @@
 //! branch's step flag. What cannot be rewritten so that every scan stays the same is refused, with the reason.
 
 use super::coactive::{Basis, analyse, resetting, storing};
+use super::expansion::named;
 use super::{Block, Chart, Qualifier, Step, Target, Transition};
-use crate::iec::ast::{Expr, Literal, Operator, Path};
+use crate::iec::ast::{Expr, Literal, Operator};
 use crate::net::Bits;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -196,7 +197,7 @@ fn occurring(chart: &Chart, plan: &Plan, budget: usize) -> Result<Vec<BTreeSet<B
 }
 
 fn flag(step: &str) -> Expr {
-    Expr::Variable(Path::name(step).with("X"))
+    Expr::Variable(named(step).with("X"))
 }
 
 fn rewrite(chart: &Chart, action: &str, budget: usize) -> Result<(Chart, Vec<String>), String> {
@@ -299,7 +300,7 @@ fn over(
     (on, _): &(usize, String),
 ) -> Result<Transition, String> {
     let time = plan.time.clone().unwrap_or(Expr::Literal(Literal::Time(0)));
-    let elapsed = Expr::Variable(Path::name(name.clone()).with("T"));
+    let elapsed = Expr::Variable(named(name).with("T"));
     let mut condition = Expr::Binary(Operator::GreaterOrEqual, Box::new(elapsed), Box::new(time));
     let ends = |at: usize| {
         occurring[at].contains(&Branch::Wait)
@@ -335,6 +336,7 @@ fn over(
         from: vec![*wait],
         to: vec![*on],
         condition,
+        has_priority: false,
         line: plan.line,
         id: None,
     })
@@ -348,7 +350,7 @@ fn plain(action: &str) -> String {
 fn free_name(chart: &Chart, wanted: &str) -> String {
     let numbered = (2..).map(|number: usize| format!("{wanted}{number}"));
     let mut names = std::iter::once(wanted.to_owned()).chain(numbered);
-    names.find(|name| chart.step(name).is_none()).unwrap_or_else(|| wanted.to_owned())
+    names.find(|name| chart.flagged(name).is_none()).unwrap_or_else(|| wanted.to_owned())
 }
 
 #[cfg(test)]

@@ -4,12 +4,14 @@ pub mod coactive;
 pub mod control;
 pub mod draft;
 pub mod evaluate;
+pub mod expansion;
 pub mod explicit;
+pub mod plain;
 pub mod run;
 pub mod structure;
 pub mod text;
 
-use super::ast::{Expr, Literal, Operator, Part, Path};
+use super::ast::{Expr, Literal, Operator, Path};
 use super::{Body, Pou, same, show};
 use crate::net::{self, Net};
 
@@ -151,7 +153,7 @@ pub struct Step {
     pub active: Option<Path>,
     /// Runs once when the step has ended (CODESYS).
     pub exit: Option<Path>,
-    /// Whether it stands for a chart of its own.
+    /// Whether it is drawn as a macro step, but without a chart of its own.
     pub is_macro: bool,
     /// Its line.
     pub line: u32,
@@ -188,10 +190,23 @@ pub struct Transition {
     pub to: Vec<usize>,
     /// Its condition.
     pub condition: Expr,
+    /// Whether it has a priority of its own.
+    pub has_priority: bool,
     /// Its line.
     pub line: u32,
     /// Its number in the source, where that has one.
     pub id: Option<String>,
+}
+
+/// A macro step. Its chart stands in its place: the steps in it are named `MACRO.STEP`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Macro {
+    /// Its name, behind those of the macro steps that it stands in.
+    pub name: String,
+    /// The steps that stand in its place, also those of macro steps in it.
+    pub steps: Vec<usize>,
+    /// The line where it is drawn.
+    pub line: u32,
 }
 
 /// A chart. Transitions that compete for a step are in the order of their priority, the first goes first.
@@ -201,6 +216,8 @@ pub struct Chart {
     pub steps: Vec<Step>,
     /// The transitions.
     pub transitions: Vec<Transition>,
+    /// The macro steps, each in front of those in it.
+    pub macros: Vec<Macro>,
     /// The line where it begins.
     pub line: u32,
     /// Which bytes of the file it takes, where it is an element of XML.
@@ -212,6 +229,14 @@ impl Chart {
     #[must_use]
     pub fn step(&self, name: &str) -> Option<usize> {
         self.steps.iter().position(|step| same(&step.name, name))
+    }
+
+    /// The steps of which one has to be active for the flag of this name to be true: the step of this name, or those that
+    /// stand in the place of a macro step.
+    #[must_use]
+    pub fn flagged(&self, name: &str) -> Option<Vec<usize>> {
+        let own = self.macros.iter().find(|one| same(&one.name, name));
+        self.step(name).map(|step| vec![step]).or_else(|| own.map(|one| one.steps.clone()))
     }
 
     /// The steps that are active at first.
@@ -243,16 +268,19 @@ impl Chart {
     fn flags(&self, condition: &Expr, one: &mut net::Transition) {
         let flag = |expr: &Expr| {
             let Expr::Variable(path) = expr else { return None };
-            let [Part::Name(part)] = &path.rest[..] else { return None };
-            same(part, "X").then(|| self.step(&path.first)).flatten()
+            let (step, part) = path.split_last()?;
+            same(part, "X").then(|| self.flagged(&show::path(&step))).flatten()
         };
         match condition {
             Expr::Binary(Operator::And, left, right) => {
                 self.flags(left, one);
                 self.flags(right, one);
             }
-            Expr::Not(inner) => one.bars.extend(flag(inner)),
-            other => one.needs.extend(flag(other)),
+            Expr::Not(inner) => one.bars.extend(flag(inner).unwrap_or_default()),
+            // One of several steps is nothing that the net can ask.
+            other => {
+                one.needs.extend(flag(other).filter(|steps| steps.len() == 1).unwrap_or_default())
+            }
         }
     }
 

@@ -39,6 +39,8 @@ pub struct Run<'a> {
     actions: Vec<String>,
     active: Vec<bool>,
     since: Vec<i64>,
+    /// Since when each macro step is active.
+    macros: Vec<i64>,
     controls: Vec<Control>,
     started: bool,
     /// The values of variables.
@@ -53,6 +55,7 @@ impl<'a> Run<'a> {
         Run {
             active: vec![false; chart.steps.len()],
             since: vec![0; chart.steps.len()],
+            macros: vec![0; chart.macros.len()],
             controls: vec![Control::default(); actions.len()],
             started: false,
             memory: Memory::default(),
@@ -77,7 +80,8 @@ impl<'a> Run<'a> {
 
     /// Takes this moment for the beginning of time; what is longer ago than the horizon is taken to be just so long ago.
     pub fn begin_time_at(&mut self, now: i64, horizon: i64) {
-        self.since.iter_mut().for_each(|since| *since = (*since - now).max(-horizon));
+        let all = self.since.iter_mut().chain(&mut self.macros);
+        all.for_each(|since| *since = (*since - now).max(-horizon));
         self.controls.iter_mut().for_each(|control| control.begin_time_at(now, horizon));
     }
 
@@ -98,6 +102,7 @@ impl<'a> Run<'a> {
                 self.active[step] = true;
                 self.since[step] = now;
             }
+            self.macros.fill(now);
             return self.act(now);
         }
         if self.options.actions_first {
@@ -116,6 +121,12 @@ impl<'a> Run<'a> {
             self.memory.set(&format!("{}.x", step.name), Value::Bool(self.active[at]));
             self.memory.set(&format!("{}.t", step.name), Value::Time(time));
         }
+        for (one, &since) in self.chart.macros.iter().zip(&self.macros) {
+            let is_active = one.steps.iter().any(|&step| self.active[step]);
+            let time = if is_active { now - since } else { 0 };
+            self.memory.set(&format!("{}.x", one.name), Value::Bool(is_active));
+            self.memory.set(&format!("{}.t", one.name), Value::Time(time));
+        }
     }
 
     fn evolve(&mut self, now: i64) -> Result<(), String> {
@@ -133,9 +144,15 @@ impl<'a> Run<'a> {
         let before = self.active.clone();
         cleared.iter().flat_map(|one| &one.from).for_each(|&step| self.active[step] = false);
         cleared.iter().flat_map(|one| &one.to).for_each(|&step| self.active[step] = true);
-        for (step, was) in before.into_iter().enumerate() {
+        for (step, &was) in before.iter().enumerate() {
             if self.active[step] && !was {
                 self.since[step] = now;
+            }
+        }
+        for (one, since) in self.chart.macros.iter().zip(&mut self.macros) {
+            let is = |active: &[bool]| one.steps.iter().any(|&step| active[step]);
+            if is(&self.active) && !is(&before) {
+                *since = now;
             }
         }
         Ok(())

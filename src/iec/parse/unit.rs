@@ -236,7 +236,8 @@ fn configuration(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault
 
 /// `name WITH task : type (...);`
 fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
-    let _ = cursor.take_word("RETAIN") || cursor.take_word("NON_RETAIN");
+    let is_retained = cursor.take_word("RETAIN");
+    let _ = cursor.take_word("NON_RETAIN");
     let line = cursor.line();
     let name = cursor.name("an instance's name")?;
     let task = if cursor.take_word("WITH") { cursor.name("a task's name")? } else { String::new() };
@@ -246,6 +247,9 @@ fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
         super::expression::arguments(cursor)?;
     }
     cursor.sign(";")?;
+    if is_retained {
+        project.retained.push(of.clone());
+    }
     match project.tasks.iter_mut().rev().find(|own| same(&own.name, &task)) {
         Some(own) => own.instances.push((name, of)),
         None if task.is_empty() => project.tasks.push(Task {

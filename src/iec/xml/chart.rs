@@ -5,10 +5,11 @@ use super::node::{ACTIVE, ENTRY, EXIT, child, children, elements, inputs, is, so
 use super::reading::{Reading, language};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Kind, Path, Statement};
-use crate::iec::chart::draft::{Draft, DraftTransition};
+use crate::iec::chart::draft::{Draft, DraftMacro, DraftTransition};
+use crate::iec::chart::expansion::DEEPEST;
 use crate::iec::chart::{Block, Chart, Qualifier, Step, Target};
 use crate::iec::fault::Fault;
-use crate::iec::{Body, parse};
+use crate::iec::{Body, Language, parse};
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -36,6 +37,18 @@ fn called(node: Node<'_, '_>) -> String {
 
 /// Reads a chart.
 pub(super) fn chart(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Result<Chart, Fault> {
+    // A transition in front of nothing clears into nothing: tools draw it while a chart is being made.
+    let mut chart = draft(reading, body, &mut Vec::new())?.finish()?;
+    chart.span = Some((body.range().start, body.range().end));
+    Ok(chart)
+}
+
+/// Reads a chart, or that of a macro step: `within` names those around it.
+fn draft(
+    reading: &mut Reading<'_, '_>,
+    body: Node<'_, '_>,
+    within: &mut Vec<String>,
+) -> Result<Draft, Fault> {
     let text = reading.text;
     let mut drawing = Drawing { nodes: BTreeMap::new() };
     for node in elements(body) {
@@ -55,6 +68,10 @@ pub(super) fn chart(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Result
     let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
     for &node in &in_order {
         match node.tag_name().name() {
+            "macroStep" if is_expanded(node) => {
+                let one = macro_step(reading, node, draft.steps.len(), within)?;
+                draft.macros.push(one);
+            }
             "step" | "macroStep" => draft.steps.push(step(reading, node)?),
             "transition" => {
                 let id = node.attribute("localId").unwrap_or_default();
@@ -91,10 +108,50 @@ pub(super) fn chart(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Result
             }
         }
     }
-    // A transition in front of nothing clears into nothing: tools draw it while a chart is being made.
-    let mut chart = draft.finish()?;
-    chart.span = Some((body.range().start, body.range().end));
-    Ok(chart)
+    Ok(draft)
+}
+
+/// Whether a macro step has a chart of its own.
+fn is_expanded(node: Node<'_, '_>) -> bool {
+    child(node, "body").is_some_and(|body| elements(body).next().is_some())
+}
+
+fn macro_step(
+    reading: &mut Reading<'_, '_>,
+    node: Node<'_, '_>,
+    at: usize,
+    within: &mut Vec<String>,
+) -> Result<DraftMacro, Fault> {
+    let text = reading.text;
+    let wrong = |message: String| text.fault(node, message).code(Code::Chart);
+    let name = node
+        .attribute("name")
+        .ok_or_else(|| text.fault(node, format!("{}: it has no name", called(node))))?;
+    if within.iter().any(|outer| crate::iec::same(outer, name)) {
+        return Err(wrong(format!("{}: it stands in a macro step of its own name", called(node)))
+            .help("give one of them another name; a macro step cannot hold itself"));
+    }
+    if within.len() == DEEPEST {
+        let message = format!("{}: it stands in {DEEPEST} macro steps", called(node));
+        return Err(wrong(message).help("draw the chart with fewer of them in each other"));
+    }
+    let inner = child(node, "body").and_then(language);
+    let Some((Language::Sfc, inner)) = inner else {
+        let message = format!("{}: its body is no chart", called(node));
+        return Err(wrong(message).help("draw what it does as SFC"));
+    };
+    within.push(name.to_owned());
+    // Elements of a macro step's chart have numbers of their own.
+    let inside = reading.apart(&format!("{name}."), |reading| draft(reading, inner, within))?;
+    within.pop();
+    Ok(DraftMacro {
+        name: name.to_owned(),
+        initial: is(node, "initialStep"),
+        blocks: Vec::new(),
+        inside,
+        at,
+        line: text.line(node),
+    })
 }
 
 fn step(reading: &Reading<'_, '_>, node: Node<'_, '_>) -> Result<Step, Fault> {
@@ -104,11 +161,6 @@ fn step(reading: &Reading<'_, '_>, node: Node<'_, '_>) -> Result<Step, Fault> {
     let mut step = Step::new(name, is(node, "initialStep"), reading.text.line(node));
     step.id = node.attribute("localId").map(str::to_owned);
     step.is_macro = node.tag_name().name() == "macroStep";
-    if step.is_macro && child(node, "body").is_some() {
-        let message =
-            format!("{}: a macro step with a chart of its own is not followed", called(node));
-        return Err(reading.text.fault(node, message).code(Code::Chart));
-    }
     let attributes = node.descendants().filter(|one| one.tag_name().name() == "attribute");
     for one in attributes {
         let slot = match one.attribute("guid") {
@@ -188,7 +240,7 @@ fn is_of_steps(drawing: &Drawing<'_, '_>, node: Node<'_, '_>) -> bool {
         drawing.nodes.get(id).map_or("", |one| one.tag_name().name())
     };
     let all: Vec<&str> = inputs(node).iter().map(kind).filter(|kind| *kind != "jumpStep").collect();
-    all == ["step"]
+    matches!(all[..], ["step" | "macroStep"])
 }
 
 fn steps_before(
@@ -295,13 +347,15 @@ fn action_block(
         // A block that hangs on nothing does nothing.
         None => return Ok(()),
     };
-    let Some(step) = draft.steps.iter().position(|step| step.name == name) else {
+    let steps = draft.steps.iter_mut().map(|step| (&step.name, &mut step.blocks));
+    let macros = draft.macros.iter_mut().map(|one| (&one.name, &mut one.blocks));
+    let Some((_, blocks)) = steps.chain(macros).find(|(own, _)| *own == name) else {
         let message = format!("{}: it belongs to no step", called(node));
         return Err(reading.text.fault(node, message).code(Code::Chart));
     };
     for action in children(node, "action") {
-        let block = block(reading, action, name, draft.steps[step].blocks.len())?;
-        draft.steps[step].blocks.extend(block);
+        let block = block(reading, action, name, blocks.len())?;
+        blocks.extend(block);
     }
     Ok(())
 }

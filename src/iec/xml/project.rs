@@ -4,6 +4,7 @@ use super::body::{body, condition, condition_body};
 use super::interface::{addresses, extends, list_of, type_ref, variables};
 use super::node::{Text, child, children, elements};
 use super::reading::Reading;
+use crate::iec::chart::expansion::complete;
 use crate::iec::fault::Fault;
 use crate::iec::{Body, Named, Pou, PouKind, Project, Section, Task, TypeDeclaration, parse, same};
 use roxmltree::Node;
@@ -158,6 +159,7 @@ impl<'t> Reader<'t> {
             self.faults.append(&mut reading.faults);
             pou.body = found;
         }
+        complete(pou);
     }
 }
 

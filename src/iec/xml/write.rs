@@ -2,6 +2,7 @@
 
 use super::node::{ACTIVE, ELEMENT, ENTRY, EXIT};
 use crate::iec::ast::Expr;
+use crate::iec::chart::plain::plain;
 use crate::iec::chart::{Block, Chart, Step, Target};
 use crate::iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable, show};
 use std::collections::BTreeMap;
@@ -30,6 +31,9 @@ fn escaped(text: &str) -> String {
 /// # Errors
 /// What of it cannot be written, in words: parts of drawings that have no form in text.
 pub fn chart(chart: &Chart) -> Result<String, String> {
+    if let Some(own) = chart.macros.first() {
+        return Err(format!("the macro step {} was not replaced before", own.name));
+    }
     let mut writer = Writer { chart, text: String::new(), next: 1, steps: Vec::new() };
     writer.chart()?;
     if writer.text.contains('~') {
@@ -378,6 +382,8 @@ pub fn project(project: &Project) -> Result<String, String> {
 }
 
 fn unit(pou: &Pou) -> Result<String, String> {
+    let plain = plain(pou)?;
+    let pou = plain.as_ref().unwrap_or(pou);
     let kind = match pou.kind {
         PouKind::Program => "program",
         PouKind::FunctionBlock => "functionBlock",

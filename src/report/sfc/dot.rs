@@ -14,6 +14,17 @@ pub fn render(studies: &[Study<'_>]) -> String {
             escaped(&study.name)
         );
         for (at, step) in study.chart.steps.iter().enumerate() {
+            // Macro steps are clusters, opened at their first step and closed behind their last; each comes behind those
+            // that it stands in.
+            for (own, one) in study.chart.macros.iter().enumerate() {
+                if one.steps.first() == Some(&at) {
+                    let name = escaped(&one.name);
+                    let _ = writeln!(
+                        text,
+                        "    subgraph cluster_{number}_{own} {{ style=dashed; label=\"{name}\";"
+                    );
+                }
+            }
             let blocks: String = step
                 .blocks
                 .iter()
@@ -27,6 +38,11 @@ pub fn render(studies: &[Study<'_>]) -> String {
                 "    s{number}_{at} [shape=box, label=\"{}{blocks}\"{border}];",
                 escaped(&step.name)
             );
+            for one in &study.chart.macros {
+                if one.steps.last() == Some(&at) {
+                    text += "    }\n";
+                }
+            }
         }
         for (at, one) in study.chart.transitions.iter().enumerate() {
             let condition = escaped(&crate::iec::show::expr(&one.condition));

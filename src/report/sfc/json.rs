@@ -21,6 +21,7 @@ struct One<'a> {
     line: u32,
     steps: Vec<Step<'a>>,
     transitions: Vec<Transition<'a>>,
+    macros: Vec<Macro<'a>>,
     structure: String,
     basis: &'static str,
     markings: usize,
@@ -49,6 +50,13 @@ struct Transition<'a> {
     from: Vec<&'a str>,
     to: Vec<&'a str>,
     condition: String,
+    line: u32,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Macro<'a> {
+    name: &'a str,
+    steps: Vec<&'a str>,
     line: u32,
 }
 
@@ -104,6 +112,11 @@ fn one<'a>(study: &'a Study<'_>) -> One<'a> {
         condition: crate::iec::show::expr(&one.condition),
         line: one.line,
     });
+    let macros = study.chart.macros.iter().map(|one| Macro {
+        name: &one.name,
+        steps: names(&one.steps),
+        line: one.line,
+    });
     let together = study.analysis.pairs.iter().map(|pair| {
         let (how, stored_by, reset_by) = match &pair.how {
             How::Parallel => ("parallel", Vec::new(), Vec::new()),
@@ -129,6 +142,7 @@ fn one<'a>(study: &'a Study<'_>) -> One<'a> {
         line: study.chart.line,
         steps: steps.collect(),
         transitions: transitions.collect(),
+        macros: macros.collect(),
         structure: tree(study, &study.structure),
         basis,
         markings,

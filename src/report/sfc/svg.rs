@@ -26,7 +26,8 @@ pub fn render(studies: &[Study<'_>]) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{widest}\" height=\"{top}\" viewBox=\"0 0 {widest} {top}\">\n\
          <style>text{{font:12px sans-serif}}.name{{font-weight:bold}}rect{{fill:none;stroke:black}}\
-         line,path{{stroke:black;fill:none}}.bar{{stroke-width:3}}.back{{stroke:gray;stroke-dasharray:4}}</style>\n\
+         line,path{{stroke:black;fill:none}}.bar{{stroke-width:3}}.back{{stroke:gray;stroke-dasharray:4}}\
+         .macro{{stroke:gray;stroke-dasharray:2}}</style>\n\
          <rect width=\"{widest}\" height=\"{top}\" style=\"fill:white;stroke:none\"/>\n{body}</svg>\n"
     )
 }
@@ -64,6 +65,9 @@ fn one(study: &Study<'_>, top: usize, body: &mut String) -> (usize, usize) {
             );
         }
     }
+    for one in &study.chart.macros {
+        frame(&one.name, &one.steps, &places, &at, body);
+    }
     for (number, one) in study.chart.transitions.iter().enumerate() {
         let (x, y) = at(one.from[0]);
         let beside = study.chart.transitions[..number]
@@ -93,6 +97,38 @@ fn one(study: &Study<'_>, top: usize, body: &mut String) -> (usize, usize) {
     let columns = places.iter().map(|place| place.1).max().unwrap_or(0) + 1;
     let levels = places.iter().map(|place| place.0).max().unwrap_or(0) + 1;
     (40 + columns * WIDTH, levels * HEIGHT)
+}
+
+/// A frame around the steps of a macro step, where no other step stands among them.
+fn frame(
+    name: &str,
+    steps: &[usize],
+    places: &[(usize, usize)],
+    at: &dyn Fn(usize) -> (usize, usize),
+    body: &mut String,
+) {
+    let side = |of: fn(&(usize, usize)) -> usize| {
+        let all = steps.iter().map(|&step| of(&places[step]));
+        all.clone().min().unwrap_or(0)..=all.max().unwrap_or(0)
+    };
+    let (levels, columns) = (side(|place| place.0), side(|place| place.1));
+    let stands = |place: &(usize, usize)| levels.contains(&place.0) && columns.contains(&place.1);
+    let alone = (0..places.len()).all(|step| steps.contains(&step) || !stands(&places[step]));
+    let found = steps.iter().map(|&step| at(step));
+    let (left, top) =
+        found.clone().fold((usize::MAX, usize::MAX), |(x, y), (a, b)| (x.min(a), y.min(b)));
+    let (right, bottom) = found.fold((0, 0), |(x, y), (a, b)| (x.max(a), y.max(b)));
+    if alone {
+        let (width, height) = (right - left + 270, bottom - top + 50);
+        let _ = writeln!(
+            body,
+            "<rect class=\"macro\" x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"/>",
+            left - 10,
+            top - 14
+        );
+        let _ =
+            writeln!(body, "<text x=\"{}\" y=\"{}\">{}</text>", left - 6, top - 3, escaped(name));
+    }
 }
 
 fn escaped(text: &str) -> String {

@@ -36,6 +36,12 @@ fn one(study: &Study<'_>) -> String {
         counted(selections, "selection"),
         counted(parallels, "parallel"),
     );
+    if !chart.macros.is_empty() {
+        text += "  macro steps\n";
+    }
+    for one in &chart.macros {
+        let _ = writeln!(text, "    {}: {}", one.name, study.steps(&one.steps));
+    }
     text += "  structure\n";
     part(study, &study.structure, 2, &mut text);
     if !study.analysis.pairs.is_empty() {

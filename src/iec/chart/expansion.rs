@@ -1,0 +1,369 @@
+//! Puts the charts of macro steps in their places.
+//!
+//! A macro step stands for a chart of its own with one step that is entered and one that is left (IEC 60848 calls them
+//! its expansion, input step and output step). What leads into the macro step leads into the step that is entered, and a
+//! transition behind it is enabled by the step that is left and clears that one. So the chart in which all macro steps
+//! are replaced evolves as the one that is drawn: no scan is gained or lost, and since nothing in a macro step leads out of
+//! the step that is left, no transition there competes with those behind the macro step.
+
+use super::draft::{Draft, DraftMacro, DraftTransition};
+use super::{Block, Chart, Macro, Step, Target, Transition};
+use crate::base::code::Code;
+use crate::iec::ast::{Expr, Part, Path, change, paths_of};
+use crate::iec::fault::Fault;
+use crate::iec::{Body, same};
+
+/// How deep macro steps may stand in each other: a file's depth is not the program's stack.
+pub const DEEPEST: usize = 32;
+
+fn fault(line: u32, message: String, help: &str) -> Fault {
+    Fault::new(line, message).code(Code::Chart).help(help)
+}
+
+/// A chart in which transitions name steps by their full names, and no macro step is left.
+pub(super) struct Flat {
+    pub(super) steps: Vec<Step>,
+    pub(super) transitions: Vec<DraftTransition>,
+    pub(super) macros: Vec<Macro>,
+}
+
+/// What stands in a chart, by its name: a step, or a macro step with the steps where it is entered and left.
+struct Node {
+    name: String,
+    full: String,
+    entry: String,
+    exit: String,
+    is_macro: bool,
+}
+
+/// The names of a chart, behind those of the charts that it stands in.
+struct Scope<'s> {
+    around: Option<&'s Scope<'s>>,
+    nodes: Vec<Node>,
+}
+
+impl Scope<'_> {
+    fn own(&self, name: &str) -> Option<&Node> {
+        self.nodes.iter().find(|node| same(&node.name, name))
+    }
+
+    /// The step or macro step of this name in the innermost chart that has one.
+    fn find(&self, name: &str) -> Option<&Node> {
+        self.own(name).or_else(|| self.around.and_then(|around| around.find(name)))
+    }
+
+    /// Lets a path to a step's flag or time say in which macro step it is.
+    fn complete(&self, path: &mut Path) {
+        let Some((step, last)) = path.split_last() else { return };
+        if !same(last, "X") && !same(last, "T") {
+            return;
+        }
+        let Some(node) = self.find(&path.first) else { return };
+        if (node.is_macro || step.rest.is_empty()) && !same(&node.full, &path.first) {
+            let rest = std::mem::take(&mut path.rest);
+            *path = named(&node.full);
+            path.rest.extend(rest);
+        }
+    }
+
+    fn complete_all(&self, expr: &mut Expr) {
+        paths_of(expr, &mut |path| self.complete(path));
+    }
+
+    fn complete_block(&self, block: &mut Block, within: &str) {
+        block.time.iter_mut().for_each(|time| self.complete_all(time));
+        if let Target::Inline(name, body) = &mut block.target {
+            *name = join(within, name);
+            if let Body::Code(_, statements) = body.as_mut() {
+                change(statements, &mut |expr| self.complete_all(expr), &mut |_| {});
+            }
+        }
+    }
+}
+
+/// The path to a step, from its full name.
+pub(super) fn named(full: &str) -> Path {
+    let mut names = full.split('.');
+    let first = Path::name(names.next().unwrap_or_default());
+    Path { rest: names.map(|name| Part::Name(name.to_owned())).collect(), ..first }
+}
+
+fn join(within: &str, name: &str) -> String {
+    if within.is_empty() { name.to_owned() } else { format!("{within}.{name}") }
+}
+
+/// Puts the charts of all macro steps in their places.
+pub(super) fn flat(draft: Draft) -> Result<Flat, Fault> {
+    let mut flat = Flat { steps: Vec::new(), transitions: Vec::new(), macros: Vec::new() };
+    let first = initial_macro(&draft).map(str::to_owned);
+    let mut draft = draft;
+    for one in &mut draft.macros {
+        one.initial |= first.as_ref() == Some(&one.name);
+    }
+    put(draft, "", None, &mut flat)?;
+    let names = flat.steps.iter().map(|step| (&step.name, step.line));
+    let mut names: Vec<_> =
+        names.chain(flat.macros.iter().map(|one| (&one.name, one.line))).collect();
+    names.sort_by_key(|(name, _)| name.to_ascii_lowercase());
+    match names.windows(2).find(|pair| same(pair[0].0, pair[1].0)) {
+        Some(pair) => {
+            let message = format!("there are two steps {}", pair[1].0);
+            Err(fault(pair[1].1, message, "give one of them another name"))
+        }
+        None => Ok(flat),
+    }
+}
+
+/// The macro step that is active at first though only a step in it is marked, since nothing else of the chart is.
+fn initial_macro(draft: &Draft) -> Option<&str> {
+    let is_marked =
+        draft.steps.iter().any(|step| step.initial) || draft.macros.iter().any(|one| one.initial);
+    let has_mark = |one: &&DraftMacro| has_mark(&one.inside);
+    let mut own = draft.macros.iter().filter(has_mark);
+    let first = own.next().filter(|_| !is_marked && own.next().is_none());
+    first.map(|one| one.name.as_str())
+}
+
+fn has_mark(draft: &Draft) -> bool {
+    draft.steps.iter().any(|step| step.initial)
+        || draft.macros.iter().any(|one| one.initial || has_mark(&one.inside))
+}
+
+fn put(
+    draft: Draft,
+    within: &str,
+    around: Option<&Scope<'_>>,
+    flat: &mut Flat,
+) -> Result<(), Fault> {
+    distinct(&draft, within)?;
+    let mut scope = Scope { around, nodes: Vec::new() };
+    for step in &draft.steps {
+        let full = join(within, &step.name);
+        let [entry, exit] = [&full, &full].map(String::clone);
+        scope.nodes.push(Node { name: step.name.clone(), full, entry, exit, is_macro: false });
+    }
+    for one in &draft.macros {
+        let full = join(within, &one.name);
+        let [entry, exit] = ends(one, &full)?;
+        scope.nodes.push(Node { name: one.name.clone(), full, entry, exit, is_macro: true });
+    }
+    let mut macros = draft.macros.into_iter().peekable();
+    let mut steps = draft.steps.into_iter();
+    let mut at = 0;
+    loop {
+        // Each macro step's chart stands where the macro step does.
+        while let Some(one) = macros.next_if(|one| one.at <= at) {
+            replace(one, within, &scope, flat)?;
+        }
+        let Some(mut step) = steps.next() else { break };
+        at += 1;
+        step.name = join(within, &step.name);
+        step.initial &= within.is_empty();
+        step.blocks.iter_mut().for_each(|block| scope.complete_block(block, within));
+        flat.steps.push(step);
+    }
+    for mut one in draft.transitions {
+        let line = one.line;
+        let full = |name: &String, is_entered: bool| {
+            // What is in front of a transition stands in its chart; a jump may also lead out of a macro step.
+            let node = if is_entered { scope.find(name) } else { scope.own(name) };
+            let message = format!("a transition names the step {name}, which is not there");
+            let node = node.ok_or_else(|| fault(line, message, "name a step of the chart"))?;
+            Ok(if is_entered { node.entry.clone() } else { node.exit.clone() })
+        };
+        one.from = one.from.iter().map(|name| full(name, false)).collect::<Result<_, Fault>>()?;
+        one.to = one.to.iter().map(|name| full(name, true)).collect::<Result<_, Fault>>()?;
+        scope.complete_all(&mut one.condition);
+        flat.transitions.push(one);
+    }
+    Ok(())
+}
+
+/// Steps and macro steps of a chart have different names.
+fn distinct(draft: &Draft, within: &str) -> Result<(), Fault> {
+    let steps = draft.steps.iter().map(|step| (&step.name, step.line));
+    let all: Vec<_> = steps.chain(draft.macros.iter().map(|one| (&one.name, one.line))).collect();
+    for (at, (name, line)) in all.iter().enumerate() {
+        if all[..at].iter().any(|(other, _)| same(other, name)) {
+            let message = format!("there are two steps {}", join(within, name));
+            return Err(fault(*line, message, "give one of them another name"));
+        }
+    }
+    Ok(())
+}
+
+fn replace(
+    mut one: DraftMacro,
+    within: &str,
+    scope: &Scope<'_>,
+    flat: &mut Flat,
+) -> Result<(), Fault> {
+    let full = join(within, &one.name);
+    // What is marked in a macro step says where that is entered, not what is active at first.
+    let initial = one.initial && within.is_empty();
+    let (place, first) = (flat.macros.len(), flat.steps.len());
+    flat.macros.push(Macro { name: full.clone(), steps: Vec::new(), line: one.line });
+    one.blocks.iter_mut().for_each(|block| scope.complete_block(block, within));
+    let entry = scope.own(&one.name).map(|node| node.entry.clone()).unwrap_or_default();
+    put(one.inside, &full, Some(scope), flat)?;
+    for step in &mut flat.steps[first..] {
+        // The blocks of the macro step itself: one of its steps is active while it is.
+        step.blocks.splice(0..0, one.blocks.iter().cloned());
+        step.initial |= initial && step.name == entry;
+    }
+    flat.macros[place].steps = (first..flat.steps.len()).collect();
+    Ok(())
+}
+
+/// The full names of the steps where a macro step is entered and left.
+fn ends(one: &DraftMacro, full: &str) -> Result<[String; 2], Fault> {
+    let inside = &one.inside;
+    distinct(inside, full)?;
+    let marks = inside.steps.iter().map(|step| (step.name.as_str(), step.initial));
+    let macros = inside.macros.iter().map(|one| (one.name.as_str(), one.initial));
+    let nodes: Vec<(&str, bool)> = marks.chain(macros).collect();
+    if nodes.is_empty() {
+        let message = format!("the chart of the macro step {full} has no step");
+        return Err(fault(one.line, message, "draw its steps, or draw a step in its place"));
+    }
+    let led = |side: fn(&DraftTransition) -> &Vec<String>| {
+        let named = move |name: &str| {
+            inside.transitions.iter().any(|way| side(way).iter().any(|own| same(own, name)))
+        };
+        nodes.iter().map(|(name, _)| *name).filter(|name| !named(name)).collect::<Vec<_>>()
+    };
+    let listed = |names: &[&str]| names.join(", ");
+    let marked = nodes.iter().filter(|(_, mark)| *mark).map(|(name, _)| *name);
+    let mut marked: Vec<&str> = marked.collect();
+    let begins = led(|way| &way.to);
+    if marked.is_empty() && begins.len() != 1 {
+        // Where a macro step in it is the only one in which something is marked, it is entered there.
+        marked.extend(initial_macro(inside));
+    }
+    let help = "mark the one step where it is entered as its initial step";
+    let entry = match (&marked[..], &begins[..]) {
+        ([one], begins) if begins.iter().all(|name| name == one) => *one,
+        ([], [one]) => *one,
+        ([], []) => {
+            let message = format!(
+                "the macro step {full} has no step where it is entered: something leads into each of its steps"
+            );
+            return Err(fault(one.line, message, help));
+        }
+        ([], many) => {
+            let message = format!(
+                "the macro step {full} has several steps where it may be entered: nothing leads into {}",
+                listed(many)
+            );
+            return Err(fault(one.line, message, help));
+        }
+        ([mark], begins) => {
+            let message = format!(
+                "where the macro step {full} is entered is not clear: its step {mark} is marked as an initial step, and nothing leads into {}",
+                listed(begins)
+            );
+            let help =
+                "mark the one step where it is entered, and let something lead into all others";
+            return Err(fault(one.line, message, help));
+        }
+        (marks, _) => {
+            let message =
+                format!("the macro step {full} has several initial steps: {}", listed(marks));
+            return Err(fault(one.line, message, help));
+        }
+    };
+    let ends = led(|way| &way.from);
+    let help = "let exactly one of its steps have no transition behind it: there it is left";
+    let exit = match &ends[..] {
+        [one] => *one,
+        [] => {
+            let message = format!(
+                "the macro step {full} has no step where it is left: a transition follows each of its steps"
+            );
+            return Err(fault(one.line, message, help));
+        }
+        many => {
+            let message = format!(
+                "the macro step {full} has several steps where it may be left: no transition follows {}",
+                listed(many)
+            );
+            return Err(fault(one.line, message, help));
+        }
+    };
+    let within = |name: &str, side: usize| -> Result<String, Fault> {
+        let full = join(full, name);
+        match inside.macros.iter().find(|own| same(&own.name, name)) {
+            Some(own) => ends_of(own, &full, side),
+            None => Ok(full),
+        }
+    };
+    Ok([within(entry, 0)?, within(exit, 1)?])
+}
+
+fn ends_of(one: &DraftMacro, full: &str, side: usize) -> Result<String, Fault> {
+    let [entry, exit] = ends(one, full)?;
+    Ok(if side == 0 { entry } else { exit })
+}
+
+/// Lets all bodies of a unit say in which macro step a step is of which only one has the name: some tools give every step
+/// of a program a name of its own, whatever it stands in.
+pub fn complete(pou: &mut crate::iec::Pou) {
+    let charts = pou.charts();
+    if charts.iter().all(|(_, chart)| chart.macros.is_empty()) {
+        return;
+    }
+    let mut inner: Vec<(String, String)> = Vec::new();
+    let mut known: Vec<String> = pou.variables.iter().map(|one| one.name.clone()).collect();
+    for (_, chart) in charts {
+        let names = chart.steps.iter().map(|step| &step.name);
+        for full in names.chain(chart.macros.iter().map(|one| &one.name)) {
+            match full.rsplit_once('.') {
+                Some((_, last)) => inner.push((last.to_owned(), full.clone())),
+                None => known.push(full.clone()),
+            }
+        }
+    }
+    let unique = |name: &str| {
+        let mut own = inner.iter().filter(|(last, _)| same(last, name));
+        let first = own.next().filter(|_| own.next().is_none());
+        first.filter(|_| !known.iter().any(|own| same(own, name))).map(|(_, full)| full)
+    };
+    let mut see = |path: &mut Path| {
+        let [Part::Name(last)] = &path.rest[..] else { return };
+        if same(last, "X") || same(last, "T") {
+            if let Some(full) = unique(&path.first) {
+                let rest = std::mem::take(&mut path.rest);
+                *path = named(full);
+                path.rest.extend(rest);
+            }
+        }
+    };
+    let mut expr = |one: &mut Expr| paths_of(one, &mut see);
+    bodies(pou, &mut |body| match body {
+        Body::Code(_, statements) => change(statements, &mut expr, &mut |_| {}),
+        Body::Chart(chart) => in_chart(chart, &mut expr),
+        Body::Unread(..) => {}
+    });
+}
+
+/// Shows the bodies of a unit: its own, those of actions, transitions and methods.
+pub(super) fn bodies(pou: &mut crate::iec::Pou, see: &mut dyn FnMut(&mut Body)) {
+    see(&mut pou.body);
+    pou.actions.iter_mut().chain(&mut pou.transitions).for_each(|one| see(&mut one.body));
+    pou.methods.iter_mut().for_each(|method| bodies(method, see));
+}
+
+/// Shows the expressions of a chart, and those in its action blocks.
+pub(super) fn in_chart(chart: &mut Chart, expr: &mut dyn FnMut(&mut Expr)) {
+    for Transition { condition, .. } in &mut chart.transitions {
+        expr(condition);
+    }
+    for block in chart.steps.iter_mut().flat_map(|step| &mut step.blocks) {
+        block.time.iter_mut().for_each(&mut *expr);
+        if let Target::Inline(_, body) = &mut block.target
+            && let Body::Code(_, statements) = body.as_mut()
+        {
+            change(statements, expr, &mut |_| {});
+        }
+    }
+}

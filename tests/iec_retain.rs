@@ -1,0 +1,90 @@
+//! What keeps its values when the power fails: it may come up with what a scan left that was cut off anywhere, beside what
+//! begins anew.
+
+use scanbound::audit::{Request, audit};
+use scanbound::base::facts::Facts;
+use scanbound::front::Input;
+use scanbound::passes::values::Trust;
+use scanbound::timing::table::{CLASSES, Table};
+
+/// What the probe takes, in microseconds; nothing else takes anything.
+const PROBE: u64 = 1000;
+
+fn bound(text: &str) -> u64 {
+    let mut rows = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES {
+        rows += &format!("@{class},0,0\n");
+    }
+    rows += &format!("LN,{PROBE},{PROBE}\n@end,0,\n");
+    let table = Table::parse("t.csv", rows.as_bytes()).expect("a table").table;
+    let inputs = [Input { name: "main.st".to_owned(), bytes: text.as_bytes().to_vec() }];
+    let facts = Facts::default();
+    let request =
+        Request { table: Some(&table), trust: Trust::All, ..Request::new(&inputs, &facts) };
+    let found = audit(&request).unwrap_or_else(|failure| panic!("{failure:?}\n{text}"));
+    found.bound.upper.0 / 1_000_000
+}
+
+/// Two bits of a block of which each scan leaves one on. One that is cut off between its two stores may leave both.
+const BLOCK: &str = "FUNCTION_BLOCK Pair VAR b, x : BOOL; END_VAR VAR_INPUT i : BOOL; END_VAR VAR_OUTPUT o : BOOL; END_VAR \
+    o := b AND x; x := NOT i; b := i; END_FUNCTION_BLOCK \
+    FUNCTION_BLOCK Around VAR_INPUT i : BOOL; END_VAR VAR pair : Pair; END_VAR pair(i := i); END_FUNCTION_BLOCK \
+    FUNCTION_BLOCK Kept VAR_INPUT i : BOOL; END_VAR VAR RETAIN pair : Pair; END_VAR pair(i := i); END_FUNCTION_BLOCK ";
+
+fn program(kept: &str, instance: &str, output: &str) -> String {
+    format!(
+        "{BLOCK} PROGRAM main VAR {kept} fb : {instance}; END_VAR VAR a AT %IX0.0 : BOOL; probe : REAL; END_VAR \
+         fb(i := a); IF fb.{output} THEN probe := LN(probe); END_IF END_PROGRAM"
+    )
+}
+
+#[test]
+fn an_instance_keeps_all_that_is_in_it() {
+    for (instance, output) in [("Pair", "o"), ("Around", "pair.o"), ("ARRAY[0..1] OF Pair", "o")] {
+        let text = |kept: &str| {
+            let text = program(kept, instance, output);
+            if instance.starts_with("ARRAY") {
+                text.replace("fb(", "fb[1](").replace("fb.", "fb[1].")
+            } else {
+                text
+            }
+        };
+        assert_eq!(bound(&text("")), 0, "{instance}");
+        assert_eq!(bound(&text("RETAIN")), PROBE, "{instance}");
+    }
+    assert_eq!(bound(&program("", "Kept", "pair.o")), PROBE);
+}
+
+#[test]
+fn lists_of_globals_and_programs_keep_what_is_in_them() {
+    let global = |kept: &str| {
+        format!(
+            "{BLOCK} PROGRAM main VAR_EXTERNAL fb : Pair; END_VAR VAR a AT %IX0.0 : BOOL; probe : REAL; END_VAR \
+             fb(i := a); IF fb.o THEN probe := LN(probe); END_IF END_PROGRAM \
+             CONFIGURATION c VAR_GLOBAL {kept} fb : Pair; END_VAR PROGRAM one : main; END_CONFIGURATION"
+        )
+    };
+    assert_eq!((bound(&global("")), bound(&global("RETAIN"))), (0, PROBE));
+    let whole = |kept: &str| {
+        program("", "Pair", "o")
+            + &format!(" CONFIGURATION c PROGRAM {kept} one : main; END_CONFIGURATION")
+    };
+    assert_eq!((bound(&whole("")), bound(&whole("NON_RETAIN"))), (0, 0));
+    assert_eq!(bound(&whole("RETAIN")), PROBE);
+}
+
+#[test]
+fn a_chart_that_is_kept_goes_on_where_the_power_failed() {
+    // Both steps are never active together; but a controller may be cut off while it moves from one to the other.
+    let text = |kept: &str| {
+        format!(
+            "FUNCTION_BLOCK Walk VAR i AT %IX0.0 : BOOL; END_VAR
+             INITIAL_STEP a: END_STEP STEP b: END_STEP
+             TRANSITION FROM a TO b := i; END_TRANSITION TRANSITION FROM b TO a := i; END_TRANSITION
+             END_FUNCTION_BLOCK
+             PROGRAM main VAR {kept} fb : Walk; END_VAR VAR probe : REAL; END_VAR
+             fb(); IF fb.a.X AND fb.b.X THEN probe := LN(probe); END_IF END_PROGRAM"
+        )
+    };
+    assert_eq!((bound(&text("")), bound(&text("RETAIN"))), (0, PROBE));
+}
