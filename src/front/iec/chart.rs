@@ -5,13 +5,13 @@ use super::emit::{Emit, OpenEnd, What};
 use super::memory::{Memory, all, any, layout, memory, set};
 use super::resolve::{Context, Found};
 use super::statement::ENDS_CHART;
-use super::types::Ty;
+use super::types::{Ty, lineage};
 use super::value::Value;
 use crate::front::builder::always;
 use crate::iec::ast::{Kind as Statements, Path, Statement};
 use crate::iec::chart::{Chart, Target};
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Pou, same};
+use crate::iec::{Body, Pou, Section, same};
 use crate::program::{Logic, Step, Tag};
 
 impl Emit<'_> {
@@ -235,7 +235,8 @@ impl Emit<'_> {
             let (on, open) = self.held(&found, on, may_stay);
             match self.writes(found, Value::Bit(on), line) {
                 Ok(writes) => {
-                    if let Some((at, cell)) = open {
+                    let begins_off = self.begins_off(at, path);
+                    if let Some((at, cell)) = open.filter(|_| begins_off) {
                         let own = self.builder.next();
                         self.open_ends.push(OpenEnd::Variable { at, cell, own: own..own + 1 });
                     }
@@ -256,6 +257,17 @@ impl Emit<'_> {
         self.builder.add(None, Vec::new(), Step::Return);
         self.land(goes_on);
         self.landing();
+    }
+
+    /// Whether a variable of the unit, or a global one, begins with FALSE.
+    fn begins_off(&self, at: &Context, path: &Path) -> bool {
+        let Some(name) = path.as_name() else { return false };
+        let lineage = lineage(self.project, self.instances[at.instance].pou);
+        let own = lineage.into_iter().flat_map(|pou| &pou.variables);
+        let own = own.filter(|one| one.section != Section::External);
+        let globals = self.project.globals.iter().flat_map(|(_, all)| all);
+        let mut all = own.chain(globals).filter(|one| same(&one.name, name));
+        all.all(|one| one.initial.as_ref().is_none_or(|initial| initial.is(false)))
     }
 
     /// Calls an action where a condition holds.

@@ -24,7 +24,7 @@ pub(super) struct Output {
     pub(super) on: Logic,
     /// Whether its body runs.
     pub(super) runs: Logic,
-    /// Whether a Boolean variable that is not on may stay as it is.
+    /// Whether a Boolean variable may stay as it is: nothing switches it on or off in this scan.
     pub(super) may_stay: Logic,
 }
 
@@ -95,18 +95,22 @@ impl Emit<'_> {
             true => all([reset.clone(), whole.reset_only_stored.clone().not()]),
             false => Logic::Const(false),
         };
-        let unstored = all([any(levels), held.not(), overruled.clone().not()]);
+        let unstored = self.keep_bit(all([any(levels), held.not(), overruled.clone().not()]));
+        let was_on = self.keep_bit(now(action.on));
         let stored = all([any(stored), reset.clone().not()]);
-        let on = self.keep_bit(any([unstored, stored]));
+        let on = self.keep_bit(any([unstored.clone(), stored]));
         let pulse = self.keep_bit(all([any(pulses), overruled.not()]));
-        let ends = self.keep_bit(all([now(action.on), on.clone().not()]));
+        let ends = self.keep_bit(all([was_on.clone(), on.clone().not()]));
         let last = all([ends.clone(), whole.no_final_scan.clone().not()]);
         let runs = self.keep_bit(any([on.clone(), pulse.clone(), last]));
         keep.push(set(action.on, on.clone()));
         let effects = keep.into_iter().map(always).collect();
         let key = Self::key(&["ACTION"], "nothing");
         self.builder.add(Some(key), effects, Step::Act { fires: runs.clone() });
-        Output { on: any([on, pulse]), runs, may_stay: any([ends, reset]).not() }
+        let stays_off = all([on.clone().not(), ends.not(), reset.not()]);
+        let stays_on = all([on.clone(), was_on, unstored.not()]);
+        let may_stay = all([any([stays_off, stays_on]), pulse.clone().not()]);
+        Output { on: any([on, pulse]), runs, may_stay }
     }
 
     /// What an input of an action's control gives, and what it remembers. `reset`: whether R is on, if there is one.
@@ -235,30 +239,33 @@ impl Emit<'_> {
         }
     }
 
-    /// The value that a Boolean variable takes from its action: on some controllers one that is not on leaves it as it is. Also
-    /// the instruction that says so, and the variable, where that makes no difference if nothing else writes it.
+    /// The value that a Boolean variable takes from its action: on some controllers one that nothing switches leaves it as it
+    /// is. Also the instruction that says so, and the variable, where that makes no difference if nothing else writes it.
     pub(super) fn held(
         &mut self,
         found: &Found,
         on: Logic,
         may_stay: Logic,
     ) -> (Logic, Option<(usize, Cell)>) {
-        let other = self.differs("a Boolean variable stays as it is where its action is not on");
+        let other =
+            self.differs("a Boolean variable stays as it is where nothing switches its action");
         let stays = all([may_stay, other]);
+        let value = |stays: Logic, before: Logic| {
+            any([all([on.clone(), stays.clone().not()]), all([stays, before])])
+        };
         match found {
             Found::Place(place) if matches!(place.ty, Ty::Bit) => {
                 let Some(cell) = place.tag.cell() else { return (on, None) };
                 let (stays, at) = self.unless_settled(stays);
-                (any([on, all([stays, now(cell)])]), Some((at, cell)))
+                (value(stays, now(cell)), Some((at, cell)))
             }
             Found::WordBit(cell, bit, _) => {
-                let before = Logic::Bit(BitSource::WordBit(*cell, *bit));
-                (any([on, all([stays, before])]), None)
+                (value(stays, Logic::Bit(BitSource::WordBit(*cell, *bit))), None)
             }
             _ => {
                 let before =
                     self.any_bit("an element of an array that an action may leave as it is");
-                (any([on, all([stays, before])]), None)
+                (value(stays, before), None)
             }
         }
     }

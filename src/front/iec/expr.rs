@@ -2,7 +2,7 @@
 
 use super::emit::Emit;
 use super::resolve::{Context, Element, Found};
-use super::types::{DINT, Kind, Ty, holding};
+use super::types::{ANY_UNIT, DINT, Kind, Ty, holding};
 use super::value::{Value, constant, real, wrapped};
 use super::within::{multiplies, shown, sums};
 use crate::base::code::Code;
@@ -293,9 +293,8 @@ impl Emit<'_> {
             (Value::Number(one, _), Value::Number(two, _))
                 if relation.is_some() && (one == Kind::Time) != (two == Kind::Time) =>
             {
-                let why = "a time compared with a number of another type: either way";
                 self.cost(&[row(operator, Some(Kind::Time))], "compare");
-                Ok(Value::Bit(self.any_bit(why)))
+                Ok(Value::Bit(self.any_bit(ANY_UNIT)))
             }
             (Value::Number(one_kind, one), Value::Number(two_kind, two)) => {
                 let kind = common(one_kind, two_kind);
@@ -434,8 +433,7 @@ impl Emit<'_> {
     ) -> Result<Number, Fault> {
         match value {
             Value::Number(from, _) if (from == Kind::Time) != (kind == Kind::Time) => {
-                let why = "a time as a number of another type: it may be in any unit";
-                Ok(self.any_number(kind, why))
+                Ok(self.any_number(kind, ANY_UNIT))
             }
             Value::Number(from, number) => Ok(self.converted(number, from, kind)),
             Value::Constant(value) => Ok(self.constant_as(kind, value)),

@@ -3,7 +3,7 @@
 use super::emit::{Emit, Place, What};
 use super::expr::{common, read};
 use super::resolve::{Context, Found, unknown};
-use super::types::{DINT, Kind, Ty, elementary, holding, is_elementary};
+use super::types::{ANY_UNIT, DINT, Kind, Ty, elementary, holding, is_elementary};
 use super::value::Value;
 use super::whole::Whole;
 use super::within::{multiplies, shown, sums};
@@ -388,7 +388,7 @@ impl Emit<'_> {
             let from = elementary(from).ok_or_else(|| unknown(line, name))?;
             self.cost(&[&upper, "CONVERT"], "conversion");
             if is_time(&from) != is_time(&to) {
-                return self.conversion(Some(Value::Any), &to, line);
+                return Ok(self.of_any_unit(&to));
             }
             return self.conversion(seen(values.into_iter().next(), &to), &to, line);
         }
@@ -397,7 +397,7 @@ impl Emit<'_> {
             let from = values.first();
             let of_time = matches!(from, Some(Value::Number(Kind::Time, _)));
             if of_time != is_time(&to) {
-                return self.conversion(Some(Value::Any), &to, line);
+                return Ok(self.of_any_unit(&to));
             }
             return self.conversion(seen(values.into_iter().next(), &to), &to, line);
         }
@@ -534,6 +534,15 @@ impl Emit<'_> {
             sum = self.combined(operator, sum, next, line)?;
         }
         Ok(sum)
+    }
+
+    /// A time as another type, or the other way round.
+    fn of_any_unit(&mut self, to: &Ty) -> Value {
+        match to {
+            Ty::Bit => Value::Bit(self.any_bit(ANY_UNIT)),
+            Ty::Number(kind) => Value::Number(*kind, self.any_number(*kind, ANY_UNIT)),
+            _ => Value::Any,
+        }
     }
 
     fn conversion(&mut self, value: Option<Value>, to: &Ty, line: u32) -> Result<Value, Fault> {

@@ -53,6 +53,10 @@ pub(super) enum Ty {
     Pointer,
 }
 
+/// What is told where a time is a number of another type.
+pub(super) const ANY_UNIT: &str =
+    "a time as a number of another type, in milliseconds or seconds: any value";
+
 /// How deep types may stand in each other.
 const DEPTH: u32 = 40;
 
