@@ -84,6 +84,8 @@ pub enum Fact {
     Exclusive(Vec<String>),
     /// Memory may hold anything when a scan starts, as after a download.
     Download,
+    /// Transitions that compete without priorities all clear if they are true.
+    AllClear,
     /// How often a routine interrupts a scan.
     Interrupts {
         /// The routine.
@@ -168,6 +170,7 @@ impl Fact {
             .chain((!facts.internal.is_empty()).then(|| Fact::Internal(facts.internal.clone())))
             .chain(facts.exclusive.iter().cloned().map(Fact::Exclusive))
             .chain(facts.download.then_some(Fact::Download))
+            .chain(facts.all_clear.then_some(Fact::AllClear))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
             .chain(facts.latched.map(Fact::Latched))
@@ -219,6 +222,9 @@ impl fmt::Display for Fact {
                 write!(f, "of {} no two are on when a scan starts", bits.join(", "))
             }
             Fact::Download => f.write_str("memory may hold anything when a scan starts"),
+            Fact::AllClear => f.write_str(
+                "of transitions that compete for a step without priorities, all clear that are true",
+            ),
             Fact::Interrupts { name, times } => {
                 write!(f, "{name} interrupts a scan at most {times} times")
             }

@@ -61,6 +61,9 @@ pub struct Facts {
     pub exclusive: Vec<Vec<String>>,
     /// Whether scans after a download or a change in RUN count, when memory may hold anything.
     pub download: bool,
+    /// Whether of transitions of a chart that compete for a step, and of which one has no priority, all clear whose conditions
+    /// are true.
+    pub all_clear: bool,
     /// Where they stand.
     pub places: Places,
 }
@@ -75,10 +78,11 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]) and [start] (download = true)";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
+const SELECTION: &str = "write selection = \"all\" where all transitions clear that compete for a step without priorities and are true, else selection = \"first\"";
 /// The tables of a facts file.
-pub const TABLES: [&str; 12] = [
+pub const TABLES: [&str; 13] = [
     "ranges",
     "counts",
     "calls",
@@ -91,6 +95,7 @@ pub const TABLES: [&str; 12] = [
     "internal",
     "exclusive",
     "start",
+    "sfc",
 ];
 /// More faults than this are counted, not listed.
 const MOST_FAULTS: usize = 100;
@@ -229,6 +234,15 @@ impl Reader<'_> {
                     self.fault(Some(value.span()), "download is true or false".to_owned(), DOWNLOAD)
                 }
                 (other, _) => self.unknown(key, "start", &meant(other, &["download"], DOWNLOAD)),
+            },
+            "sfc" => match (key.get_ref().as_ref(), value.get_ref().as_str()) {
+                ("selection", Some("all")) => self.facts.all_clear = true,
+                ("selection", Some("first")) => self.facts.all_clear = false,
+                ("selection", _) => {
+                    let message = "selection is \"first\" or \"all\"".to_owned();
+                    self.fault(Some(value.span()), message, SELECTION);
+                }
+                (other, _) => self.unknown(key, "sfc", &meant(other, &["selection"], SELECTION)),
             },
             _ => self.scan(key, value),
         }
@@ -502,7 +516,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         let writes = Some(vec!["D1-D9".to_owned()]);
         let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
@@ -522,6 +536,7 @@ mod tests {
                     .map(|set| set.iter().map(|one| (*one).to_owned()).collect())
                     .into(),
                 download: true,
+                all_clear: true,
                 interrupts: [("I0".to_owned(), 2)].into(),
                 inputs: Some(64),
                 outputs: Some(32),

@@ -3,8 +3,7 @@
 use super::emit::{Emit, Place};
 use super::value::constant;
 use crate::program::{
-    BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, Step, WordSource,
-    WordTarget, Write,
+    BitTarget, Cell, Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
 };
 
 fn all(parts: impl IntoIterator<Item = Logic>) -> Logic {
@@ -27,15 +26,7 @@ impl Emit<'_> {
         let (q, was) = (cell("Q"), cell("was"));
         let mut writes = Vec::new();
         match kind {
-            "TON" | "TOF" | "TP" => {
-                let (Some(q), Some(was), Some(preset)) = (q, was, cell("PT")) else { return };
-                writes.extend(self.timer(kind, bit("IN"), q, was, preset));
-                if let Some(elapsed) = cell("ET") {
-                    // How long it runs is up to the outside.
-                    let choice = self.builder.world();
-                    writes.push(Write::Havoc(Region::Range { first: elapsed, count: 2 }, choice));
-                }
-            }
+            "TON" | "TOF" | "TP" => return self.timer(kind, place),
             "R_TRIG" | "F_TRIG" => {
                 let (Some(q), Some(was)) = (q, was) else { return };
                 let clock = bit("CLK");
@@ -47,13 +38,11 @@ impl Emit<'_> {
             }
             "SR" => {
                 let Some(q) = cell("Q1") else { return };
-                let (on, off) = (any([bit("S1"), bit("SET1")]), any([bit("R"), bit("RESET")]));
-                writes.push(set(q, any([on, all([off.not(), Logic::cell(q)])])));
+                writes.push(set(q, any([bit("S1"), all([bit("R").not(), Logic::cell(q)])])));
             }
             "RS" => {
                 let Some(q) = cell("Q1") else { return };
-                let (on, off) = (any([bit("S"), bit("SET")]), any([bit("R1"), bit("RESET1")]));
-                writes.push(set(q, all([off.not(), any([on, Logic::cell(q)])])));
+                writes.push(set(q, all([bit("R1").not(), any([bit("S"), Logic::cell(q)])])));
             }
             _ => return self.counter(kind, place),
         }
@@ -63,38 +52,6 @@ impl Emit<'_> {
             None => cell("Q1").map_or(Logic::Const(true), Logic::cell),
         };
         self.builder.add(Some(Self::key(&[kind], "timer")), effects, Step::Act { fires });
-    }
-
-    /// A timer may run out at any moment while its input is as it has to be; not in the scan in which it begins, unless its
-    /// time may be 0.
-    fn timer(&mut self, kind: &str, input: Logic, q: Cell, was: Cell, preset: Cell) -> Vec<Write> {
-        let runs_out = self.world_bit();
-        // A time that is 0 may be one below a millisecond.
-        let short = self.world_bit();
-        let zero = Logic::Compare(Box::new(Compare {
-            relation: Relation::LessOrEqual,
-            reading: Reading::Signed,
-            left: Number::Words(vec![WordSource::Cell(preset), WordSource::Cell(preset.plus(1))]),
-            right: constant(0, 2),
-        }));
-        let (q_now, was_on) = (Logic::cell(q), Logic::cell(was));
-        let value = match kind {
-            "TON" => {
-                let later = all([was_on, any([q_now, runs_out])]);
-                all([input.clone(), any([later, all([zero, short])])])
-            }
-            "TOF" => {
-                // It stays on for a while when the input has gone.
-                let first = all([was_on.clone(), any([zero.clone().not(), runs_out.clone()])]);
-                let later = all([was_on.not(), runs_out]);
-                any([input.clone(), all([q_now, any([first, later])])])
-            }
-            _ => {
-                let begins = all([input.clone(), was_on.not(), any([zero.not(), short])]);
-                any([all([q_now.clone(), runs_out]), all([q_now.not(), begins])])
-            }
-        };
-        vec![set(q, value), set(was, input)]
     }
 
     fn counter(&mut self, kind: &'static str, place: &Place) {
@@ -111,10 +68,15 @@ impl Emit<'_> {
         let one = || Box::new(constant(1, 1));
         let up = || Number::Add(Box::new(word(count)), one());
         let down = || Number::Sub(Box::new(word(count)), one());
-        let reset = any([bit("R"), bit("RESET")]);
-        let load = any([bit("LD"), bit("LOAD")]);
+        let (reset, load) = (bit("R"), bit("LD"));
         let below = compare(Relation::Less, word(count), constant(i64::from(i16::MAX), 1));
         let above = compare(Relation::Greater, word(count), constant(i64::from(i16::MIN), 1));
+        // The standard counts on beyond the preset and below 0, some controllers stop there.
+        let stops = self.differs("counters stop at their preset and at 0");
+        let is_full = compare(Relation::GreaterOrEqual, word(count), word(preset));
+        let is_empty = compare(Relation::LessOrEqual, word(count), constant(0, 1));
+        let below = all([below, all([is_full, stops.clone()]).not()]);
+        let above = all([above, all([is_empty, stops]).not()]);
         let rises = |input: &str, was: Cell| all([bit(input), Logic::cell(was).not()]);
         match kind {
             "CTU" => {

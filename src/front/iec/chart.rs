@@ -1,16 +1,18 @@
 //! Charts as instructions: steps and stored actions are bits that nobody else knows.
 
-use super::emit::{Emit, What};
-use super::memory::{ActionMemory, Memory, all, any, layout, memory, set};
+use super::control::{Output, Whole};
+use super::emit::{Emit, OpenEnd, What};
+use super::memory::{Memory, all, any, layout, memory, set};
 use super::resolve::{Context, Found};
-use super::types::{Kind, Ty};
-use super::value::{Value, constant};
+use super::statement::ENDS_CHART;
+use super::types::{Ty, lineage};
+use super::value::Value;
 use crate::front::builder::always;
-use crate::iec::ast::{Expr, Kind as Statements, Path, Statement};
-use crate::iec::chart::{Chart, Feed, Qualifier, Target};
+use crate::iec::ast::{Kind as Statements, Path, Statement};
+use crate::iec::chart::{Chart, Target};
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Pou, same};
-use crate::program::{Compare, Logic, Number, Reading, Relation, Step, Tag};
+use crate::iec::{Body, Pou, Section, same};
+use crate::program::{Logic, Step, Tag};
 
 impl Emit<'_> {
     /// The memory of a chart of an instance.
@@ -29,7 +31,7 @@ impl Emit<'_> {
         let own = memory(chart, &tag)?;
         let is_read = |flag: &str| Self::part(&self.instances[instance].place, flag).is_some();
         let always_acts = !self.actions_first && !is_read("SFCInit");
-        let mut invariants = super::invariant::of(chart, &own, always_acts);
+        let mut invariants = super::invariant::of(chart, &own, always_acts, self.all_clear);
         if self.is_retained(instance) {
             // The power may fail in the midst of a scan, and the chart goes on with what stood there.
             invariants.clear();
@@ -59,6 +61,7 @@ impl Emit<'_> {
             .into_iter()
             .chain(halt.into_iter().chain(restart).map(Logic::cell)));
         let begins = self.keep_bit(begins);
+        self.times_go_on(&memory);
         let mut resets = vec![set(memory.started, Logic::Const(true))];
         for (cell, step) in memory.steps.iter().zip(&chart.steps) {
             resets.push(set(*cell, Logic::Const(step.initial)));
@@ -70,6 +73,7 @@ impl Emit<'_> {
         }
         resets.extend(memory.were.iter().map(|&cell| set(cell, Logic::Const(false))));
         self.write_if(begins.clone(), resets, None);
+        self.times_begin(&memory, &begins);
         let stop = halt.map(|halt| self.jump(Logic::cell(halt), None));
         if self.actions_first {
             self.act(at, pou, chart, &memory);
@@ -95,7 +99,10 @@ impl Emit<'_> {
             self.at(one.line, &text);
             let from = self.builder.next();
             let rivals = (0..number).filter(|&other| {
-                chart.transitions[other].from.iter().any(|step| one.from.contains(step))
+                let other = &chart.transitions[other];
+                let has_priorities = one.has_priority && other.has_priority;
+                other.from.iter().any(|step| one.from.contains(step))
+                    && (has_priorities || !self.all_clear)
             });
             let steps = one.from.iter().map(|&step| Logic::cell(memory.steps[step]));
             let rivals = rivals.map(|other| Logic::cell(memory.clears[other]).not());
@@ -130,6 +137,7 @@ impl Emit<'_> {
             let own = (0..memory.clears.len()).filter(|&at| which(at));
             any(own.map(|at| Logic::cell(memory.clears[at])))
         };
+        self.times_of_entered(chart, memory);
         let moves = memory.steps.iter().enumerate().map(|(step, &cell)| {
             let entered = clear(&|at| chart.transitions[at].to.contains(&step));
             let left = clear(&|at| chart.transitions[at].from.contains(&step));
@@ -137,6 +145,7 @@ impl Emit<'_> {
         });
         let moves = moves.collect();
         self.write(moves);
+        self.times_end(memory);
     }
 
     fn act(&mut self, at: &Context, pou: &Pou, chart: &Chart, memory: &Memory) {
@@ -166,121 +175,29 @@ impl Emit<'_> {
             let key = Self::key(&["STEP"], "nothing");
             self.builder.add(Some(key), Vec::new(), Step::Act { fires });
         }
-        let keep = memory.were.iter().zip(&memory.steps);
-        let keep = keep.map(|(&was, &now)| set(was, Logic::cell(now))).collect();
-        self.write(keep);
         let names = chart.actions();
         let mut outputs = Vec::new();
+        let whole = Whole {
+            reset_only_stored: self.differs("R holds off only what is stored"),
+            no_final_scan: self.differs("actions have no final scan"),
+        };
         for (name, action) in names.iter().zip(&memory.actions) {
             let line = chart.blocks_of(name).next().map_or(chart.line, |(_, block)| block.line);
             let text = format!("ACTION {name}");
             self.at(line, &text);
             let from = self.builder.next();
-            outputs.push(self.control(at, memory, action, line));
+            outputs.push(self.control(at, memory, action, &whole, line));
             self.counted_part(from, line, &text, chart.blocks_of(name).count());
         }
-        for (name, (on, runs)) in names.iter().zip(outputs) {
+        let keep = memory.were.iter().zip(&memory.steps);
+        let keep = keep.map(|(&was, &now)| set(was, Logic::cell(now))).collect();
+        self.write(keep);
+        for (name, output) in names.iter().zip(outputs) {
             let Some((_, block)) = chart.blocks_of(name).next() else { continue };
             self.at(block.line, name);
             match &block.target {
-                Target::Inline(_, body) => self.inline(at, body, runs, block.line),
-                Target::Path(path) => self.controlled(at, pou, path, on, runs, block.line),
-            }
-        }
-    }
-
-    /// The control of an action: whether it is on, and whether its body runs.
-    fn control(
-        &mut self,
-        at: &Context,
-        memory: &Memory,
-        action: &ActionMemory,
-        line: u32,
-    ) -> (Logic, Logic) {
-        let reset = self.keep_bit(action.active(memory, Qualifier::R));
-        let now = Logic::cell;
-        let stores = action.active(memory, Qualifier::S);
-        let stored = all([any([now(action.stored), stores]), reset.clone().not()]);
-        let mut changes = vec![set(action.stored, stored)];
-        let mut on = vec![action.active(memory, Qualifier::N), now(action.stored)];
-        let mut pulses = Vec::new();
-        let mut keep = Vec::new();
-        for (feed, input) in action.feeds.iter().zip(&action.inputs) {
-            let active = memory.active(&feed.steps);
-            let at_once = self.at_once(at, feed, line);
-            // A timer that runs may be over at any moment, and stays so; in the scan in which it begins only if its time is 0.
-            let mut over = |runs: Logic, ran: Logic| {
-                let free = self.world_bit();
-                all([runs, any([at_once.clone(), all([ran, any([now(input.over), free])])])])
-            };
-            keep.push(set(input.was, active.clone()));
-            let rises = all([active.clone(), now(input.was).not()]);
-            match feed.qualifier {
-                Qualifier::N | Qualifier::R | Qualifier::S => {}
-                Qualifier::L | Qualifier::D => {
-                    changes.push(set(input.over, over(active.clone(), now(input.was))));
-                    let is_limit = feed.qualifier == Qualifier::L;
-                    on.push(if is_limit {
-                        all([active, now(input.over).not()])
-                    } else {
-                        now(input.over)
-                    });
-                }
-                Qualifier::P => on.push(rises),
-                Qualifier::P1 => pulses.push(rises),
-                Qualifier::P0 => pulses.push(all([now(input.was), active.not()])),
-                Qualifier::Sd | Qualifier::Sl => {
-                    let stored = all([any([now(input.stored), active]), reset.clone().not()]);
-                    changes.push(set(input.over, over(stored.clone(), now(input.stored))));
-                    changes.push(set(input.stored, stored));
-                    on.push(match feed.qualifier {
-                        Qualifier::Sd => now(input.over),
-                        _ => all([now(input.stored), now(input.over).not()]),
-                    });
-                }
-                Qualifier::Ds => {
-                    changes.push(set(input.over, over(active, now(input.was))));
-                    let stored =
-                        all([any([now(input.stored), now(input.over)]), reset.clone().not()]);
-                    changes.push(set(input.stored, stored));
-                    on.push(now(input.stored));
-                }
-            }
-        }
-        self.write(changes);
-        let on = self.keep_bit(all([any(on), reset.not()]));
-        let pulse = self.keep_bit(any(pulses));
-        let last = all([now(action.on), on.clone().not()]);
-        let runs = self.keep_bit(any([on.clone(), pulse.clone(), last]));
-        keep.push(set(action.on, on.clone()));
-        let effects = keep.into_iter().map(always).collect();
-        let key = Self::key(&["ACTION"], "nothing");
-        self.builder.add(Some(key), effects, Step::Act { fires: runs.clone() });
-        (any([on, pulse]), runs)
-    }
-
-    /// Whether a timed input's time is 0 or less.
-    fn at_once(&mut self, at: &Context, feed: &Feed, line: u32) -> Logic {
-        let Some(time) = &feed.time else { return Logic::Const(feed.qualifier.is_timed()) };
-        if let Expr::Literal(crate::iec::ast::Literal::Time(time)) = time {
-            return Logic::Const(*time <= 0);
-        }
-        match self.number(at, time, Kind::Time, line) {
-            Ok(number) => {
-                let words = self.words(number, 2);
-                let compare = Compare {
-                    relation: Relation::LessOrEqual,
-                    reading: Reading::Signed,
-                    left: Number::Words(words),
-                    right: constant(0, 2),
-                };
-                // A time that is 0 may be one below a millisecond.
-                let short = self.world_bit();
-                self.keep_bit(all([Logic::Compare(Box::new(compare)), short]))
-            }
-            Err(fault) => {
-                self.faults.push((self.file, fault));
-                Logic::Const(false)
+                Target::Inline(_, body) => self.inline(at, body, output.runs, block.line),
+                Target::Path(path) => self.controlled(at, pou, path, output, block.line),
             }
         }
     }
@@ -291,7 +208,7 @@ impl Emit<'_> {
         match body {
             Body::Code(_, statements) => {
                 let around = self.enter(body);
-                self.inner(at, statements);
+                self.in_block(at, statements);
                 self.leave(around);
             }
             Body::Unread(_, fault) => self.faults.push((self.file, fault.clone())),
@@ -307,23 +224,22 @@ impl Emit<'_> {
     }
 
     /// An action of the unit, or of an instance, or a Boolean variable.
-    fn controlled(
-        &mut self,
-        at: &Context,
-        pou: &Pou,
-        path: &Path,
-        on: Logic,
-        runs: Logic,
-        line: u32,
-    ) {
+    fn controlled(&mut self, at: &Context, pou: &Pou, path: &Path, output: Output, line: u32) {
+        let Output { on, runs, may_stay } = output;
         let is_action =
             path.as_name().is_some_and(|name| pou.actions.iter().any(|one| same(&one.name, name)));
         if !is_action
             && let Ok(found @ (Found::Place(_) | Found::WordBit(..) | Found::Element(_))) =
                 self.find(at, path, line)
         {
+            let (on, open) = self.held(&found, on, may_stay);
             match self.writes(found, Value::Bit(on), line) {
                 Ok(writes) => {
+                    let begins_off = self.begins_off(at, path);
+                    if let Some((at, cell)) = open.filter(|_| begins_off) {
+                        let own = self.builder.next();
+                        self.open_ends.push(OpenEnd::Variable { at, cell, own: own..own + 1 });
+                    }
                     let effects = writes.into_iter().map(always).collect();
                     self.builder.add(Some(Self::key(&["ST"], "move")), effects, Step::Nothing);
                 }
@@ -331,7 +247,27 @@ impl Emit<'_> {
             }
             return;
         }
+        let name = path.as_name().map(|name| What::Action(name.to_ascii_uppercase()));
+        let returned = name.and_then(|what| self.returned(at.instance, &what));
+        let Some(returned) = returned else { return self.carried_out(at, path, runs, line) };
+        self.write(vec![set(returned, Logic::Const(false))]);
         self.carried_out(at, path, runs, line);
+        let whole = self.differs(ENDS_CHART);
+        let goes_on = self.jump(all([Logic::cell(returned), whole]).not(), None);
+        self.builder.add(None, Vec::new(), Step::Return);
+        self.land(goes_on);
+        self.landing();
+    }
+
+    /// Whether a variable of the unit, or a global one, begins with FALSE.
+    fn begins_off(&self, at: &Context, path: &Path) -> bool {
+        let Some(name) = path.as_name() else { return false };
+        let lineage = lineage(self.project, self.instances[at.instance].pou);
+        let own = lineage.into_iter().flat_map(|pou| &pou.variables);
+        let own = own.filter(|one| one.section != Section::External);
+        let globals = self.project.globals.iter().flat_map(|(_, all)| all);
+        let mut all = own.chain(globals).filter(|one| same(&one.name, name));
+        all.all(|one| one.initial.as_ref().is_none_or(|initial| initial.is(false)))
     }
 
     /// Calls an action where a condition holds.

@@ -36,6 +36,7 @@ pub fn decode(
 ) -> Result<Program, Vec<Diagnostic>> {
     let mut emit = Emit::new(project, dialect);
     emit.actions_first = options.actions_first;
+    emit.all_clear = asked.facts.all_clear;
     let mut tasks = tasks(project, &mut emit);
     let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));
     if let Some(at) = tasks.iter().position(is_asked) {
@@ -62,6 +63,7 @@ pub fn decode(
     one_name_each(&tasks, &mut emit);
     changed_by_others(&mut emit, &entries);
     let shared = super::address::share(&mut emit);
+    emit.settle();
     if !emit.faults.is_empty() {
         let name = |file: usize| project.files.get(file).map_or("", String::as_str);
         let mut told: Vec<Diagnostic> = Vec::new();

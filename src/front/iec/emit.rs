@@ -2,7 +2,7 @@
 
 use super::resolve::full_name;
 use super::tally::Tally;
-use super::types::{Kind, Ty, Types, layout, lineage};
+use super::types::{Kind, Ty, Types, first_name, layout, lineage};
 use super::value::Value;
 use crate::base::code::Code;
 use crate::base::location::Location;
@@ -14,7 +14,7 @@ use crate::program::{
     Area, AreaId, AreaKind, BitTarget, Cell, Logic, Number, Program, Radix, Region, Role, Step,
     Tag, TimingKey, Touched, Units, WordSource, WordTarget, Write,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The areas of variables, of what charts remember, and of values between.
 const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
@@ -46,6 +46,16 @@ pub(super) struct Instance {
     pub(super) place: Place,
 }
 
+/// Something that makes no difference if the rest of the program is as it mostly is.
+pub(super) enum OpenEnd {
+    /// The instruction writes a bit that is false if a timer's preset, these two words, never changes.
+    Preset { at: usize, preset: Cell },
+    /// The instruction writes a bit that is false if nothing but these instructions writes a variable.
+    Variable { at: usize, cell: Cell, own: std::ops::Range<usize> },
+    /// These instructions tell how long a step is active, which need not be told if nobody asks for it.
+    StepTime { cell: Cell, own: Vec<usize> },
+}
+
 /// A program while it is put together.
 pub(super) struct Emit<'p> {
     pub(super) builder: Builder,
@@ -66,12 +76,24 @@ pub(super) struct Emit<'p> {
     /// Instructions that give back what was handed over in and out, with the file of the call and its line.
     pub(super) given_back: Vec<(std::ops::Range<usize>, usize, u32)>,
     pub(super) tally: Tally,
+    /// For each thing that controllers do differently, the bit that says whether the one of a real run does it another way
+    /// than the standard.
+    pub(super) readings: BTreeMap<&'static str, Cell>,
+    pub(super) open_ends: Vec<OpenEnd>,
+    /// The bits that say that RETURN ended an action.
+    pub(super) returned: BTreeMap<(usize, What), Cell>,
+    /// The presets of timers that are called without one.
+    pub(super) presets_left: BTreeSet<Cell>,
+    /// The times of steps that are asked for.
+    pub(super) times_read: BTreeSet<Cell>,
     between: [u32; 2],
     pub(super) file: usize,
     /// The number of the task whose routines are put together.
     pub(super) task: usize,
     /// Whether charts carry out actions before they look at transitions.
     pub(super) actions_first: bool,
+    /// Whether of transitions that compete and of which one has no priority, all clear that are true.
+    pub(super) all_clear: bool,
 }
 
 impl<'p> Emit<'p> {
@@ -99,10 +121,16 @@ impl<'p> Emit<'p> {
             faults: Vec::new(),
             kept: BTreeMap::new(),
             given_back: Vec::new(),
+            readings: BTreeMap::new(),
+            open_ends: Vec::new(),
+            returned: BTreeMap::new(),
+            presets_left: BTreeSet::new(),
+            times_read: BTreeSet::new(),
             between: [0, 0],
             file: 0,
             task: 0,
             actions_first: false,
+            all_clear: false,
         }
     }
 
@@ -128,6 +156,10 @@ impl<'p> Emit<'p> {
     pub(super) fn part(place: &Place, name: &str) -> Option<Place> {
         let (Ty::Parts(parts) | Ty::Standard(_, parts) | Ty::Block(_, parts)) = &place.ty else {
             return None;
+        };
+        let name = match &place.ty {
+            Ty::Standard(kind, _) => first_name(kind, name),
+            _ => name,
         };
         let (own, ty) = parts.iter().find(|(own, _)| crate::iec::same(own, name))?;
         let tag = place.tag.part(own)?;

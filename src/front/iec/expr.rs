@@ -2,7 +2,7 @@
 
 use super::emit::Emit;
 use super::resolve::{Context, Element, Found};
-use super::types::{DINT, Kind, Ty, holding};
+use super::types::{ANY_UNIT, DINT, Kind, Ty, holding};
 use super::value::{Value, constant, real, wrapped};
 use super::within::{multiplies, shown, sums};
 use crate::base::code::Code;
@@ -124,25 +124,7 @@ impl Emit<'_> {
                 None => Value::Any,
             },
             Found::Element(element) => self.element(&element),
-            Found::Elapsed(flag) => {
-                // How long is up to the outside; a step that is not active has no time.
-                let first = self.words_between(2);
-                let zero = Write::Words(
-                    vec![WordTarget::Cell(first), WordTarget::Cell(first.plus(1))],
-                    constant(0, 2),
-                );
-                self.write(vec![zero]);
-                let choice = self.builder.world();
-                let low = Region::Range { first, count: 1 };
-                self.write_if(flag.clone(), vec![Write::Havoc(low, choice)], None);
-                let choice = self.builder.world();
-                let high = Region::Range { first: first.plus(1), count: 1 };
-                self.write_if(flag, vec![Write::Havoc(high, choice)], None);
-                // A time is not below 0.
-                let sign = BitTarget::WordBit(first.plus(1), 15);
-                self.write(vec![Write::Bit(sign, Logic::Const(false))]);
-                read(first, &Ty::Number(Kind::Time))
-            }
+            Found::Elapsed(time) => read(time, &Ty::Number(Kind::Time)),
         })
     }
 
@@ -239,9 +221,7 @@ impl Emit<'_> {
         let [one, two] = given else { return Ok(Value::Any) };
         let one = self.value(at, &one.value, line)?;
         let two = self.value(at, &two.value, line)?;
-        let which = self.any_bit(
-            "which of two values is taken here is not the same on all controllers: either",
-        );
+        let which = self.differs("a way that forks is not looked at again");
         self.chosen(which, one, two, line)
     }
 
@@ -309,6 +289,12 @@ impl Emit<'_> {
                 let one = self.constant_as(kind, one);
                 let two = self.converted(two, own, kind);
                 self.numbers(operator, relation, kind, one, two)
+            }
+            (Value::Number(one, _), Value::Number(two, _))
+                if relation.is_some() && (one == Kind::Time) != (two == Kind::Time) =>
+            {
+                self.cost(&[row(operator, Some(Kind::Time))], "compare");
+                Ok(Value::Bit(self.any_bit(ANY_UNIT)))
             }
             (Value::Number(one_kind, one), Value::Number(two_kind, two)) => {
                 let kind = common(one_kind, two_kind);
@@ -446,6 +432,9 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<Number, Fault> {
         match value {
+            Value::Number(from, _) if (from == Kind::Time) != (kind == Kind::Time) => {
+                Ok(self.any_number(kind, ANY_UNIT))
+            }
             Value::Number(from, number) => Ok(self.converted(number, from, kind)),
             Value::Constant(value) => Ok(self.constant_as(kind, value)),
             Value::Any => {

@@ -3,7 +3,7 @@
 use super::emit::{Emit, Place, What};
 use super::expr::{common, read};
 use super::resolve::{Context, Found, unknown};
-use super::types::{DINT, Kind, Ty, elementary, holding, is_elementary};
+use super::types::{ANY_UNIT, DINT, Kind, Ty, elementary, holding, is_elementary};
 use super::value::Value;
 use super::whole::Whole;
 use super::within::{multiplies, shown, sums};
@@ -385,12 +385,20 @@ impl Emit<'_> {
         }
         if let Some((from, to)) = upper.split_once("_TO_") {
             let to = elementary(to).ok_or_else(|| unknown(line, name))?;
-            let _ = elementary(from).ok_or_else(|| unknown(line, name))?;
+            let from = elementary(from).ok_or_else(|| unknown(line, name))?;
             self.cost(&[&upper, "CONVERT"], "conversion");
+            if is_time(&from) != is_time(&to) {
+                return Ok(self.of_any_unit(&to));
+            }
             return self.conversion(seen(values.into_iter().next(), &to), &to, line);
         }
         if let Some(to) = upper.strip_prefix("TO_").and_then(elementary) {
             self.cost(&[&upper, "CONVERT"], "conversion");
+            let from = values.first();
+            let of_time = matches!(from, Some(Value::Number(Kind::Time, _)));
+            if of_time != is_time(&to) {
+                return Ok(self.of_any_unit(&to));
+            }
             return self.conversion(seen(values.into_iter().next(), &to), &to, line);
         }
         let operator = match upper.as_str() {
@@ -450,8 +458,7 @@ impl Emit<'_> {
             ("LIMIT", 3) => {
                 self.cost(&["LIMIT"], "compare");
                 let (high, value, low) = (values.remove(2), values.remove(1), values.remove(0));
-                let least = self.better(low, value, true, line)?;
-                self.better(least, high, false, line)
+                self.limited(low, value, high, line)
             }
             ("ABS", 1) => {
                 self.cost(&["ABS"], "arithmetic");
@@ -529,6 +536,15 @@ impl Emit<'_> {
         Ok(sum)
     }
 
+    /// A time as another type, or the other way round.
+    fn of_any_unit(&mut self, to: &Ty) -> Value {
+        match to {
+            Ty::Bit => Value::Bit(self.any_bit(ANY_UNIT)),
+            Ty::Number(kind) => Value::Number(*kind, self.any_number(*kind, ANY_UNIT)),
+            _ => Value::Any,
+        }
+    }
+
     fn conversion(&mut self, value: Option<Value>, to: &Ty, line: u32) -> Result<Value, Fault> {
         let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
         Ok(match (to, value) {
@@ -593,6 +609,34 @@ impl Emit<'_> {
         Ok(Value::Number(kind, Number::Words(words)))
     }
 
+    /// A value between two others. Where these are crossed, controllers take one or the other.
+    fn limited(
+        &mut self,
+        low: Value,
+        value: Value,
+        high: Value,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let [low, value, high] = [low, value, high].map(|value| self.frozen(value));
+        let least = self.better(low.clone(), value, true, line)?;
+        let found = self.better(least, high.clone(), false, line)?;
+        let is_right =
+            matches!((&low, &high), (Value::Constant(low), Value::Constant(high)) if low <= high);
+        if is_right || matches!(found, Value::Any) {
+            return Ok(found);
+        }
+        let from = self.builder.next();
+        let found = self.frozen(found);
+        let crossed = self.combined(Operator::Greater, low.clone(), high, line)?;
+        // It is part of the function.
+        for at in from..self.builder.next() {
+            self.program().instructions[at].timing = None;
+        }
+        let Value::Bit(crossed) = crossed else { return Ok(Value::Any) };
+        let other = self.differs("LIMIT takes the lower one of limits that are crossed");
+        self.chosen(Logic::All(vec![crossed, other]), low, found, line)
+    }
+
     /// The larger or the smaller of two values.
     fn better(&mut self, one: Value, two: Value, larger: bool, line: u32) -> Result<Value, Fault> {
         let operator = if larger { Operator::GreaterOrEqual } else { Operator::LessOrEqual };
@@ -601,6 +645,11 @@ impl Emit<'_> {
             _ => Ok(Value::Any),
         }
     }
+}
+
+/// Whether it is a duration. What number it is as another type hangs on the unit: milliseconds or seconds.
+fn is_time(ty: &Ty) -> bool {
+    matches!(ty, Ty::Number(Kind::Time))
 }
 
 /// Arguments with the names of the parameters that they are for: those without a name stand for the inputs in their order.

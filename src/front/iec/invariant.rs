@@ -19,7 +19,9 @@ fn never(parts: impl IntoIterator<Item = Logic>) -> Logic {
 
 /// What every scan keeps. `always_acts`: whether the control of actions is worked out in every scan in which the chart is
 /// carried out, behind the evolution.
-pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool) -> Vec<Logic> {
+/// `all_clear`: whether transitions that compete without priorities clear together.
+pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: bool) -> Vec<Logic> {
+    let all_clear = all_clear && competes(chart);
     let mut found = Vec::new();
     let idle = || on(memory.started).not();
     // Before it begins nothing is remembered.
@@ -31,7 +33,7 @@ pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool) -> Vec<Logic
         found.push(any([on(memory.started), on(cell).not()]));
     }
     let analysis = analyse(chart, BUDGET);
-    if !matches!(analysis.basis, Basis::Unsafe(_)) {
+    if !matches!(analysis.basis, Basis::Unsafe(_)) && !all_clear {
         found.extend(markings(chart, memory, &analysis.basis));
         for one in 0..memory.steps.len() {
             for other in one + 1..memory.steps.len() {
@@ -43,20 +45,34 @@ pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool) -> Vec<Logic
         for (name, action) in chart.actions().iter().zip(&memory.actions) {
             for step in apart_while_stored(chart, name, BUDGET) {
                 let inputs = action.feeds.iter().zip(&action.inputs);
-                let inputs = inputs.filter(|(feed, _)| feed.qualifier.is_stored());
+                // A delay may outlast R.
+                let outlasts = |kind| kind == Qualifier::Sd && action.has_reset();
+                let inputs = inputs
+                    .filter(|(feed, _)| feed.qualifier.is_stored() && !outlasts(feed.qualifier));
                 let latches = inputs.map(|(_, input)| input.stored).chain([action.stored]);
                 found.extend(latches.map(|latch| never([on(latch), on(memory.steps[step])])));
             }
         }
     }
     for action in &memory.actions {
-        found.extend(controlled(chart, memory, action, always_acts));
+        found.extend(controlled(chart, memory, action, always_acts, all_clear));
     }
     if always_acts {
         let pairs = memory.were.iter().zip(&memory.steps);
         found.extend(pairs.flat_map(|(&was, &now)| same(on(was), on(now), &idle)));
     }
     found
+}
+
+/// Whether transitions compete for a step of which one has no priority.
+fn competes(chart: &Chart) -> bool {
+    let all = &chart.transitions;
+    let pairs =
+        all.iter().enumerate().flat_map(|(at, one)| all[..at].iter().map(move |two| (one, two)));
+    { pairs }.any(|(one, two)| {
+        !(one.has_priority && two.has_priority)
+            && one.from.iter().any(|step| two.from.contains(step))
+    })
 }
 
 fn same(one: Logic, other: Logic, idle: &dyn Fn() -> Logic) -> [Logic; 2] {
@@ -107,10 +123,12 @@ fn controlled(
     memory: &Memory,
     action: &ActionMemory,
     always_acts: bool,
+    all_clear: bool,
 ) -> Vec<Logic> {
     let mut found = Vec::new();
     let idle = || on(memory.started).not();
-    let mut lasting = vec![action.active(memory, Qualifier::N), on(action.stored)];
+    let mut lasting = vec![action.active(memory, Qualifier::N)];
+    let mut stored = vec![on(action.stored)];
     let mut pulses = Vec::new();
     let has = |kind| action.feeds.iter().any(|feed| feed.qualifier == kind);
     if !has(Qualifier::S) {
@@ -132,15 +150,18 @@ fn controlled(
             }
             Qualifier::Ds => {
                 found.push(never([on(input.over), on(input.was).not()]));
-                lasting.push(on(input.stored));
+                stored.push(on(input.stored));
             }
             Qualifier::Sd => {
                 found.push(never([on(input.over), on(input.stored).not()]));
-                lasting.push(on(input.over));
+                stored.push(on(input.over));
             }
             Qualifier::Sl => {
                 found.push(never([on(input.over), on(input.stored).not()]));
-                lasting.push(all([on(input.stored), on(input.over).not()]));
+                stored.push(all([on(input.stored), on(input.over).not()]));
+            }
+            Qualifier::P if feed.steps.len() > 1 || all_clear => {
+                pulses.push(memory.active(&feed.steps))
             }
             Qualifier::P => pulses.push(memory.active(&entered(chart, &feed.steps))),
             Qualifier::N | Qualifier::R | Qualifier::S | Qualifier::P0 | Qualifier::P1 => {}
@@ -153,12 +174,15 @@ fn controlled(
         }
     }
     if always_acts {
-        // Whether it was on follows from what lasts, but for pulses.
-        let free = action.active(memory, Qualifier::R).not();
-        let lasts = all([any(lasting), free.clone()]);
-        found.push(any([idle(), lasts.clone().not(), on(action.on)]));
-        let pulsed = all([any(pulses), free]);
-        found.push(any([idle(), on(action.on).not(), lasts, pulsed]));
+        // Whether it was on follows from what lasts, but for pulses, for blocks that overrule each other, and where R holds
+        // off only what is stored.
+        let free = || action.active(memory, Qualifier::R).not();
+        let blocks: usize = action.feeds.iter().map(|feed| feed.steps.len()).sum();
+        let alone = Logic::Const(blocks < 2);
+        let stored = all([any(stored), free()]);
+        let sure = any([all([any(lasting.clone()), free(), alone]), stored.clone()]);
+        found.push(any([idle(), sure.not(), on(action.on)]));
+        found.push(any([idle(), on(action.on).not(), any(lasting), stored, any(pulses)]));
     }
     found
 }

@@ -11,8 +11,18 @@ pub(super) struct Memory {
     pub(super) started: Cell,
     pub(super) steps: Vec<Cell>,
     pub(super) were: Vec<Cell>,
+    /// How long steps and macro steps are active.
+    pub(super) times: Vec<StepTime>,
     pub(super) clears: Vec<Cell>,
     pub(super) actions: Vec<ActionMemory>,
+}
+
+/// How long a step is active, or a macro step, of which steps stand in the place.
+pub(super) struct StepTime {
+    /// The first of two words.
+    pub(super) cell: Cell,
+    pub(super) steps: Vec<usize>,
+    pub(super) initial: bool,
 }
 
 /// What is remembered of an action.
@@ -43,7 +53,13 @@ fn bits(names: &[&str]) -> Type {
 
 pub(super) fn layout(chart: &Chart) -> Type {
     let mut all = vec![(STARTED.to_owned(), Type::Bit)];
-    all.extend(chart.steps.iter().map(|step| (step.name.clone(), bits(&["X", "was active"]))));
+    let time = || ("T".to_owned(), Type::Words(2));
+    let step = || {
+        let flags = ["X", "was active"].map(|name| (name.to_owned(), Type::Bit));
+        parts(flags.into_iter().chain([time()]))
+    };
+    all.extend(chart.steps.iter().map(|one| (one.name.clone(), step())));
+    all.extend(chart.macros.iter().map(|one| (one.name.clone(), parts([time()]))));
     let ways = 0..chart.transitions.len();
     all.extend(ways.map(|at| (format!("transition {} clears", at + 1), Type::Bit)));
     for action in chart.actions() {
@@ -84,6 +100,14 @@ pub(super) fn memory(chart: &Chart, tag: &Tag) -> Option<Memory> {
         })
     };
     let ways = 0..chart.transitions.len();
+    let names = chart.steps.iter().map(|step| &step.name);
+    let names = names.chain(chart.macros.iter().map(|one| &one.name));
+    let steps = (0..chart.steps.len()).map(|step| vec![step]);
+    let steps = steps.chain(chart.macros.iter().map(|one| one.steps.clone()));
+    let time = |(name, steps): (&String, Vec<usize>)| {
+        let initial = steps.iter().any(|&step| chart.steps[step].initial);
+        Some(StepTime { cell: cell(&[name, "T"])?, steps, initial })
+    };
     Some(Memory {
         started: cell(&[STARTED])?,
         steps: chart.steps.iter().map(|step| cell(&[&step.name, "X"])).collect::<Option<_>>()?,
@@ -92,6 +116,7 @@ pub(super) fn memory(chart: &Chart, tag: &Tag) -> Option<Memory> {
             .iter()
             .map(|step| cell(&[&step.name, "was active"]))
             .collect::<Option<_>>()?,
+        times: names.zip(steps).map(time).collect::<Option<_>>()?,
         clears: ways
             .map(|at| cell(&[&format!("transition {} clears", at + 1)]))
             .collect::<Option<_>>()?,
@@ -119,6 +144,11 @@ impl Memory {
 }
 
 impl ActionMemory {
+    /// Whether R ends it anywhere.
+    pub(super) fn has_reset(&self) -> bool {
+        self.feeds.iter().any(|feed| feed.qualifier == Qualifier::R)
+    }
+
     /// Whether one of the steps of a qualifier is active.
     pub(super) fn active(&self, memory: &Memory, qualifier: Qualifier) -> Logic {
         let own = self.feeds.iter().filter(|feed| feed.qualifier == qualifier);

@@ -63,8 +63,8 @@ pub(super) enum Found {
     /// A bit of a word, and the last of those that follow it: the sign of 8 bits fills its word.
     WordBit(Cell, u8, u8),
     Value(Value),
-    /// How long a step is active: its flag.
-    Elapsed(Logic),
+    /// How long a step is active.
+    Elapsed(Cell),
 }
 
 pub(super) fn unknown(line: u32, name: &str) -> Fault {
@@ -320,11 +320,15 @@ impl<'p> Emit<'p> {
                 Some(Logic::cell(tag.part(&chart.steps[step].name)?.part("X")?.cell()?))
             });
             let mut cells = cells.collect::<Option<Vec<_>>>()?;
-            Some(if cells.len() == 1 { cells.remove(0) } else { Logic::Any(cells) })
+            let active = if cells.len() == 1 { cells.remove(0) } else { Logic::Any(cells) };
+            let own = chart.step(step).map(|step| &chart.steps[step].name);
+            let of_macro = || chart.macros.iter().find(|one| same(&one.name, step));
+            let name = own.or_else(|| of_macro().map(|one| &one.name))?;
+            Some((active, tag.part(name)?.part("T")?.cell()?))
         };
         let own = names(&all).and_then(|step| flag_of(self, at.instance, &step));
-        let active = match own {
-            Some(active) => active,
+        let (active, time) = match own {
+            Some(found) => found,
             // The first names lead to an instance of a function block.
             None => (1..all.len()).rev().find_map(|cut| {
                 let step = names(&all[cut..])?;
@@ -338,7 +342,8 @@ impl<'p> Emit<'p> {
         Some(if same(flag, "X") {
             Found::Value(Value::Bit(active))
         } else {
-            Found::Elapsed(active)
+            self.times_read.insert(time);
+            Found::Elapsed(time)
         })
     }
 

@@ -1,22 +1,26 @@
 //! Statements, and the routines that they stand in.
 
 use super::emit::{Emit, Instance, Place, What};
+use super::memory::set;
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, lineage};
 use super::value::{Value, constant};
 use crate::base::code::Code;
 use crate::iec::ast::{
-    Argument, Expr, Kind as Statements, Literal, Operator, Part, Path, Selector, Statement,
+    Argument, Expr, Kind as Statements, Literal, Operator, Part, Path, Selector, Statement, visit,
 };
 use crate::iec::fault::Fault;
 use crate::iec::{Body, Pou, PouKind, Section, same, show};
 use crate::program::{
-    Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
+    Cell, Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
 };
 use std::collections::BTreeMap;
 
 /// An array of so many instances is called by a number that is worked out.
 const MOST_INSTANCES: i64 = 64;
+
+/// What some controllers do.
+pub(super) const ENDS_CHART: &str = "RETURN in an action ends the whole chart";
 
 /// Where jumps of a body lead: labels, and the ends of loops.
 #[derive(Default)]
@@ -25,6 +29,10 @@ pub(super) struct Ways {
     seen: Vec<String>,
     /// For each loop around: jumps to its end of an iteration, and jumps out of it.
     pub(super) loops: Vec<[Vec<usize>; 2]>,
+    /// In an action block: jumps to its end. Whether RETURN ends it alone, controllers differ.
+    ends: Option<Vec<usize>>,
+    /// In an action of its own: the bit that says that RETURN ended it.
+    returned: Option<Cell>,
 }
 
 impl<'p> Emit<'p> {
@@ -87,7 +95,9 @@ impl<'p> Emit<'p> {
         let around = self.enter(body);
         match body {
             Body::Code(_, statements) => {
-                let mut ways = Ways::default();
+                let is_action = matches!(what, What::Action(_));
+                let returned = is_action.then(|| self.returned(instance, what)).flatten();
+                let mut ways = Ways { returned, ..Ways::default() };
                 self.statements(&context, statements, &mut ways);
                 for (label, jumps) in ways.labels {
                     if !jumps.is_empty() {
@@ -141,6 +151,29 @@ impl<'p> Emit<'p> {
                 }
             }
         }
+    }
+
+    /// Statements that stand in an action block.
+    pub(super) fn in_block(&mut self, at: &Context, statements: &[Statement]) {
+        let mut ways = Ways { ends: Some(Vec::new()), ..Ways::default() };
+        self.statements(at, statements, &mut ways);
+        ways.ends.into_iter().flatten().for_each(|jump| self.land(jump));
+    }
+
+    /// The bit that says that RETURN ended an action of an instance, if it has one.
+    pub(super) fn returned(&mut self, instance: usize, what: &What) -> Option<Cell> {
+        let (_, Body::Code(_, statements)) = self.body(instance, what)? else { return None };
+        let mut has_any = false;
+        visit(statements, &mut |one| has_any |= matches!(one.kind, Statements::Return(_)));
+        if !has_any {
+            return None;
+        }
+        if let Some(&known) = self.returned.get(&(instance, what.clone())) {
+            return Some(known);
+        }
+        let cell = self.bit_between();
+        self.returned.insert((instance, what.clone()), cell);
+        Some(cell)
     }
 
     /// Statements that stand within a chart.
@@ -211,7 +244,17 @@ impl<'p> Emit<'p> {
             Statements::Return(condition) => {
                 let returns = self.bit(at, condition, line)?;
                 let stay = self.jump(returns.not(), None);
-                self.builder.add(Some(Self::key(&["RET"], "jump")), Vec::new(), Step::Return);
+                if let Some(cell) = ways.returned {
+                    self.write(vec![set(cell, Logic::Const(true))]);
+                }
+                let key = Some(Self::key(&["RET"], "jump"));
+                if let Some(ends) = &mut ways.ends {
+                    let whole = self.differs(ENDS_CHART);
+                    ends.push(self.jump(whole.not(), key));
+                    self.builder.add(None, Vec::new(), Step::Return);
+                } else {
+                    self.builder.add(key, Vec::new(), Step::Return);
+                }
                 self.land(stay);
                 self.landing();
                 Ok(())
@@ -460,6 +503,11 @@ impl<'p> Emit<'p> {
                 let inputs = self.begin_inputs(at, place, &given, line)?;
                 self.hand_over(at, place, &[], &given, line)?;
                 let enabled = self.begin_body(inputs);
+                let is_preset = |one: &Argument| one.name.as_ref().is_some_and(|n| same(n, "PT"));
+                if !given.iter().any(is_preset) {
+                    let preset = Self::part(place, "PT").and_then(|part| part.tag.cell());
+                    self.presets_left.extend(preset);
+                }
                 self.standard_block(kind, place);
                 self.take_back(at, place, &[], &given, line)?;
                 let enable = self.end_enabled(at, place, enabled, &given, line)?;

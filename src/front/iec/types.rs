@@ -53,6 +53,10 @@ pub(super) enum Ty {
     Pointer,
 }
 
+/// What is told where a time is a number of another type.
+pub(super) const ANY_UNIT: &str =
+    "a time as a number of another type, in milliseconds or seconds: any value";
+
 /// How deep types may stand in each other.
 const DEPTH: u32 = 40;
 
@@ -108,7 +112,6 @@ const BLOCKS: &[(&str, &[(&str, &str)])] = &[
         &[
             ("CU", "BOOL"),
             ("R", "BOOL"),
-            ("RESET", "BOOL"),
             ("PV", "INT"),
             ("Q", "BOOL"),
             ("CV", "INT"),
@@ -120,7 +123,6 @@ const BLOCKS: &[(&str, &[(&str, &str)])] = &[
         &[
             ("CD", "BOOL"),
             ("LD", "BOOL"),
-            ("LOAD", "BOOL"),
             ("PV", "INT"),
             ("Q", "BOOL"),
             ("CV", "INT"),
@@ -133,9 +135,7 @@ const BLOCKS: &[(&str, &[(&str, &str)])] = &[
             ("CU", "BOOL"),
             ("CD", "BOOL"),
             ("R", "BOOL"),
-            ("RESET", "BOOL"),
             ("LD", "BOOL"),
-            ("LOAD", "BOOL"),
             ("PV", "INT"),
             ("QU", "BOOL"),
             ("QD", "BOOL"),
@@ -146,11 +146,29 @@ const BLOCKS: &[(&str, &[(&str, &str)])] = &[
     ),
     ("R_TRIG", &[("CLK", "BOOL"), ("Q", "BOOL"), ("was", "BOOL")]),
     ("F_TRIG", &[("CLK", "BOOL"), ("Q", "BOOL"), ("was", "BOOL")]),
-    ("SR", &[("S1", "BOOL"), ("R", "BOOL"), ("SET1", "BOOL"), ("RESET", "BOOL"), ("Q1", "BOOL")]),
-    ("RS", &[("S", "BOOL"), ("R1", "BOOL"), ("SET", "BOOL"), ("RESET1", "BOOL"), ("Q1", "BOOL")]),
+    ("SR", &[("S1", "BOOL"), ("R", "BOOL"), ("Q1", "BOOL")]),
+    ("RS", &[("S", "BOOL"), ("R1", "BOOL"), ("Q1", "BOOL")]),
 ];
 const TIMER: &[(&str, &str)] =
     &[("IN", "BOOL"), ("PT", "TIME"), ("Q", "BOOL"), ("ET", "TIME"), ("was", "BOOL")];
+
+/// Inputs that go by two names: block, the second name, the first.
+const SECOND_NAMES: &[(&str, &str, &str)] = &[
+    ("SR", "SET1", "S1"),
+    ("SR", "RESET", "R"),
+    ("RS", "SET", "S"),
+    ("RS", "RESET1", "R1"),
+    ("CTU", "RESET", "R"),
+    ("CTD", "LOAD", "LD"),
+    ("CTUD", "RESET", "R"),
+    ("CTUD", "LOAD", "LD"),
+];
+
+/// The name under which a part of a standard block is kept.
+pub(super) fn first_name<'n>(kind: &str, name: &'n str) -> &'n str {
+    let is = |(block, second, _): &&(&str, &str, &str)| *block == kind && same(second, name);
+    SECOND_NAMES.iter().find(is).map_or(name, |(_, _, first)| first)
+}
 
 fn standard(name: &str) -> Option<Ty> {
     let (name, parts) = BLOCKS.iter().find(|(own, _)| same(own, name))?;

@@ -71,10 +71,10 @@ pub(super) fn layout(beginning: &str) -> Option<Layout> {
     let text = &beginning[..end];
     let delimiters = [b'\t', b',', b';'].into_iter();
     let mut used = delimiters.filter(|&delimiter| text.as_bytes().contains(&delimiter));
-    used.find_map(|delimiter| layout_with(text, delimiter))
+    used.find_map(|delimiter| layout_with(text, delimiter, &|| is_code(beginning)))
 }
 
-fn layout_with(beginning: &str, delimiter: u8) -> Option<Layout> {
+fn layout_with(beginning: &str, delimiter: u8, is_code: &dyn Fn() -> bool) -> Option<Layout> {
     let records: Vec<StringRecord> = reader(beginning, delimiter)
         .into_records()
         .take(HEADING_ROWS)
@@ -84,11 +84,14 @@ fn layout_with(beginning: &str, delimiter: u8) -> Option<Layout> {
         let above = index.checked_sub(1).map(|above| &records[above]);
         let known = record.len() > DEVICE
             && INSTRUCTION_HEADS.contains(&plain(&record[INSTRUCTION]).as_str());
-        // Heads in a language not known here: seven words, none a number, under the CPU's row.
+        // Heads in a language not known here: seven words, none a number, under the CPU's row. Structured text has lines with
+        // as many commas.
         let shaped = record.len() == 7
             && record.iter().take(DEVICE + 1).all(|head| !head.trim().is_empty())
             && !record[STEP].trim().starts_with(|c: char| c.is_ascii_digit())
-            && above.is_some_and(|row| row.len() <= 7 && row[0].contains([':', '：']));
+            && above.is_some_and(|row| row.len() <= 7 && row[0].contains([':', '：']))
+            && !record.iter().chain(above.into_iter().flatten()).any(|cell| cell.contains(":="))
+            && !is_code();
         if known || shaped {
             let (tool, cpu) = machine(&records[..index], record);
             let columns = record.len();
@@ -96,6 +99,16 @@ fn layout_with(beginning: &str, delimiter: u8) -> Option<Layout> {
         }
     }
     None
+}
+
+/// Whether a text is one of units of IEC 61131-3.
+fn is_code(text: &str) -> bool {
+    const ENDS: [&str; 6] =
+        ["END_VAR", "END_TYPE", "END_STRUCT", "END_PROGRAM", "END_STEP", "END_CONFIGURATION"];
+    let word = |word: &str| {
+        word.trim_matches(|c: char| !c.is_alphanumeric() && c != '_').to_ascii_uppercase()
+    };
+    text.split_whitespace().any(|own| ENDS.contains(&word(own).as_str()))
 }
 
 /// The tool and the CPU, from the rows above the heads.

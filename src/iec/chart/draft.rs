@@ -106,6 +106,7 @@ impl Draft {
                 from,
                 to,
                 condition: one.condition.clone(),
+                has_priority: one.priority.is_some(),
                 line,
                 id: one.id.clone(),
             });

@@ -336,6 +336,7 @@ fn over(
         from: vec![*wait],
         to: vec![*on],
         condition,
+        has_priority: false,
         line: plan.line,
         id: None,
     })

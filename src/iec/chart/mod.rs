@@ -190,6 +190,8 @@ pub struct Transition {
     pub to: Vec<usize>,
     /// Its condition.
     pub condition: Expr,
+    /// Whether it has a priority of its own.
+    pub has_priority: bool,
     /// Its line.
     pub line: u32,
     /// Its number in the source, where that has one.

@@ -6,8 +6,9 @@
 use super::node::{Text, child, children, elements, inputs, is, sources};
 use super::order::{order, rank};
 use super::reading::Reading;
+use super::standard::is_standard;
 use crate::base::code::Code;
-use crate::iec::ast::{Argument, EITHER, Expr, Kind, Path, Statement, visit};
+use crate::iec::ast::{Argument, EITHER, Expr, Kind, Path, Statement, paths_of, visit};
 use crate::iec::fault::Fault;
 use crate::iec::{parse, same};
 use roxmltree::Node;
@@ -38,6 +39,9 @@ pub(super) struct Graph<'a, 'i> {
     statements: Vec<Statement>,
     /// Variables that blocks were handed in and out, and how many statements had been carried out then.
     handed: Vec<(usize, String)>,
+    /// How many statements had been carried out before each block that may write what is not its own: globals, and what it
+    /// is handed in and out.
+    foreign: Vec<usize>,
     /// The number of execution of the element that is carried out, if it has one.
     acting: Option<u64>,
 }
@@ -96,6 +100,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             done: BTreeSet::new(),
             statements: Vec::new(),
             handed: Vec::new(),
+            foreign: Vec::new(),
             acting: None,
         })
     }
@@ -108,6 +113,17 @@ impl<'a, 'i> Graph<'a, 'i> {
         let mut acting: Vec<(_, &'a str)> =
             self.nodes.iter().enumerate().map(|(at, (&id, &node))| (rank(node, at), id)).collect();
         acting.sort();
+        if let Some(&node) = acting.iter().map(|(_, id)| &self.nodes[id]).find(|node| {
+            matches!(node.tag_name().name(), "label" | "jump" | "return") && order(**node).is_none()
+        }) && self.nodes.values().any(|node| order(*node).is_some())
+        {
+            let message = format!(
+                "{}: it has no executionOrderId, but other elements have: what is jumped over is not clear",
+                called(node)
+            );
+            let help = "number it, too, or leave out all numbers: then elements are carried out from top to bottom";
+            return Err(self.text.fault(node, message).code(Code::NotModelled).help(help));
+        }
         for (_, id) in acting {
             self.acting = order(self.nodes[id]);
             self.act(reading, id)?;
@@ -290,6 +306,15 @@ impl<'a, 'i> Graph<'a, 'i> {
 
     /// Whether a variable that an expression reads may have been written since so many statements had been carried out.
     fn may_have_changed(&self, value: &Expr, since: usize) -> bool {
+        let has_variable = |value: &Expr| {
+            let mut one = value.clone();
+            let mut found = false;
+            paths_of(&mut one, &mut |path| found |= !path.first.starts_with('~'));
+            found
+        };
+        if self.foreign.iter().any(|at| *at >= since) && has_variable(value) {
+            return true;
+        }
         let handed = self.handed.iter().filter(|(at, _)| *at >= since);
         let mut found = handed.into_iter().any(|(_, name)| reads(value, name));
         visit(&self.statements[since..], &mut |one| match &one.kind {
@@ -453,7 +478,11 @@ impl<'a, 'i> Graph<'a, 'i> {
                 self.store(node, key, name, other)
             }
         };
-        if let Some(instance) = node.attribute("instanceName").filter(|name| !name.is_empty()) {
+        let instance = node.attribute("instanceName").filter(|name| !name.is_empty());
+        if !is_standard(of, instance.is_some()) {
+            self.foreign.push(self.statements.len());
+        }
+        if let Some(instance) = instance {
             let target = path_of(instance, self.text.line(node))?;
             self.add(node, Kind::CallIf(enable, target, given));
         } else {

@@ -10,6 +10,7 @@ mod node;
 mod order;
 mod project;
 mod reading;
+mod standard;
 pub mod write;
 
 use super::Project;

@@ -1,0 +1,499 @@
+//! What controllers do differently: the bound takes all that any of them does, and no more than each does by itself.
+
+use scanbound::audit::{Audit, Failure, Request, audit};
+use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
+use scanbound::front::{Input, Kind, detect};
+use scanbound::passes::values::Trust;
+use scanbound::timing::table::{CLASSES, Table};
+
+/// What a scan takes, where a store takes a microsecond and nothing else anything.
+fn audited(name: &str, text: &str, facts: &str) -> Result<Audit, Failure> {
+    let mut rows = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES {
+        rows += &format!("@{class},0,0\n");
+    }
+    rows += "ST,1,1\n@end,0,\n";
+    let table =
+        Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
+    let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
+    let facts = Facts::parse("facts.toml", facts).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let request =
+        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+    audit(&request)
+}
+
+/// The most and the least microseconds that the longest scan takes.
+fn bounds(text: &str, facts: &str) -> (u64, u64) {
+    let found = audited("main.st", text, facts).unwrap_or_else(|failure| panic!("{failure:?}"));
+    let us = |time: Picos| time.0 / Picos(1_000_000).0;
+    (us(found.bound.upper), us(found.bound.lower))
+}
+
+/// The same of a program's variables and statements, of which those under a condition take what it is about.
+fn of(variables: &str, body: &str) -> (u64, u64) {
+    bounds(
+        &format!(
+            "PROGRAM main VAR x, y : BOOL; a AT %IX0.0 : BOOL; {variables} END_VAR {body} END_PROGRAM"
+        ),
+        "",
+    )
+}
+
+/// The same of a chart with the inputs `a` to `d`.
+fn chart(text: &str) -> String {
+    format!(
+        "PROGRAM main
+         VAR x, y : BOOL; a AT %IX0.0 : BOOL; b AT %IX0.1 : BOOL; c AT %IX0.2 : BOOL; d AT %IX0.3 : BOOL; END_VAR
+         {text}
+         END_PROGRAM"
+    )
+}
+
+fn of_chart(text: &str) -> (u64, u64) {
+    bounds(&chart(text), "")
+}
+
+/// Three steps in a ring, each with its blocks.
+fn ring(blocks: [&str; 3], actions: &str) -> String {
+    let [one, two, three] = blocks;
+    format!(
+        "INITIAL_STEP S0: {one} END_STEP STEP S1: {two} END_STEP STEP S2: {three} END_STEP
+         TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+         TRANSITION FROM S1 TO S2 := b; END_TRANSITION
+         TRANSITION FROM S2 TO S0 := c; END_TRANSITION
+         {actions}"
+    )
+}
+
+#[test]
+fn the_time_of_a_step_may_stay_and_is_one_in_a_scan() {
+    let asked = |step: &str, condition: &str| {
+        let action = format!("ACTION h: IF {condition} THEN x := TRUE; END_IF; END_ACTION");
+        let blocks = match step {
+            "S1" => ["", "h(N);", ""],
+            "P1" => ["", "h(P1);", ""],
+            _ => ["", "", "h(N);"],
+        };
+        of_chart(&ring(blocks, &action))
+    };
+    assert_eq!(asked("S2", "S1.T > T#1s"), (1, 1), "its last time");
+    assert_eq!(asked("S2", "S1.T = T#0s"), (1, 1), "or none");
+    assert_eq!(asked("S1", "S1.T > T#5s AND S1.T < T#7s"), (1, 1));
+    assert_eq!(asked("S1", "S1.T > T#5s AND S1.T < T#3s"), (0, 0));
+    assert_eq!(asked("S1", "S1.T < T#0s"), (0, 0));
+    // It begins with 0; the final scan does without a step.
+    assert_eq!(asked("P1", "S1.T > T#0s AND S1.X"), (0, 0));
+}
+
+#[test]
+fn all_that_compete_without_priorities_clear_where_that_is_stated() {
+    let text = |one: &str, two: &str| {
+        chart(&format!(
+            "INITIAL_STEP S0: END_STEP STEP S1: h(N); END_STEP STEP S2: k(N); END_STEP
+             TRANSITION {one} FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION {two} FROM S0 TO S2 := b; END_TRANSITION
+             TRANSITION FROM S1 TO S0 := c; END_TRANSITION
+             TRANSITION FROM S2 TO S0 := d; END_TRANSITION
+             ACTION h: x := TRUE; END_ACTION
+             ACTION k: x := TRUE; END_ACTION"
+        ))
+    };
+    let (none, both) = (text("", ""), text("(PRIORITY := 1)", "(PRIORITY := 2)"));
+    let all = "[sfc]\nselection = 'all'\n";
+    assert_eq!(bounds(&none, ""), (1, 1));
+    assert_eq!(bounds(&none, "[sfc]\nselection = 'first'\n"), (1, 1));
+    assert_eq!(bounds(&none, all), (2, 2));
+    assert_eq!(bounds(&text("(PRIORITY := 1)", ""), all), (2, 2));
+    assert_eq!(bounds(&both, all), (1, 1));
+    assert!(Facts::parse("facts.toml", "[sfc]\nselection = 'both'\n").is_err());
+}
+
+#[test]
+fn a_stored_delay_may_outlast_r() {
+    let text = |of: &str| {
+        format!(
+            "INITIAL_STEP S0: END_STEP STEP S1: h({of}); END_STEP STEP S2: h(R); END_STEP
+             STEP S3: k(N); END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S1 TO S2 := b; END_TRANSITION
+             TRANSITION FROM S2 TO S3 := c; END_TRANSITION
+             TRANSITION FROM S3 TO S0 := d; END_TRANSITION
+             ACTION h: x := TRUE; END_ACTION
+             ACTION k: x := TRUE; END_ACTION"
+        )
+    };
+    assert_eq!(of_chart(&text("SD, T#1s")), (2, 2));
+    assert_eq!(of_chart(&text("S")), (1, 1));
+    assert_eq!(of_chart(&text("DS, T#1s")), (1, 1));
+}
+
+#[test]
+fn an_action_that_two_steps_have_may_come_once_for_each() {
+    let actions = "ACTION h: x := TRUE; END_ACTION ACTION k: x := TRUE; END_ACTION";
+    let of = |kind: &str| {
+        of_chart(&ring(["", &format!("h({kind});"), &format!("h({kind}); k(N);")], actions))
+    };
+    assert_eq!(of("P1"), (2, 2));
+    assert_eq!(of("P"), (2, 2));
+    assert_eq!(of("N"), (2, 2));
+    // The time of D may begin anew: k, and what else S2 has.
+    let anew = ring(
+        ["", "h(D, T#1s);", "h(D, T#1s);"],
+        "ACTION h: IF NOT S2.X THEN y := FALSE; END_IF; END_ACTION",
+    );
+    assert_eq!(of_chart(&anew), (1, 1));
+    // N in a step that is left and R in one that is entered.
+    let held =
+        ring(["", "h(N); h(R);", ""], "ACTION h: IF S1.X THEN x := TRUE; END_IF; END_ACTION");
+    assert_eq!(of_chart(&held), (1, 1));
+}
+
+#[test]
+fn actions_may_have_no_final_scan() {
+    let text = "INITIAL_STEP S0: h(N); END_STEP STEP S1: k(N); END_STEP
+         TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+         TRANSITION FROM S1 TO S0 := b; END_TRANSITION
+         ACTION h: y := S0.X; END_ACTION
+         ACTION k: IF y THEN x := TRUE; END_IF; END_ACTION";
+    // Without it y stays true. With it the last run takes a store, and clears it.
+    let kept = text.replace(
+        "ACTION k: IF y THEN x := TRUE; END_IF;",
+        "ACTION k: IF y THEN x := TRUE; x := TRUE; x := TRUE; END_IF;",
+    );
+    assert_eq!(of_chart(&kept), (3, 3));
+    let last = text.replace("IF y THEN", "IF y AND NOT a THEN");
+    assert_eq!(of_chart(&last).0, 1);
+}
+
+#[test]
+fn a_boolean_variable_may_stay_as_others_write_it() {
+    let text = |before: &str| {
+        format!(
+            "VAR_GLOBAL v, a : BOOL; END_VAR
+             PROGRAM one VAR_EXTERNAL v : BOOL; END_VAR {before} END_PROGRAM
+             PROGRAM two VAR_EXTERNAL v, a : BOOL; END_VAR
+             INITIAL_STEP S0: END_STEP STEP S1: v(N); END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S1 TO S0 := NOT a; END_TRANSITION
+             END_PROGRAM
+             PROGRAM three VAR_EXTERNAL v, a : BOOL; END_VAR VAR x : BOOL; END_VAR
+             IF v AND NOT a THEN x := TRUE; x := TRUE; END_IF;
+             END_PROGRAM
+             CONFIGURATION c RESOURCE r ON p TASK t(INTERVAL := T#10ms, PRIORITY := 1);
+             PROGRAM i1 WITH t : one; PROGRAM i2 WITH t : two; PROGRAM i3 WITH t : three;
+             END_RESOURCE END_CONFIGURATION"
+        )
+    };
+    // A store for the variable of the action, and for the other one.
+    assert_eq!(bounds(&text("v := TRUE;"), ""), (4, 4));
+    assert_eq!(bounds(&text(""), ""), (1, 1), "nobody else writes it");
+    let begins_on =
+        text("").replace("VAR_GLOBAL v, a : BOOL;", "VAR_GLOBAL v : BOOL := TRUE; a : BOOL;");
+    assert_eq!(bounds(&begins_on, ""), (3, 3));
+}
+
+#[test]
+fn counters_may_stop_at_their_preset_and_at_0() {
+    let up = "c(CU := FALSE, PV := 3); n := c.CV; c(CU := TRUE, PV := 3);";
+    let up =
+        |then: &str| of("c : CTU; n : INT;", &format!("{up} IF {then} THEN x := TRUE; END_IF"));
+    let calls = up("FALSE").0;
+    assert_eq!(up("c.CV = n AND n >= 3 AND n < 100").0, calls + 1);
+    assert_eq!(up("c.CV = n + 1 AND n >= 3 AND n < 100").0, calls + 1);
+    assert_eq!(up("c.CV = n AND n >= 0 AND n < 3").0, calls);
+    assert_eq!(up("c.CV > n + 1").0, calls);
+    assert_eq!(up("NOT c.Q AND n >= 3"), (calls, calls));
+    let down =
+        "c(CD := FALSE, LD := FALSE, PV := 3); n := c.CV; c(CD := TRUE, LD := FALSE, PV := 3);";
+    let down =
+        |then: &str| of("c : CTD; n : INT;", &format!("{down} IF {then} THEN x := TRUE; END_IF"));
+    let calls = down("FALSE").0;
+    assert_eq!(down("c.CV = n AND n = 0").0, calls + 1);
+    assert_eq!(down("c.CV = -1 AND n = 0").0, calls + 1);
+    assert_eq!(down("c.CV = n AND n > 0").0, calls);
+    let both = "c(CU := FALSE, CD := FALSE, R := FALSE, LD := FALSE, PV := 3); n := c.CV;
+        c(CU := FALSE, CD := TRUE, R := FALSE, LD := FALSE, PV := 3);";
+    let both =
+        |then: &str| of("c : CTUD; n : INT;", &format!("{both} IF {then} THEN x := TRUE; END_IF"));
+    let calls = both("FALSE").0;
+    assert_eq!(both("c.CV = n AND n = 0").0, calls + 1);
+    assert_eq!(both("c.CV = n AND n = 1").0, calls);
+}
+
+#[test]
+fn a_time_as_a_number_may_be_in_any_unit() {
+    let is = |variables: &str, body: &str, then: &str| {
+        of(variables, &format!("{body} IF {then} THEN x := TRUE; END_IF")).0
+    };
+    assert_eq!(is("n : DINT;", "n := TIME_TO_DINT(T#5s);", "n = 5"), 2);
+    assert_eq!(is("n : DINT;", "n := TIME_TO_DINT(T#5s);", "n = 5000"), 2);
+    assert_eq!(is("t : TIME;", "t := DINT_TO_TIME(5);", "t = T#5s"), 2);
+    assert_eq!(is("t : TIME;", "t := TO_TIME(5);", "t = T#5ms"), 2);
+    assert_eq!(is("n : REAL;", "n := TIME_TO_REAL(T#5s);", "n = 5.0"), 2);
+    assert_eq!(is("t, u : TIME;", "t := T#5s; u := t;", "u <> T#5s"), 2, "only the stores");
+}
+
+#[test]
+fn crossed_limits_give_either() {
+    let is = |limits: &str, then: &str| {
+        let body = format!("n := 3; n := LIMIT({limits}); IF {then} THEN x := TRUE; END_IF");
+        of("n, low, high : INT;", &body)
+    };
+    assert_eq!(is("10, n, 5", "n = 10"), (3, 3));
+    assert_eq!(is("10, n, 5", "n = 5"), (3, 3));
+    assert_eq!(is("10, n, 5", "n = 3"), (2, 2));
+    assert_eq!(is("4, n, 5", "n = 5"), (2, 2));
+    assert_eq!(is("low, n, high", "low <= high AND (n < low OR n > high)"), (2, 2));
+}
+
+#[test]
+fn timers_whose_time_changes_are_asked_anew_or_not_and_others_keep_what_they_gave() {
+    // Two calls with a time of 0 have it on, whatever was before.
+    let ton = |preset: &str, then: &str| {
+        let body = format!(
+            "t(IN := TRUE, PT := T#0s); t(IN := TRUE, PT := T#0s);
+             IF t.Q THEN t(IN := TRUE, PT := {preset}); IF {then} THEN x := TRUE; END_IF END_IF"
+        );
+        of("t : TON;", &body).0
+    };
+    let calls = ton("T#24h", "FALSE");
+    assert_eq!(ton("T#24h", "NOT t.Q"), calls + 1);
+    assert_eq!(ton("T#24h", "t.Q"), calls + 1);
+    assert_eq!(ton("T#0s", "NOT t.Q"), calls, "the time is always the same");
+    let tof = "t(IN := FALSE, PT := T#1s); IF NOT t.Q THEN t(IN := FALSE, PT := T#1h); IF t.Q THEN x := TRUE; END_IF END_IF";
+    assert_eq!(of("t : TOF;", tof).0, 5);
+    assert_eq!(of("t : TOF;", &tof.replace("T#1h", "T#1s")).0, 4);
+}
+
+#[test]
+fn the_time_that_has_elapsed_lies_within_the_preset_and_begins_with_0() {
+    let is = |kind: &str, calls: &str, then: &str| {
+        let body = format!("{calls} IF {then} THEN x := TRUE; END_IF");
+        let (upper, lower) = of(&format!("t : {kind};"), &body);
+        let stores = u64::try_from(calls.matches(":=").count()).expect("few");
+        (upper - stores, lower - stores)
+    };
+    let on = "t(IN := TRUE, PT := T#1s);";
+    let off = "t(IN := FALSE, PT := T#1s);";
+    for kind in ["TON", "TOF", "TP"] {
+        assert_eq!(is(kind, on, "t.ET > T#1s AND t.PT = T#1s AND t.Q"), (0, 0), "{kind}");
+        assert_eq!(is(kind, on, "t.ET < T#0s"), (0, 0), "{kind}");
+    }
+    assert_eq!(is("TON", on, "t.ET > T#300ms AND NOT t.Q"), (1, 1));
+    assert_eq!(is("TON", on, "t.ET < T#1s AND t.Q"), (0, 0));
+    assert_eq!(is("TON", &format!("{on}{off}"), "t.ET > T#0s"), (0, 0));
+    assert_eq!(is("TON", &format!("{off}{on}"), "t.ET > T#0s"), (0, 0));
+    assert_eq!(is("TOF", &format!("{off}{on}"), "t.ET > T#0s"), (0, 0));
+    assert_eq!(is("TOF", off, "t.ET > T#300ms AND t.Q"), (1, 1));
+    assert_eq!(is("TP", on, "t.ET > T#300ms AND t.Q"), (1, 1));
+    // What has run does not run back.
+    let twice = format!("{on} u := t.ET; {on}");
+    let body = format!("{twice} IF t.ET < u AND NOT t.Q THEN x := TRUE; END_IF");
+    assert_eq!(of("t : TON; u : TIME;", &body), (5, 5));
+}
+
+#[test]
+fn a_pin_with_two_names_is_one() {
+    let is = |kind: &str, call: &str, then: &str| {
+        of(&format!("s : {kind};"), &format!("s({call}); IF {then} THEN x := TRUE; END_IF"))
+    };
+    assert_eq!(is("SR", "S1 := FALSE, R := TRUE", "s.Q1"), (2, 2));
+    assert_eq!(is("SR", "SET1 := FALSE, RESET := TRUE", "s.Q1"), (2, 2));
+    assert_eq!(is("SR", "SET1 := TRUE, RESET := TRUE", "NOT s.Q1"), (2, 2));
+    assert_eq!(is("RS", "SET := TRUE, RESET1 := FALSE", "NOT s.Q1"), (2, 2));
+    assert_eq!(is("RS", "S := TRUE, R1 := TRUE", "s.Q1"), (2, 2));
+    assert_eq!(is("CTU", "RESET := TRUE, PV := 3", "s.CV <> 0"), (2, 2));
+    assert_eq!(is("CTU", "R := TRUE, PV := 3", "s.RESET"), (3, 3));
+    assert_eq!(is("CTD", "LOAD := TRUE, PV := 3", "s.CV <> 3"), (2, 2));
+}
+
+#[test]
+fn return_ends_an_action_or_the_whole_chart() {
+    let text = "INITIAL_STEP S0: h(N); k(N); END_STEP STEP S1: END_STEP
+         TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+         TRANSITION FROM S1 TO S0 := b; END_TRANSITION
+         ACTION h: y := TRUE; RETURN; END_ACTION
+         ACTION k: y := FALSE; END_ACTION";
+    assert_eq!(of_chart(text).0, 2);
+    // The rest of the chart may be left out.
+    let behind = format!(
+        "FUNCTION_BLOCK f VAR_INPUT a, b : BOOL; END_VAR VAR_OUTPUT y : BOOL; END_VAR
+         {text} END_FUNCTION_BLOCK
+         PROGRAM main VAR i : f; x : BOOL; END_VAR
+         i(); IF i.S0.X AND i.y THEN x := TRUE; x := TRUE; x := TRUE; END_IF;
+         END_PROGRAM"
+    );
+    assert_eq!(bounds(&behind, ""), (4, 4));
+    let without = behind.replace("RETURN;", "");
+    assert_eq!(bounds(&without, ""), (2, 2));
+}
+
+/// A project in XML: units, and the elements of the program's drawing.
+fn drawn(units: &str, variables: &str, body: &str) -> String {
+    format!(
+        r#"<project xmlns="http://www.plcopen.org/xml/tc6_0201"><types><dataTypes/><pous>{units}
+        <pou name="main" pouType="program"><interface>{variables}</interface><body>{body}</body></pou></pous></types>
+        <instances><configurations><configuration name="c"><resource name="r"><task name="t" priority="0" interval="T#10ms">
+        <pouInstance name="p" typeName="main"/></task><globalVars><variable name="G"><type><BOOL/></type></variable></globalVars>
+        </resource></configuration></configurations></instances></project>"#
+    )
+}
+
+fn variable(name: &str, of: &str) -> String {
+    format!(r#"<variable name="{name}"><type>{of}</type></variable>"#)
+}
+
+fn of_type(name: &str) -> String {
+    format!(r#"<derived name="{name}"/>"#)
+}
+
+/// A function block with an input `go`.
+fn block(name: &str, variables: &str, body: &str) -> String {
+    let go = variable("go", "<BOOL/>");
+    format!(
+        r#"<pou name="{name}" pouType="functionBlock"><interface><inputVars>{go}</inputVars>{variables}</interface>
+        <body><ST><p xmlns="http://www.w3.org/1999/xhtml">{body}</p></ST></body></pou>"#
+    )
+}
+
+fn placed(kind: &str, id: u32, y: u32, more: &str, inner: &str) -> String {
+    format!(r#"<{kind} localId="{id}" {more}><position x="{}" y="{y}"/>{inner}</{kind}>"#, id * 10)
+}
+
+fn from(id: u32) -> String {
+    format!(r#"<connectionPointIn><connection refLocalId="{id}"/></connectionPointIn>"#)
+}
+
+fn call(id: u32, y: u32, of: &str, instance: &str, input: u32, more: &str) -> String {
+    let go = format!(
+        r#"<inputVariables><variable formalParameter="go">{}</variable></inputVariables>"#,
+        from(input)
+    );
+    let more = format!(r#"typeName="{of}" instanceName="{instance}" {more}"#);
+    placed("block", id, y, &more, &format!("{go}<inOutVariables/><outputVariables/>"))
+}
+
+#[test]
+fn a_contact_may_be_looked_at_again_behind_a_block_that_writes_its_variable() {
+    let heavy = block(
+        "heavy",
+        &format!("<localVars>{}</localVars>", variable("x", "<BOOL/>")),
+        "IF go THEN x := TRUE; x := TRUE; x := TRUE; END_IF;",
+    );
+    let external = format!("<externalVars>{}</externalVars>", variable("G", "<BOOL/>"));
+    let flip = block("flip", &external, "G := NOT go;");
+    let locals = [
+        variable("off", "<BOOL/>"),
+        variable("c", "<BOOL/>"),
+        variable("f", &of_type("flip")),
+        variable("h", &of_type("heavy")),
+    ];
+    let variables = format!("<localVars>{}</localVars>{external}", locals.concat());
+    let rail = placed("leftPowerRail", 1, 0, "", "");
+    let named = |name: &str| format!("<variable>{name}</variable>");
+    let body = |first: &str| {
+        [
+            rail.clone(),
+            // What is set first settles which way it is.
+            placed("contact", 2, 5, r#"negated="false""#, &(from(1) + &named("off"))),
+            placed("coil", 3, 5, r#"negated="false""#, &(from(2) + &named("G"))),
+            placed("contact", 4, 20, r#"negated="false""#, &(from(1) + &named("G"))),
+            call(5, 20, first, "f", 4, ""),
+            placed("coil", 6, 60, r#"negated="false""#, &(from(4) + &named("c"))),
+            placed("contact", 7, 100, r#"negated="false""#, &(from(1) + &named("c"))),
+            placed("contact", 8, 100, r#"negated="true""#, &(from(7) + &named("off"))),
+            call(9, 100, "heavy", "h", 8, ""),
+        ]
+        .concat()
+    };
+    let text = drawn(&(heavy + &flip), &variables, &format!("<LD>{}</LD>", body("flip")));
+    let found = audited("main.xml", &text, "").unwrap_or_else(|failure| panic!("{failure:?}"));
+    // Two coils, two inputs, what flips, and the heavy part.
+    assert_eq!(found.bound.upper.0 / 1_000_000, 8);
+}
+
+#[test]
+fn return_in_an_action_block_ends_it_alone_or_the_whole_chart() {
+    let inline = |id: u32, body: &str| {
+        format!(
+            r#"<action localId="{id}" qualifier="N"><inline name=""><ST><p xmlns="http://www.w3.org/1999/xhtml">{body}</p></ST></inline></action>"#
+        )
+    };
+    let step = |id: u32, name: &str, initial: bool, input: &str| {
+        let more = format!(r#"name="{name}" initialStep="{initial}""#);
+        placed("step", id, id * 10, &more, input)
+    };
+    let transition = |id: u32, of: u32| {
+        let condition = r#"<condition><inline name=""><ST><p xmlns="http://www.w3.org/1999/xhtml">a</p></ST></inline></condition>"#;
+        placed("transition", id, id * 10, "", &(from(of) + condition))
+    };
+    let chart = [
+        step(1, "S0", true, ""),
+        placed(
+            "actionBlock",
+            2,
+            10,
+            "",
+            &(from(1)
+                + &inline(3, "y := TRUE; RETURN; y := FALSE; y := FALSE;")
+                + &inline(4, "y := FALSE;")),
+        ),
+        transition(5, 1),
+        step(6, "S1", false, &from(5)),
+        transition(7, 6),
+        placed("jumpStep", 8, 100, r#"targetName="S0""#, &from(7)),
+    ];
+    let variables = [variable("a", "<BOOL/>"), variable("y", "<BOOL/>")].concat();
+    let variables = format!("<localVars>{variables}</localVars>");
+    let text = drawn("", &variables, &format!("<SFC>{}</SFC>", chart.concat()));
+    let found = audited("main.xml", &text, "").unwrap_or_else(|failure| panic!("{failure:?}"));
+    assert_eq!(found.bound.upper.0 / 1_000_000, 2);
+}
+
+#[test]
+fn a_label_without_a_number_among_numbers_is_refused() {
+    let heavy = block(
+        "heavy",
+        &format!("<localVars>{}</localVars>", variable("x", "<BOOL/>")),
+        "IF go THEN x := TRUE; END_IF;",
+    );
+    let variables = format!("<localVars>{}</localVars>", variable("h", &of_type("heavy")));
+    let body = |number: &str| {
+        let yes = placed("inVariable", 1, 0, "", "<expression>TRUE</expression>");
+        let jump = placed("jump", 2, 10, r#"label="lab" executionOrderId="1""#, &from(1));
+        let label = placed("label", 3, 50, &format!(r#"label="lab" {number}"#), "");
+        let call = call(4, 70, "heavy", "h", 1, r#"executionOrderId="3""#);
+        drawn(&heavy, &variables, &format!("<FBD>{}</FBD>", [yes, jump, label, call].concat()))
+    };
+    match audited("main.xml", &body(""), "") {
+        Err(Failure::Input(faults)) => {
+            let told = &faults[0].message;
+            assert!(
+                told.contains("label with localId 3") && told.contains("executionOrderId"),
+                "{told}"
+            );
+        }
+        other => panic!("{:?}", other.map(|found| found.bound.upper)),
+    }
+    let numbered = audited("main.xml", &body(r#"executionOrderId="2""#), "");
+    let numbered = numbered.unwrap_or_else(|failure| panic!("{failure:?}"));
+    assert_eq!(numbered.bound.upper.0 / 1_000_000, 2);
+}
+
+#[test]
+fn structured_text_with_many_commas_is_known_as_such() {
+    for text in [
+        "PROGRAM p\nVAR x : INT; y : BOOL; END_VAR\nCASE x OF\na, b, c, d, e, f, g:\ny := TRUE;\nEND_CASE\nEND_PROGRAM\n",
+        "PROGRAM p\nVAR x :\nINT; END_VAR CASE x OF one, two, three, four, five, six, 7: x := 1; END_CASE END_PROGRAM\n",
+        "PROGRAM p\nVAR a : INT;\nb, c, d, e, f, g, h : INT;\nEND_VAR\nEND_PROGRAM\n",
+        "PROGRAM p VAR\nx : INT;\nEND_VAR\nx := 1; x := 2; x := 3; x := 4; x := 5; x := 6;\nEND_PROGRAM\n",
+        "TYPE t :\n(a, b, c, d, e, f,\ng, h, i, j, k, l, m);\nEND_TYPE\n",
+    ] {
+        let input = Input { name: "p.st".to_owned(), bytes: text.as_bytes().to_vec() };
+        match detect(&input) {
+            Ok(Kind::Program(dialect)) => assert_eq!(dialect.name, "iec-text", "{text}"),
+            other => panic!("{other:?}\n{text}"),
+        }
+    }
+}
