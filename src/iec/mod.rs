@@ -248,6 +248,8 @@ pub struct Project {
     pub pous: Vec<Pou>,
     /// The tasks.
     pub tasks: Vec<Task>,
+    /// The instances of programs that survive a loss of power.
+    pub retained: Vec<String>,
 }
 
 impl Project {
@@ -268,6 +270,7 @@ impl Project {
         self.types.append(&mut other.types);
         self.globals.append(&mut other.globals);
         self.pous.append(&mut other.pous);
+        self.retained.append(&mut other.retained);
         for task in other.tasks {
             // Tasks of two resources may have one name.
             let is_same = |own: &&mut Task| {

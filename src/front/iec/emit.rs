@@ -67,6 +67,8 @@ pub(super) struct Emit<'p> {
     pub(super) tally: Tally,
     between: [u32; 2],
     pub(super) file: usize,
+    /// How many tasks there are.
+    pub(super) tasks: usize,
     /// The number of the task whose routines are put together.
     pub(super) task: usize,
     /// Whether charts carry out actions before they look at transitions.
@@ -100,6 +102,7 @@ impl<'p> Emit<'p> {
             given_back: Vec::new(),
             between: [0, 0],
             file: 0,
+            tasks: 1,
             task: 0,
             actions_first: false,
         }

@@ -236,9 +236,13 @@ fn configuration(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault
 
 /// `name WITH task : type (...);`
 fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
-    let _ = cursor.take_word("RETAIN") || cursor.take_word("NON_RETAIN");
+    let is_retained = cursor.take_word("RETAIN");
+    let _ = is_retained || cursor.take_word("NON_RETAIN");
     let line = cursor.line();
     let name = cursor.name("an instance's name")?;
+    if is_retained {
+        project.retained.push(name.clone());
+    }
     let task = if cursor.take_word("WITH") { cursor.name("a task's name")? } else { String::new() };
     cursor.sign(":")?;
     let of = cursor.name("a program's name")?;
