@@ -119,6 +119,96 @@ fn what_the_language_leaves_open_may_be_anything() {
     }
 }
 
+#[test]
+fn a_sum_that_does_not_fit_its_type_may_be_longer() {
+    let all = "k : INT; n, d, c : DINT; s, r : SINT; m : INT; v : USINT; b : BYTE; w : WORD; u : UINT; l : LINT; \
+        a : ARRAY[0..300] OF INT; t : BOOL;";
+    for (before, condition) in [
+        ("k := 20000; n := 0; CASE k + k OF 40000: n := 1; END_CASE", "n = 1"),
+        ("v := 200; a[290] := 7; a[34] := 0;", "a[v + 90] = 7"),
+        ("s := 100; m := LIMIT(0, s + s, 1000);", "m = 200"),
+        ("s := 100; m := MAX(0, s + s);", "m = 200"),
+        ("s := 100; m := SEL(TRUE, 0, s + s);", "m = 200"),
+        ("s := 100; m := MOVE(s + s);", "m = 200"),
+        ("s := 100; m := ADD(s, s);", "m = 200"),
+        ("k := 32767;", "k + 1 > 0"),
+        ("k := 32767;", "GT(k + 1, 0)"),
+        ("k := -32768;", "-k > 0"),
+        ("k := -32768;", "ABS(k) > 0"),
+        ("k := -32768; m := -1;", "k / m > 0"),
+        ("u := 1; m := 2;", "u - 2 < 0"),
+        ("k := 300;", "k * k = 90000"),
+        ("k := 20000; n := k + k;", "n = 40000"),
+        ("k := 20000; n := (k + k) / 2;", "n = 20000"),
+        ("k := 20000; m := (k + k) / 2;", "m = 20000"),
+        ("k := 20000; m := (k + k) MOD 7;", "m = 2"),
+        ("n := 2147483647; l := n + n; t := l > 3000000000;", "t"),
+        ("n := 2147483647; l := MAX(n + n, 0); t := l > 3000000000;", "t"),
+        ("b := 1;", "NOT b <> 254"),
+        ("b := 1;", "NOT(b) <> 254"),
+        ("w := 1;", "(NOT w) <> 65534"),
+        ("b := 255;", "SHL(b, 4) = 16#FF0"),
+        ("b := 255; w := SHL(b, 4);", "w = 16#FF0"),
+        ("b := 255;", "(NOT b) <> 0"),
+        // And what a compiler comes to that wraps at once.
+        ("k := 32767;", "k + 1 < 0"),
+        ("s := 100; m := LIMIT(-1000, s + s, 1000);", "m = -56"),
+        ("b := 1;", "NOT b = 254"),
+    ] {
+        assert!(may_be(all, before, condition), "{before} {condition}");
+    }
+}
+
+#[test]
+fn a_sum_that_fits_its_type_is_followed_exactly() {
+    let all = "k, m : INT; n : DINT; s : SINT; u : UINT; b : BYTE; w, z : WORD; a : ARRAY[0..9] OF INT; e : REAL;";
+    for (before, never, at_times) in [
+        ("k := LIMIT(0, k, 100);", "k + 1 > 101", "k + 1 > 100"),
+        ("k := LIMIT(0, k, 100); m := LIMIT(0, m, 100);", "k + m > 200", "k + m = 200"),
+        ("k := LIMIT(-100, k, 100); m := LIMIT(0, m, 100);", "k - m < -200", "k - m = -200"),
+        ("k := LIMIT(-100, k, 100);", "100 - k > 200", "100 - k = 200"),
+        ("k := LIMIT(-100, k, 100);", "-k > 100", "-k = 100"),
+        ("u := LIMIT(5, u, 9);", "u - 5 > 4", "u - 5 = 4"),
+        ("s := LIMIT(-60, s, 60);", "s + s > 120", "s + s = 120"),
+        ("k := LIMIT(0, k, 100); n := k + 1;", "n > 101 OR n < 1", "n = 101"),
+        ("k := LIMIT(0, k, 8); a[k + 1] := 5;", "a[k + 1] <> 5", "a[9] = 5"),
+        ("k := LIMIT(0, k, 8); k := (k + 1) MOD 9;", "k > 8", "k = 0"),
+        ("k := LIMIT(0, k, 8); k := MIN(k + 1, 5);", "k > 5 OR k < 1", "k = 5"),
+        (
+            "k := LIMIT(0, k, 8); m := 0; CASE k + 1 OF 10: m := 1; 9: m := 2; END_CASE",
+            "m = 1",
+            "m = 2",
+        ),
+        ("k := LIMIT(0, k, 50);", "k * 2 > 100", "k * 2 = 100"),
+        // What does not fit is lost where it is assigned to the same type, and masked where it is taken together.
+        ("k := 32767; k := k + 1;", "k <> -32768", "k = -32768"),
+        ("b := 1; b := NOT b;", "b <> 254", "b = 254"),
+        ("w := w AND NOT z;", "(w AND z) <> 0", "w = 16#FFFF"),
+        ("", "(w AND NOT w) <> 0", "(w AND NOT z) <> 0"),
+        ("b := 16#FF;", "SHL(b, 4) = 16", "SHL(b, 0) = 16#FF"),
+    ] {
+        assert!(!may_be(all, before, never), "{before} {never}");
+        assert!(may_be(all, before, at_times), "{before} {at_times}");
+        let found = program(all, &format!("{before} IF {at_times} THEN x := TRUE; END_IF"));
+        let (statements, exact) = exactness(&found).total();
+        assert_eq!(statements, exact, "{before}: {:?}", exactness(&found).constructs);
+    }
+}
+
+#[test]
+fn the_ends_of_loops_may_be_sums_that_do_not_fit() {
+    let turns = |end: &str| {
+        let text = format!(
+            "PROGRAM main VAR d, n : DINT; k : INT; x : BOOL; END_VAR k := 20000; n := 0; {end} END_PROGRAM"
+        );
+        audited("main.st", &text).unwrap_or_else(|faults| panic!("{faults:?}")).unbounded.len()
+    };
+    assert_eq!(turns("FOR d := 0 TO k + k DO n := n + 1; END_FOR"), 1);
+    assert_eq!(turns("d := 0; WHILE d < k + k DO d := d + 1; END_WHILE"), 1);
+    assert_eq!(turns("FOR d := 0 TO k + 10 DO n := n + 1; END_FOR"), 0);
+    assert_eq!(turns("d := 0; WHILE d < k + 10 DO d := d + 1; END_WHILE"), 0);
+}
+
 /// The bound of a text whose loop goes round a thousand times, if what is said of it is possible.
 fn may_loop(text: &str) -> bool {
     micros(&audited("main.st", text).unwrap_or_else(|faults| panic!("{text}: {faults:?}"))) > 900

@@ -58,7 +58,9 @@ fn what_excludes_each_other_is_not_added_up() {
     // Signed and unsigned numbers, widened.
     assert_eq!(of("n : INT; d : DINT;", "d := n; IF d > 40000 THEN x := TRUE; END_IF"), Ok(1));
     assert_eq!(of("n : UINT; d : DINT;", "d := n; IF d > 40000 THEN x := TRUE; END_IF"), Ok(2));
-    assert_eq!(of("n : SINT;", "IF n + n = 254 THEN x := TRUE; END_IF"), Ok(0));
+    // A sum that does not fit its type: some compilers keep all of it.
+    assert_eq!(of("n : SINT;", "IF n + n = 254 THEN x := TRUE; END_IF"), Ok(1));
+    assert_eq!(of("n : SINT;", "n := n + n; IF n = 254 THEN x := TRUE; END_IF"), Ok(1));
 }
 
 #[test]
@@ -252,6 +254,113 @@ fn loops_that_never_pass_their_end_have_no_count() {
 }
 
 #[test]
+fn a_loop_begins_with_what_its_start_was_before_it() {
+    // Sixteen turns, of two stores each.
+    let own = "i := 0; FOR i := i + 5 TO 20 DO x := TRUE; END_FOR";
+    assert_eq!(of("i : INT;", own), Ok(34));
+    let down = "i := 3; FOR i := 2 * i TO 0 BY -2 DO x := TRUE; END_FOR";
+    assert_eq!(of("i : INT;", down), Ok(10));
+    // 250 is -6 in eight bits.
+    let short = "n := 250; FOR i := n TO 10 DO x := TRUE; END_FOR";
+    assert_eq!(of("i : SINT; n : INT;", short), Ok(36));
+    // Once alone is it worked out.
+    let called = |end: &str| {
+        bound(&format!(
+            "FUNCTION F : INT VAR_IN_OUT v : INT; END_VAR v := v + 1; F := v; END_FUNCTION
+             PROGRAM main VAR i, n : INT; x : BOOL; END_VAR
+             n := 0; FOR i := F(v := n) TO {end} DO x := TRUE; END_FOR END_PROGRAM"
+        ))
+    };
+    // Stores: n, what is handed over, two in the function, back, the start, and two in each turn.
+    assert_eq!((called("3"), called("1")), (Ok(12), Ok(8)));
+    // An end that the loop moves by counting: some controllers see that, others do not.
+    for end in ["i", "10 - i", "w[i]", "g + 0"] {
+        let body = format!("FOR i := 1 TO {end} DO x := TRUE; END_FOR");
+        let variables = "i AT %MW0 : INT; g AT %MW1 : INT; w : ARRAY[0..3] OF INT;";
+        assert_eq!(of(variables, &body), Err(vec![Code::LoopCount]), "{end}");
+    }
+}
+
+#[test]
+fn behind_a_loop_its_variable_is_beyond_the_end_or_its_last() {
+    let after = |variables: &str, body: &str, condition: &str| {
+        may("", &format!("i, n : INT; b : BOOL; {variables}"), body, condition)
+    };
+    let to_ten = "FOR i := 1 TO 10 DO b := TRUE; END_FOR";
+    assert!(after("", to_ten, "i = 10"));
+    assert!(after("", to_ten, "i = 11"));
+    assert!(!after("", to_ten, "i < 10 OR i > 11"));
+    let by_three = "FOR i := 10 TO 1 BY -3 DO b := TRUE; END_FOR";
+    assert!(after("", by_three, "i = 1") && after("", by_three, "i = -2"));
+    assert!(!after("", by_three, "i <> 1 AND i <> -2"));
+    // None goes round, or EXIT ends it: all agree.
+    assert!(!after("", "FOR i := 5 TO 1 DO b := TRUE; END_FOR", "i <> 5"));
+    let counted = "n := LIMIT(0, w, 3); FOR i := 1 TO n DO b := TRUE; END_FOR";
+    assert!(after("", counted, "n > 0 AND i = n") && after("", counted, "i = n + 1"));
+    assert!(!after("", counted, "n = 0 AND i <> 1"));
+    let left = "FOR i := 1 TO 10 DO IF i = 4 THEN EXIT; END_IF END_FOR";
+    assert!(!after("", left, "i <> 4"));
+    // A loop around sees it, too.
+    let nested =
+        "n := 0; FOR k := 1 TO 2 DO FOR i := 1 TO 3 DO b := TRUE; END_FOR n := n + i; END_FOR";
+    assert!(after("k : INT;", nested, "n = 6") && after("k : INT;", nested, "n = 8"));
+}
+
+#[test]
+fn the_result_of_a_function_begins_anew_with_every_call() {
+    let units = "TYPE E : (p, q, r); END_TYPE
+        FUNCTION F : BOOL VAR_INPUT x : BOOL; END_VAR IF x THEN F := TRUE; END_IF END_FUNCTION
+        FUNCTION N : INT VAR_INPUT x : INT; END_VAR IF x > 0 THEN N := x; END_IF END_FUNCTION
+        FUNCTION K : E VAR_INPUT x : BOOL; END_VAR IF x THEN K := r; END_IF END_FUNCTION
+        FUNCTION_BLOCK B VAR q : BOOL; END_VAR
+        METHOD M : BOOL VAR_INPUT x : BOOL; END_VAR IF x THEN M := TRUE; END_IF END_METHOD
+        q := q; END_FUNCTION_BLOCK";
+    let variables = "b : BOOL; n : INT; e : E; f : B;";
+    for (body, holds, never) in [
+        ("b := F(TRUE); b := F(FALSE);", "NOT b", "b"),
+        ("b := f.M(x := TRUE); b := f.M(x := FALSE);", "NOT b", "b"),
+        ("n := N(7) + N(0);", "n = 7", "n <> 7"),
+        ("e := K(TRUE); e := K(FALSE);", "e = E#p", "e <> E#p"),
+    ] {
+        assert!(may(units, variables, body, holds), "{body} {holds}");
+        assert!(!may(units, variables, body, never), "{body} {never}");
+    }
+}
+
+#[test]
+fn what_is_called_may_change_a_loops_variable_by_whichever_name() {
+    let looping = |units: &str, variables: &str, body: &str| {
+        bound(&format!(
+            "VAR_GLOBAL g, h : INT; END_VAR {units} PROGRAM main VAR n : INT; {variables} END_VAR
+             {body} END_PROGRAM"
+        ))
+    };
+    let refused = Err(vec![Code::LoopCount]);
+    let handed = |what: &str| {
+        format!(
+            "FUNCTION In : BOOL VAR_IN_OUT x : INT; END_VAR x := 0; END_FUNCTION
+             FUNCTION Give : BOOL VAR_OUTPUT o : INT; END_VAR o := 0; END_FUNCTION
+             FUNCTION_BLOCK Out VAR b : BOOL; END_VAR {what} END_FUNCTION_BLOCK"
+        )
+    };
+    let in_for = "FOR g := 1 TO 10 DO n := n + 1; o(); END_FOR";
+    let in_while = "WHILE g < 10 DO o(); g := g + 1; END_WHILE";
+    for what in ["b := In(x := g);", "b := In(g);", "Give(o => g);", "FOR g := 0 TO 1 DO ; END_FOR"]
+    {
+        for body in [in_for, in_while] {
+            assert_eq!(looping(&handed(what), "o : Out;", body), refused, "{what} {body}");
+        }
+    }
+    assert!(looping(&handed("b := In(x := h);"), "o : Out;", in_for).is_ok());
+    // A variable of an instance, which it writes itself.
+    let block = "FUNCTION_BLOCK F VAR i : INT; END_VAR i := 0; END_FUNCTION_BLOCK
+        FUNCTION_BLOCK G VAR f : F; END_VAR f(); END_FUNCTION_BLOCK";
+    assert_eq!(looping(block, "f : F;", "FOR f.i := 1 TO 3 DO f(); END_FOR"), refused);
+    assert_eq!(looping(block, "k : G;", "FOR k.f.i := 1 TO 3 DO k(); END_FOR"), refused);
+    assert!(looping(block, "f : F; i : INT;", "FOR i := 1 TO 3 DO f(); END_FOR").is_ok());
+}
+
+#[test]
 fn names_and_first_values_are_taken_for_no_others() {
     // A range that does not hold 0 does not begin with it.
     let text = "PROGRAM main VAR n : INT (5..10); x, y : BOOL; END_VAR
@@ -304,6 +413,93 @@ fn what_is_handed_over_in_and_out_has_one_name() {
     // What it names itself, and what is its own.
     assert_eq!(called("a := 1; IF g = 1 THEN b := 2; END_IF", "i(a := g, b := u);"), refused);
     assert_eq!(called("a := 1; IF k = 1 THEN b := 2; END_IF", "i(a := i.k, b := u);"), refused);
+}
+
+#[test]
+fn what_is_handed_over_may_be_reached_through_its_instance() {
+    let refused = Err(vec![Code::NotModelled]);
+    let through = |reaches: &str| {
+        bound(&format!(
+            "VAR_GLOBAL ga : A; END_VAR
+             FUNCTION_BLOCK A VAR v, o : INT; h : H; END_VAR
+             METHOD SetV : BOOL VAR_INPUT n : INT; END_VAR v := n; END_METHOD
+             h(x := v); END_FUNCTION_BLOCK
+             FUNCTION_BLOCK H VAR_IN_OUT x : INT; END_VAR VAR_EXTERNAL ga : A; END_VAR VAR b : BOOL; k : INT; END_VAR
+             x := 5; {reaches} END_FUNCTION_BLOCK
+             PROGRAM main VAR_EXTERNAL ga : A; END_VAR ga(); END_PROGRAM"
+        ))
+    };
+    assert_eq!(through("b := ga.SetV(n := 0);"), refused);
+    assert_eq!(through("k := ga.v;"), refused);
+    assert_eq!(through("ga.v := 0;"), refused);
+    assert!(through("k := ga.o;").is_ok());
+    let program = |given: &str, reaches: &str| {
+        bound(&format!(
+            "FUNCTION_BLOCK H VAR_IN_OUT x : INT; END_VAR VAR k : INT; END_VAR x := 5; {reaches} END_FUNCTION_BLOCK
+             FUNCTION_BLOCK I VAR n : INT; END_VAR n := n; END_FUNCTION_BLOCK
+             PROGRAM main VAR_OUTPUT g, o : INT; END_VAR VAR h : H; i : I; END_VAR h(x := {given}); END_PROGRAM"
+        ))
+    };
+    assert_eq!(program("g", "k := main.g;"), refused);
+    assert_eq!(program("i.n", "main.i.n := 0;"), refused);
+    assert!(program("g", "k := main.o;").is_ok());
+    // A chart's conditions and blocks name variables, too.
+    let chart = |condition: &str, action: &str| {
+        bound(&format!(
+            "FUNCTION_BLOCK H VAR_IN_OUT x : BOOL; END_VAR VAR k : BOOL; END_VAR VAR_EXTERNAL g, o : BOOL; END_VAR
+             INITIAL_STEP a: END_STEP STEP b: {action}(N); END_STEP
+             TRANSITION FROM a TO b := {condition}; END_TRANSITION TRANSITION FROM b TO a := x; END_TRANSITION
+             END_FUNCTION_BLOCK VAR_GLOBAL g, o : BOOL; END_VAR
+             PROGRAM main VAR_EXTERNAL g, o : BOOL; END_VAR VAR h : H; END_VAR h(x := g); END_PROGRAM"
+        ))
+        .map(|_| ())
+    };
+    assert_eq!(chart("g", "k"), Err(vec![Code::NotModelled]));
+}
+
+#[test]
+fn which_element_is_assigned_does_not_hang_on_its_value() {
+    let with = |body: &str| {
+        bound(&format!(
+            "FUNCTION F : INT VAR_IN_OUT v : INT; END_VAR v := 1; F := 5; END_FUNCTION
+             PROGRAM main VAR b : ARRAY[0..3] OF INT; i, j : INT; END_VAR {body} END_PROGRAM"
+        ))
+    };
+    assert_eq!(with("i := 0; b[i] := F(v := i);"), Err(vec![Code::NotModelled]));
+    assert!(with("i := 0; b[i] := F(v := j);").is_ok());
+}
+
+#[test]
+fn what_stands_in_what_is_retained_is_retained() {
+    // Two bits that no scan leaves on together: an earlier run may have stopped in between.
+    let block = "FUNCTION_BLOCK F VAR_INPUT i1 : BOOL; END_VAR VAR a, b : BOOL; n : INT; END_VAR
+        IF a AND b THEN FOR n := 1 TO 50 DO ; END_FOR END_IF
+        a := TRUE; b := i1; IF i1 THEN a := FALSE; END_IF END_FUNCTION_BLOCK
+        FUNCTION_BLOCK G VAR f : F; END_VAR VAR_INPUT x : BOOL; END_VAR f(i1 := x); END_FUNCTION_BLOCK ";
+    let with = |declared: &str, call: &str| {
+        let text = format!(
+            "{block} VAR_GLOBAL p : BOOL; END_VAR PROGRAM main {declared} VAR x : BOOL; END_VAR {call} END_PROGRAM"
+        );
+        let found = trusting(Trust::All, &text).unwrap_or_else(|codes| panic!("{text}: {codes:?}"));
+        found.bound.upper > Picos(50_000_000)
+    };
+    assert!(!with("VAR f : F; END_VAR", "f(i1 := x);"));
+    for section in ["RETAIN", "PERSISTENT"] {
+        assert!(with(&format!("VAR {section} f : F; END_VAR"), "f(i1 := x);"), "{section}");
+        assert!(with(&format!("VAR {section} g : G; END_VAR"), "g(x := x);"), "{section}");
+        let array = format!("VAR {section} f : ARRAY[0..1] OF F; END_VAR");
+        assert!(with(&array, "f[1](i1 := x);"), "{section}");
+    }
+    let program = |retained: &str| {
+        let text = format!(
+            "{block} PROGRAM main VAR f : F; x : BOOL; END_VAR f(i1 := x); END_PROGRAM CONFIGURATION c
+             RESOURCE r ON PLC TASK t(INTERVAL := T#10ms, PRIORITY := 1); PROGRAM {retained} q WITH t : main;
+             END_RESOURCE END_CONFIGURATION"
+        );
+        trusting(Trust::All, &text).expect("a program").bound.upper > Picos(50_000_000)
+    };
+    assert!(program("RETAIN"));
+    assert!(!program(""));
 }
 
 #[test]

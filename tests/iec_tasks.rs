@@ -125,6 +125,17 @@ fn what_another_task_writes_may_change_at_any_moment() {
 }
 
 #[test]
+fn a_loop_whose_variable_another_task_writes_has_no_count() {
+    let counting = "FOR n := 1 TO 10 DO x := TRUE; END_FOR";
+    for fast in ["main.n := 0;", "two.n := 0;"] {
+        assert_eq!(bounds(fast, counting)[0], None, "{fast}");
+    }
+    for fast in ["x := main.n > 0;", "n := 0;"] {
+        assert_eq!(bounds(fast, counting)[0], Some(21), "{fast}");
+    }
+}
+
+#[test]
 fn tasks_have_functions_of_their_own() {
     // The loop takes three stores and four of its variable; the input, the result and what it is assigned to take one each.
     let call = "n := three(n := 2); IF n <> 6 THEN x := TRUE; END_IF";

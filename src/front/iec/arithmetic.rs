@@ -1,6 +1,7 @@
 //! Numbers worked out from two others, at the size of their type.
 
 use super::emit::Emit;
+use super::open::{beyond, opened};
 use super::types::Kind;
 use super::value::{Value, constant, wrapped};
 use crate::iec::ast::Operator;
@@ -50,6 +51,7 @@ impl Emit<'_> {
             return Ok(Value::Number(kind, self.any_number(kind, why)));
         }
         let boxed = |one, two| (Box::new(one), Box::new(two));
+        let mut beyond = beyond(operator, kind, &left, &right);
         let number = match operator {
             O::Add => {
                 let (one, two) = boxed(left, right);
@@ -71,7 +73,11 @@ impl Emit<'_> {
                 let (one, two) = boxed(left, right);
                 Number::Xor(one, two)
             }
-            O::Multiply if words <= 2 => self.product(kind, left, right),
+            O::Multiply if words <= 2 => {
+                let (low, open) = self.product(kind, left, right);
+                beyond = Some(open);
+                low
+            }
             O::Divide | O::Modulo if words <= 2 => {
                 let inputs = vec![Input::Number(left), Input::Number(right)];
                 let operation = Operation::DivideJoined { signed: kind.is_signed() };
@@ -84,11 +90,12 @@ impl Emit<'_> {
             _ => self
                 .any_number(kind, "arithmetic that is not followed: the result may be any number"),
         };
-        Ok(Value::Number(kind, wrapped(kind, number)))
+        Ok(opened(Value::Number(kind, wrapped(kind, number)), beyond))
     }
 
-    /// A product. Where it does not fit, compilers differ in how many bits they keep of it: there it is any number.
-    fn product(&mut self, kind: Kind, left: Number, right: Number) -> Number {
+    /// A product. Where it does not fit, compilers differ in how many bits they keep of it: there it is any number. Gives
+    /// where that is, too.
+    fn product(&mut self, kind: Kind, left: Number, right: Number) -> (Number, Logic) {
         let (words, signed) = (kind.words(), kind.is_signed());
         let inputs = vec![Input::Number(left), Input::Number(right)];
         let operation = Operation::Multiply { signed };
@@ -124,8 +131,8 @@ impl Emit<'_> {
         };
         let low = low.to_vec();
         let beyond = self.keep_bit(beyond);
-        self.open_where(beyond, &low);
-        Number::Words(low)
+        self.open_where(beyond.clone(), &low);
+        (Number::Words(low), beyond)
     }
 
     /// Two times added, or one less another. Controllers differ where that is below 0 or beyond 24 days: with times that have

@@ -3,11 +3,11 @@
 
 use super::emit::Emit;
 use super::function::parameters;
-use super::loops::{alike, bodies, names};
+use super::reach::overlap;
 use super::resolve::{Context, Found};
 use super::types::lineage;
 use crate::base::code::Code;
-use crate::iec::ast::{Argument, Expr, Part, Path};
+use crate::iec::ast::{Argument, Expr, Kind, Part, Path, Statement};
 use crate::iec::fault::Fault;
 use crate::iec::{Body, PouKind, Section, TypeRef, Variable, same, show};
 
@@ -61,7 +61,7 @@ impl Emit<'_> {
                         let is_given = |other: &Path| overlap(one, other);
                         found |= handed.iter().any(|other| is_given(other))
                             || taken.iter().any(|other| is_given(other))
-                            || self.is_named_elsewhere(at, one);
+                            || self.is_reached(at, one, false);
                     });
                     found
                 });
@@ -75,7 +75,7 @@ impl Emit<'_> {
                 return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
             }
             let twice = handed[..number].iter().any(|other| overlap(path, other));
-            if twice || self.is_of(at, owner, path, line)? || self.is_named_elsewhere(at, path) {
+            if twice || self.is_of(at, owner, path, line)? || self.is_reached(at, path, false) {
                 let message = format!(
                     "{} is handed over in and out, and what is called may reach it by another name",
                     show::path(path)
@@ -83,6 +83,41 @@ impl Emit<'_> {
                 let help = "hand over a variable of its own, and assign it before and after";
                 return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
             }
+        }
+        Ok(())
+    }
+
+    /// Refuses an assignment to an element if working out its value may change which one it is: some controllers look for the
+    /// element before, others after that.
+    pub(super) fn element_stays(
+        &self,
+        at: &Context,
+        target: &Path,
+        value: &Expr,
+        line: u32,
+    ) -> Result<(), Fault> {
+        if !self.calls_own(value) {
+            return Ok(());
+        }
+        let kind = Kind::Return(value.clone());
+        let calls = [Statement { line, kind }];
+        let mut moved = false;
+        for part in &target.rest {
+            let Part::Index(indices) = part else { continue };
+            for index in indices {
+                moved |= self.calls_own(index);
+                super::within::variables(index, &mut |one| {
+                    moved |= self.may_write(at, &calls, one)
+                });
+            }
+        }
+        if moved {
+            let message = format!(
+                "which element {} is may change while its value is worked out",
+                show::path(target)
+            );
+            let help = "assign the value to a variable of its own before";
+            return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
         Ok(())
     }
@@ -131,46 +166,4 @@ impl Emit<'_> {
         let (name, owner) = (name.to_ascii_uppercase(), owner.to_ascii_uppercase());
         Ok(name.strip_prefix(&owner).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
     }
-
-    /// Whether a variable is global, and a function or function block names it.
-    fn is_named_elsewhere(&self, at: &Context, path: &Path) -> bool {
-        let own = lineage(self.project, self.instances[at.instance].pou);
-        let declares = |variables: &[Variable], section: fn(Section) -> bool| {
-            variables.iter().any(|one| section(one.section) && same(&one.name, &path.first))
-        };
-        let is_own = |one: Section| one != Section::External;
-        let is_local =
-            at.locals.as_ref().is_some_and(|place| Self::part(place, &path.first).is_some());
-        if is_local || own.iter().any(|pou| declares(&pou.variables, is_own)) {
-            return false;
-        }
-        let others = self.project.pous.iter().filter(|pou| {
-            pou.kind != PouKind::Program && !own.iter().any(|one| same(&one.name, &pou.name))
-        });
-        // A list of globals may stand before the name.
-        let last = path.rest.iter().find_map(|part| match part {
-            Part::Name(name) => Some(name.as_str()),
-            _ => None,
-        });
-        let is_it =
-            |name: &str| same(name, &path.first) || last.is_some_and(|last| same(last, name));
-        others.into_iter().any(|pou| {
-            declares(&pou.variables, |one| one == Section::External)
-                || (!declares(&pou.variables, is_own)
-                    && bodies(pou, true).into_iter().any(|body| names(body, &is_it)))
-        })
-    }
-}
-
-/// Whether two paths may mean the same variable, or one a part of the other: any two indices may be the same.
-fn overlap(one: &Path, other: &Path) -> bool {
-    let shorter = one.rest.len().min(other.rest.len());
-    let cut = |path: &Path| {
-        let blank = |part: &Part| match part {
-            Part::Name(name) => Part::Name(name.clone()),
-            _ => Part::Dereference,
-        };
-        Path { first: path.first.clone(), rest: path.rest[..shorter].iter().map(blank).collect() }
-    };
-    alike(&cut(one), &cut(other))
 }

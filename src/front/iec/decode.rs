@@ -43,6 +43,7 @@ pub fn decode(
         let own = tasks.remove(at);
         tasks.insert(0, own);
     }
+    emit.tasks = tasks.len();
     let mut entries = Vec::new();
     let mut main = 0..0;
     for (number, task) in tasks.iter().enumerate() {
@@ -302,10 +303,44 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
             starts(&mut known, variable, place);
         }
     }
+    latch_within(emit, &mut known, &globals);
     for place in globals.iter().filter(|place| place.name.starts_with("%I")) {
         known.inputs.extend(place.tag.regions());
     }
     known
+}
+
+/// What stands in an instance, a structure or an array that survives a loss of power does so, too.
+fn latch_within(emit: &Emit<'_>, known: &mut PowerUp, globals: &[Place]) {
+    let project = emit.project;
+    let mut kept: Vec<Place> = Vec::new();
+    for one in &emit.instances {
+        let all = lineage(project, one.pou).into_iter().flat_map(|pou| &pou.variables);
+        let parts = all.filter(|one| one.retain);
+        kept.extend(parts.filter_map(|part| Emit::part(&one.place, &part.name)));
+    }
+    for (list, all) in &project.globals {
+        let names = all.iter().filter(|one| one.retain).map(|one| full_name(list, one));
+        kept.extend(
+            names.filter_map(|name| globals.iter().find(|place| same(&place.name, &name)).cloned()),
+        );
+    }
+    let regions: Vec<Region> = kept.iter().flat_map(|place| place.tag.regions()).collect();
+    let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
+    let own = own.filter(|own| regions.iter().any(|one| flow::meet(**own, *one)));
+    known.latched.extend(own.copied().collect::<Vec<_>>());
+    // What charts in them remember.
+    for ((instance, _), tag) in &emit.charts {
+        let name = &emit.instances[*instance].place.name;
+        let is_within = |place: &Place| {
+            let begins = name.get(..place.name.len()).is_some_and(|begin| same(begin, &place.name));
+            let rest = name.get(place.name.len()..).unwrap_or_default();
+            begins && (rest.is_empty() || rest.starts_with(['.', '[']))
+        };
+        if kept.iter().any(is_within) {
+            known.latched.extend(tag.regions());
+        }
+    }
 }
 
 fn starts(known: &mut PowerUp, variable: &Variable, place: &Place) {

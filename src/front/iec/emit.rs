@@ -88,6 +88,8 @@ pub(super) struct Emit<'p> {
     pub(super) times_read: BTreeSet<Cell>,
     between: [u32; 2],
     pub(super) file: usize,
+    /// How many tasks there are.
+    pub(super) tasks: usize,
     /// The number of the task whose routines are put together.
     pub(super) task: usize,
     /// Whether charts carry out actions before they look at transitions.
@@ -128,6 +130,7 @@ impl<'p> Emit<'p> {
             times_read: BTreeSet::new(),
             between: [0, 0],
             file: 0,
+            tasks: 1,
             task: 0,
             actions_first: false,
             all_clear: false,

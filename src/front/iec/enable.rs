@@ -151,6 +151,7 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<Value, Fault> {
         let Some(condition) = condition else { return Ok(result) };
+        let result = self.settled(result);
         let why = "the result of a call whose EN is false may be any value";
         let other = match &result {
             Value::Bit(_) => Value::Bit(self.any_bit(why)),
@@ -159,7 +160,7 @@ impl Emit<'_> {
                 let kind = holding(DINT, *value);
                 Value::Number(kind, self.any_number(kind, why))
             }
-            Value::Any => return Ok(Value::Any),
+            Value::Any | Value::Open(..) => return Ok(Value::Any),
         };
         self.chosen(condition, result, other, line)
     }

@@ -1,10 +1,11 @@
 //! Expressions, as what the analysis follows.
 
 use super::emit::Emit;
+use super::open::{complement, joined, opened, parted};
 use super::resolve::{Context, Element, Found};
 use super::types::{ANY_UNIT, DINT, Kind, Ty, holding};
 use super::value::{Value, constant, real, wrapped};
-use super::within::{multiplies, shown, sums};
+use super::within::shown;
 use crate::base::code::Code;
 use crate::front::builder::always;
 use crate::iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path};
@@ -34,35 +35,38 @@ fn wrong(line: u32, expr: &Expr, what: &str) -> Fault {
 }
 
 impl Emit<'_> {
-    /// The value of an expression; what it takes is charged.
+    /// The value of an expression; what it takes is charged. Where it does not fit its type, it is any number.
     pub(super) fn value(&mut self, at: &Context, expr: &Expr, line: u32) -> Result<Value, Fault> {
+        let value = self.open_value(at, expr, line)?;
+        Ok(self.settled(value))
+    }
+
+    /// The same for what takes no more bits of it than its type has, or knows what to do with the others.
+    pub(super) fn open_value(
+        &mut self,
+        at: &Context,
+        expr: &Expr,
+        line: u32,
+    ) -> Result<Value, Fault> {
         match expr {
             Expr::Literal(literal) => self.literal(literal, expr, line),
             Expr::Variable(path) => self.variable_value(at, path, line),
             Expr::Not(inner) => {
-                let value = self.value(at, inner, line)?;
+                let value = self.open_value(at, inner, line)?;
                 self.cost(&["NOT"], "logic");
-                match value {
-                    Value::Bit(logic) => Ok(Value::Bit(logic.not())),
-                    // Of 0 and 1 it is not told whether a bit or a number is meant.
-                    Value::Constant(0 | 1) => Ok(Value::Any),
-                    Value::Constant(value) => Ok(Value::Constant(!value)),
-                    Value::Number(kind, number) => {
-                        let ones = constant(-1, kind.words());
-                        let flipped = Number::Xor(Box::new(number), Box::new(ones));
-                        Ok(Value::Number(kind, wrapped(kind, flipped)))
-                    }
-                    Value::Any => Ok(Value::Any),
-                }
+                Ok(complement(value))
             }
             Expr::Negate(inner) => {
-                let value = self.value(at, inner, line)?;
+                let value = self.open_value(at, inner, line)?;
                 if let Value::Constant(value) = value {
                     return Ok(Value::Constant(value.wrapping_neg()));
                 }
                 self.cost(&["SUB"], "arithmetic");
+                let (value, beyond) = parted(value);
                 let Value::Number(kind, number) = value else { return Ok(Value::Any) };
-                self.arithmetic(Operator::Subtract, kind, constant(0, kind.words()), number)
+                let zero = constant(0, kind.words());
+                let negated = self.arithmetic(Operator::Subtract, kind, zero, number)?;
+                Ok(opened(negated, beyond))
             }
             Expr::Binary(operator, left, right) => self.binary(at, *operator, left, right, line),
             Expr::Call(path, given) if path.first == EITHER => self.either(at, given, line),
@@ -160,23 +164,15 @@ impl Emit<'_> {
         right: &Expr,
         line: u32,
     ) -> Result<Value, Fault> {
-        let mut one = self.value(at, left, line)?;
+        let mut one = self.open_value(at, left, line)?;
         if self.calls_own(right) {
             one = self.frozen(one);
             if let (Value::Bit(first), Operator::And | Operator::Or) = (&one, operator) {
                 return self.may_skip(at, operator, first.clone(), right, line);
             }
         }
-        let two = self.value(at, right, line)?;
-        let found = self.combined(operator, one, two, line)?;
-        let multiplied = multiplies(left) || multiplies(right);
-        let shows = match operator {
-            Operator::Multiply | Operator::Divide | Operator::Modulo => {
-                multiplied || sums(left) || sums(right)
-            }
-            _ => multiplied && matches!(operator.binding(), 4 | 5),
-        };
-        Ok(if shows { self.between(found) } else { found })
+        let two = self.open_value(at, right, line)?;
+        self.combined(operator, one, two, line)
     }
 
     /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of that.
@@ -258,6 +254,12 @@ impl Emit<'_> {
             }
             other => other,
         };
+        // A quotient shows all bits of what is divided.
+        let (one, two) = match operator {
+            O::Divide | O::Modulo | O::Power => (self.settled(one), self.settled(two)),
+            _ => (one, two),
+        };
+        let ((one, open), (two, also)) = (parted(one), parted(two));
         match (one, two) {
             (Value::Bit(one), Value::Bit(two)) => {
                 self.cost(&[row(operator, None)], "logic");
@@ -280,14 +282,14 @@ impl Emit<'_> {
             }
             (Value::Number(own, one), Value::Constant(two)) => {
                 let kind = holding(own, two);
-                let one = self.converted(one, own, kind);
-                let two = self.constant_as(kind, two);
+                let one = self.operand((own, one, open), kind, relation);
+                let two = (self.constant_as(kind, two), None);
                 self.numbers(operator, relation, kind, one, two)
             }
             (Value::Constant(one), Value::Number(own, two)) => {
                 let kind = holding(own, one);
-                let one = self.constant_as(kind, one);
-                let two = self.converted(two, own, kind);
+                let one = (self.constant_as(kind, one), None);
+                let two = self.operand((own, two, also), kind, relation);
                 self.numbers(operator, relation, kind, one, two)
             }
             (Value::Number(one, _), Value::Number(two, _))
@@ -298,8 +300,8 @@ impl Emit<'_> {
             }
             (Value::Number(one_kind, one), Value::Number(two_kind, two)) => {
                 let kind = common(one_kind, two_kind);
-                let one = self.converted(one, one_kind, kind);
-                let two = self.converted(two, two_kind, kind);
+                let one = self.operand((one_kind, one, open), kind, relation);
+                let two = self.operand((two_kind, two, also), kind, relation);
                 self.numbers(operator, relation, kind, one, two)
             }
             _ => {
@@ -326,8 +328,8 @@ impl Emit<'_> {
         operator: Operator,
         relation: Option<Relation>,
         kind: Kind,
-        left: Number,
-        right: Number,
+        (left, open): (Number, Option<Logic>),
+        (right, also): (Number, Option<Logic>),
     ) -> Result<Value, Fault> {
         let class = match (kind, operator) {
             (Kind::Real | Kind::Opaque(_), _) => "real",
@@ -338,7 +340,10 @@ impl Emit<'_> {
         };
         let names = [row(operator, Some(kind)), row(operator, None)];
         self.cost(&names, class);
-        let Some(relation) = relation else { return self.arithmetic(operator, kind, left, right) };
+        let Some(relation) = relation else {
+            let beyond = joined(operator, kind, (&left, open), (&right, also));
+            return Ok(opened(self.arithmetic(operator, kind, left, right)?, beyond));
+        };
         if matches!(kind, Kind::Opaque(_)) {
             return Ok(Value::Bit(
                 self.any_bit("a comparison of long reals or dates may come out either way"),
@@ -352,7 +357,12 @@ impl Emit<'_> {
             kind if kind.is_signed() => Reading::Signed,
             _ => Reading::Unsigned,
         };
-        Ok(Value::Bit(Logic::Compare(Box::new(Compare { relation, reading, left, right }))))
+        let compare = Logic::Compare(Box::new(Compare { relation, reading, left, right }));
+        let beyond: Vec<Logic> = open.into_iter().chain(also).collect();
+        Ok(Value::Bit(match beyond.is_empty() {
+            true => compare,
+            false => self.open_bit(compare, Logic::Any(beyond)),
+        }))
     }
 
     /// A number of one kind as one of another.
@@ -406,7 +416,7 @@ impl Emit<'_> {
             Value::Any => {
                 Ok(self.any_bit("a condition that is not followed: it may be true or false"))
             }
-            Value::Number(..) => {
+            Value::Number(..) | Value::Open(..) => {
                 Err(wrong(line, expr, "is a number, where a truth value is asked for"))
             }
         }
@@ -436,6 +446,9 @@ impl Emit<'_> {
                 Ok(self.any_number(kind, ANY_UNIT))
             }
             Value::Number(from, number) => Ok(self.converted(number, from, kind)),
+            Value::Open(from, number, beyond) => {
+                Ok(self.operand((from, number, Some(beyond)), kind, None).0)
+            }
             Value::Constant(value) => Ok(self.constant_as(kind, value)),
             Value::Any => {
                 Ok(self.any_number(kind, "a value that is not followed: it may be any number"))
@@ -487,6 +500,13 @@ impl Emit<'_> {
                 return Ok(());
             }
             let kept = match value {
+                // Another way may come to where this number is kept with one that does not fit.
+                Value::Number(kind @ Kind::Whole { .. }, number)
+                    if target.first.starts_with(MERGED) =>
+                {
+                    self.kept_open(kind, number, Logic::Const(false))
+                }
+                Value::Open(kind, number, beyond) => self.kept_open(kind, number, beyond),
                 Value::Bit(logic) => {
                     let cell = self.bit_between();
                     self.write(vec![Write::Bit(BitTarget::Cell(cell), logic)]);
@@ -523,9 +543,19 @@ impl Emit<'_> {
 
     /// Writes a value to where another way has kept one for the same purpose; any value, if they are not of one kind.
     fn merged(&mut self, known: Value, value: Value) -> Value {
-        match (&known, value) {
+        match (&known, value.clone()) {
             (Value::Bit(Logic::Bit(BitSource::Cell(cell))), Value::Bit(logic)) => {
                 self.write(vec![Write::Bit(BitTarget::Cell(*cell), logic)]);
+                known
+            }
+            (
+                Value::Open(kind, Number::Words(words), Logic::Bit(BitSource::Cell(cell))),
+                Value::Number(own, _) | Value::Open(own, ..),
+            ) if *kind == own => {
+                let (value, beyond) = parted(value);
+                let beyond = beyond.unwrap_or(Logic::Const(false));
+                self.write(vec![Write::Bit(BitTarget::Cell(*cell), beyond)]);
+                self.merged(Value::Number(*kind, Number::Words(words.clone())), value);
                 known
             }
             (Value::Number(kind, Number::Words(words)), Value::Number(own, number))
@@ -602,7 +632,7 @@ impl Emit<'_> {
             Value::Bit(logic) => Ok(logic),
             Value::Constant(value) => Ok(Logic::Const(value != 0)),
             Value::Any => Ok(self.any_bit("a value that is not followed: it may be true or false")),
-            Value::Number(..) => {
+            Value::Number(..) | Value::Open(..) => {
                 Err(Fault::new(line, "a number stands where a truth value is asked for")
                     .code(Code::Operand))
             }
@@ -651,6 +681,10 @@ pub(super) fn common(one: Kind, two: Kind) -> Kind {
         (Kind::Whole { bits, signed }, Kind::Whole { bits: other, signed: also })
             if signed != also =>
         {
+            let (with_sign, without) = if signed { (bits, other) } else { (other, bits) };
+            if with_sign > without {
+                return Kind::Whole { bits: with_sign, signed: true };
+            }
             // Both must fit; there is nothing wider than 64 bits.
             match bits.max(other) {
                 64.. => Kind::Opaque(4),
@@ -663,7 +697,7 @@ pub(super) fn common(one: Kind, two: Kind) -> Kind {
 }
 
 /// The row that prices an operator.
-fn row(operator: Operator, kind: Option<Kind>) -> &'static str {
+pub(super) fn row(operator: Operator, kind: Option<Kind>) -> &'static str {
     use Operator as O;
     let is_real = matches!(kind, Some(Kind::Real | Kind::Opaque(_)));
     match (operator, is_real) {

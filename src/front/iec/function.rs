@@ -1,15 +1,16 @@
 //! Functions: the standard's, and the project's own.
 
 use super::emit::{Emit, Place, What};
-use super::expr::{common, read};
+use super::expr::{common, read, row};
+use super::open::{beyond, complement, opened};
 use super::resolve::{Context, Found, unknown};
 use super::types::{ANY_UNIT, DINT, Kind, Ty, elementary, holding, is_elementary};
 use super::value::Value;
 use super::whole::Whole;
-use super::within::{multiplies, shown, sums};
+use super::within::{shown, works};
 use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
-use crate::iec::{PouKind, Section, Variable, same, show};
+use crate::iec::{Pou, PouKind, Section, Variable, same, show};
 use crate::program::{
     Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
 };
@@ -76,6 +77,7 @@ impl Emit<'_> {
         self.hand_over(at, &place, &own.variables, given, line)?;
         let inner = Context { instance, locals: None };
         self.begin_anew(&inner, &place, &own.variables, given, line)?;
+        self.begin_result(&inner, &place, own, line)?;
         self.call(Logic::Const(true), instance, What::Body, "CAL");
         self.take_back(at, &place, &own.variables, given, line)?;
         let result = self.result(&place, &own.name, line)?;
@@ -104,6 +106,7 @@ impl Emit<'_> {
         self.hand_over(at, &place, &method.variables, given, line)?;
         let inner = Context { instance, locals: Some(place.clone()) };
         self.begin_anew(&inner, &place, &method.variables, given, line)?;
+        self.begin_result(&inner, &place, &method, line)?;
         self.call(
             Logic::Const(true),
             instance,
@@ -189,7 +192,7 @@ impl Emit<'_> {
                 wholes.push((from, Whole::Place(target)));
                 continue;
             }
-            let value = self.value(at, &argument.value, line)?;
+            let value = self.open_value(at, &argument.value, line)?;
             let value = shown(&argument.value, value, &target.ty);
             values.push((target, value));
         }
@@ -271,7 +274,7 @@ impl Emit<'_> {
             let value = match &one.initial {
                 Some(initial) => self.constant(at, initial).map_or(Value::Any, Value::Constant),
                 None if is_elementary(one) => Value::Constant(0),
-                None => Value::Any,
+                None => self.types.first_named(&one.of).map_or(Value::Any, Value::Constant),
             };
             let value = match (&part.ty, value, &one.initial) {
                 (Ty::Bit, Value::Any, Some(initial)) if initial.is(true) || initial.is(false) => {
@@ -283,6 +286,28 @@ impl Emit<'_> {
             self.write(writes);
         }
         Ok(())
+    }
+
+    /// The result begins with what its type begins with.
+    fn begin_result(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        of: &Pou,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let Some(ty) = &of.result else { return Ok(()) };
+        let result = Variable {
+            name: of.name.clone(),
+            section: Section::Local,
+            of: ty.clone(),
+            initial: None,
+            at: None,
+            constant: false,
+            retain: false,
+            line: of.line,
+        };
+        self.begin_anew(at, place, &[result], &[], line)
     }
 
     /// A function of the standard.
@@ -316,14 +341,11 @@ impl Emit<'_> {
     ) -> Result<Value, Fault> {
         let found = self.worked(at, name, given, line)?;
         let upper = name.to_ascii_uppercase();
-        let compares = ["GT", "GE", "EQ", "NE", "LE", "LT"].contains(&upper.as_str());
         let shows = SHOWS_BITS.contains(&upper.as_str()) || decimal(&upper).is_some();
         let mut inputs = given.iter().filter(|one| !one.is_output).map(|one| &one.value);
-        let differs = match (shows, compares) {
-            (true, _) => inputs.any(|input| sums(input) || multiplies(input)),
-            (_, true) => inputs.any(multiplies),
-            _ => false,
-        };
+        // What was given more bits than 32 shows those of a sum of 32.
+        let is_long = matches!(found, Value::Number(Kind::Whole { bits: 64, .. }, _));
+        let differs = (shows || is_long) && inputs.any(works);
         Ok(if differs { self.between(found) } else { found })
     }
 
@@ -350,7 +372,7 @@ impl Emit<'_> {
                 let leaves = self.any_bit(why);
                 self.jump(leaves, None)
             });
-            let mut value = self.value(at, &argument.value, line)?;
+            let mut value = self.open_value(at, &argument.value, line)?;
             if let Some(left) = left {
                 self.land(left);
                 self.landing();
@@ -370,6 +392,10 @@ impl Emit<'_> {
             self.program().approximate(at, why);
             return Ok(Value::Any);
         };
+        // Operators know what to do with what does not fit its type.
+        if !OPERATORS.contains(&upper.as_str()) {
+            values = values.into_iter().map(|value| self.settled(value)).collect();
+        }
         let seen = |value: Option<Value>, to: &Ty| match given.first() {
             Some(input) => value.map(|value| shown(&input.value, value, to)),
             None => value,
@@ -435,7 +461,10 @@ impl Emit<'_> {
                     self.cost(&["NOT"], "logic");
                     Ok(Value::Bit(logic.not()))
                 }
-                other => self.combined(Operator::Xor, other, Value::Constant(-1), line),
+                other => {
+                    self.cost(&[row(Operator::Xor, None)], "arithmetic");
+                    Ok(complement(other))
+                }
             },
             ("SEL", 3) => {
                 self.cost(&["SEL"], "move");
@@ -477,12 +506,16 @@ impl Emit<'_> {
                     right: zero(),
                 }));
                 let flipped = Number::Sub(Box::new(zero()), Box::new(number.clone()));
-                self.chosen(
+                // The least number has no positive one of its type.
+                let beyond = beyond(Operator::Subtract, kind, &zero(), &number);
+                let beyond = beyond.filter(|_| kind.is_signed());
+                let found = self.chosen(
                     negative,
                     Value::Number(kind, flipped),
                     Value::Number(kind, number),
                     line,
-                )
+                )?;
+                Ok(opened(found, beyond))
             }
             ("SHL" | "SHR" | "ROL" | "ROR", 2) => {
                 self.cost(&[&upper, "FUNCTION"], "special");
@@ -582,6 +615,7 @@ impl Emit<'_> {
         second: Value,
         line: u32,
     ) -> Result<Value, Fault> {
+        let (first, second) = (self.settled(first), self.settled(second));
         if let (Value::Bit(one), Value::Bit(two)) = (&first, &second) {
             let which = self.keep_bit(which);
             let yes = Logic::All(vec![which.clone(), one.clone()]);
@@ -703,6 +737,12 @@ fn decimal(name: &str) -> Option<(bool, Option<Ty>)> {
         None => digits.is_empty().then_some((false, None)),
     }
 }
+
+/// Functions of the standard that are operators, too, or give what they are given.
+const OPERATORS: &[&str] = &[
+    "ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "GT", "GE", "EQ", "NE", "LE",
+    "LT", "MOVE",
+];
 
 /// Functions of the standard that bring to light how many bits are kept of what they are given.
 const SHOWS_BITS: &[&str] =

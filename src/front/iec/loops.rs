@@ -1,16 +1,20 @@
 //! Loops, and how often they go round.
 
 use super::emit::Emit;
+use super::expr::read;
+use super::reach::alike;
 use super::resolve::{Context, Found};
 use super::statement::Ways;
-use super::types::{DINT, Kind, Ty, lineage};
+use super::types::{DINT, Kind, Ty};
 use super::value::{Value, constant};
-use super::within::{calls, each, multiplies, shown, variables};
+use super::within::{calls, variables};
 use crate::base::code::Code;
-use crate::iec::ast::{Argument, Expr, Kind as Statements, Operator, Part, Path, Statement};
+use crate::iec::ast::{Expr, Kind as Statements, Operator, Path, Statement};
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Section, same, show};
-use crate::program::{Logic, Number, Step, WordSource, WordTarget, Write};
+use crate::iec::show;
+use crate::program::{
+    Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
+};
 
 /// The most turns that are followed.
 const MOST: i64 = i16::MAX as i64;
@@ -22,11 +26,20 @@ struct Turns {
     most: u32,
 }
 
+/// With which value a loop begins.
+enum First {
+    Known(i64),
+    Value(Value),
+    /// That which its variable holds.
+    Held,
+}
+
 /// A variable that a loop counts up or down until it has passed an end.
 struct Counting {
     variable: Path,
-    /// The last value with which the loop goes on.
+    /// The last value with which the loop goes on is so far from this.
     end: Expr,
+    far: i64,
     by: i64,
     /// Whether it ends only where the variable is just beyond the end: from further on it goes round through all values.
     only_there: bool,
@@ -54,10 +67,14 @@ impl Emit<'_> {
             let help = "use EXIT to leave a loop, and a variable that nothing called in it writes";
             return Err(Fault::new(line, message).code(Code::LoopCount).help(help));
         }
+        if self.names_own(at, to, variable, line)? {
+            let message = format!("the end of FOR names its own variable {}", show::path(variable));
+            let help = "some controllers work the end out once, others before every turn: assign it to another variable";
+            return Err(Fault::new(line, message).code(Code::LoopCount).help(help));
+        }
         self.end_stays(at, to, body, line)?;
-        let start = self.value(at, from, line)?;
-        self.assign(at, variable, start, line)?;
-        let turns = self.turns(at, variable, (from, to, by), 0, line)?;
+        let first = self.first_of(at, variable, from, line)?;
+        let turns = self.turns(at, variable, (first, to, by), (0, 0), line)?;
         if turns.most == 0 {
             self.cost(&["FOR"], "loop");
             return Ok(());
@@ -69,7 +86,71 @@ impl Emit<'_> {
         let now = self.value(at, &Expr::Variable(variable.clone()), line)?;
         let next = self.combined(Operator::Add, now, Value::Constant(by), line)?;
         self.assign(at, variable, next, line)?;
-        self.end_loop(begin, "END_FOR", out);
+        self.close_loop(begin, "END_FOR");
+        self.left_behind(at, variable, by, &turns, line)?;
+        self.leave_loop(out);
+        Ok(())
+    }
+
+    /// Gives a loop's variable its first value; that value, or none where it is what the variable holds then: one of another type
+    /// does not hold all, and another task may write it at once.
+    fn first_of(
+        &mut self,
+        at: &Context,
+        variable: &Path,
+        from: &Expr,
+        line: u32,
+    ) -> Result<First, Fault> {
+        let range = self.range_of(at, variable, line)?;
+        let value = self.open_value(at, from, line)?;
+        let value = self.frozen(value);
+        let fits = match &value {
+            Value::Number(Kind::Whole { bits: bits @ ..=32, signed }, _) => {
+                let (least, most) = whole_range(*bits, *signed);
+                range.0 <= least && most <= range.1
+            }
+            _ => false,
+        };
+        self.assign(at, variable, value.clone(), line)?;
+        if self.tasks > 1 && self.is_reached(at, variable, true) {
+            return Ok(First::Held);
+        }
+        let known = self.constant(at, from).filter(|from| (range.0..=range.1).contains(from));
+        Ok(match known {
+            Some(known) => First::Known(known),
+            None if fits => First::Value(value),
+            None => First::Held,
+        })
+    }
+
+    /// Behind a loop, its variable is beyond the end, or holds the last value with which it went round: controllers differ.
+    fn left_behind(
+        &mut self,
+        at: &Context,
+        variable: &Path,
+        by: i64,
+        turns: &Turns,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let Found::Place(place) = self.find(at, variable, line)? else { return Ok(()) };
+        let Some(cell) = place.tag.cell() else { return Ok(()) };
+        let kept = self.bit_between();
+        let either = self.unsettled(kept);
+        self.write(vec![either]);
+        let mut goes_back = vec![Logic::cell(kept)];
+        if turns.least == 0 {
+            goes_back.push(Logic::Compare(Box::new(Compare {
+                relation: Relation::Greater,
+                reading: Reading::Signed,
+                left: Number::Words(vec![turns.count]),
+                right: constant(0, 1),
+            })));
+        }
+        let Value::Number(kind, now) = read(cell, &place.ty) else { return Ok(()) };
+        let by = constant(by, kind.words());
+        let last = self.arithmetic(Operator::Subtract, kind, now, by)?;
+        let writes = self.writes(Found::Place(place), last, line)?;
+        self.write_if(Logic::All(goes_back), writes, None);
         Ok(())
     }
 
@@ -128,11 +209,11 @@ impl Emit<'_> {
         fewest: u32,
         line: u32,
     ) -> Result<Turns, Fault> {
-        let Counting { variable, end, by, only_there } = counting;
-        let from = Expr::Variable(variable.clone());
+        let Counting { variable, end, far, by, only_there } = counting;
         if *only_there {
+            let from = Expr::Variable(variable.clone());
             // A loop that is carried out before it is tested begins one step further on.
-            let (first, far) = match (fewest, *by > 0) {
+            let (first, beyond) = match (fewest, *by > 0) {
                 (0, true) => (Operator::Greater, *by),
                 (0, false) => (Operator::Less, *by),
                 (_, true) => (Operator::Greater, 0),
@@ -140,11 +221,11 @@ impl Emit<'_> {
             };
             let start = self.value(at, &from, line)?;
             let last = self.value(at, end, line)?;
-            let last = self.combined(Operator::Add, last, Value::Constant(far), line)?;
+            let last = self.combined(Operator::Add, last, Value::Constant(far + beyond), line)?;
             let beyond = self.holds(first, start, last, line)?;
             self.without_end(beyond);
         }
-        self.turns(at, variable, (&from, end, *by), fewest, line)
+        self.turns(at, variable, (First::Held, end, *by), (*far, fewest), line)
     }
 
     /// Where a condition holds, the loop that begins has no end.
@@ -175,25 +256,34 @@ impl Emit<'_> {
     }
 
     fn end_loop(&mut self, begin: usize, row: &str, out: Vec<usize>) {
+        self.close_loop(begin, row);
+        self.leave_loop(out);
+    }
+
+    fn close_loop(&mut self, begin: usize, row: &str) {
         let end = self.builder.add(Some(Self::key(&[row], "loop")), Vec::new(), Step::ForEnd);
         if let Step::ForBegin { end: own, .. } = &mut self.builder.program.instructions[begin].step
         {
             *own = end;
         }
+    }
+
+    /// Jumps out of a loop lead to here.
+    fn leave_loop(&mut self, out: Vec<usize>) {
         for jump in out {
             self.land(jump);
         }
         self.landing();
     }
 
-    /// How often a variable goes from one value to another by steps, but at least so often. It has no end where the variable,
+    /// How often a variable goes from one value to another, or one so far from that, by steps, but at least so often. It has no end where the variable,
     /// beyond its end, would be beyond what its type holds: it begins anew there.
     fn turns(
         &mut self,
         at: &Context,
         variable: &Path,
-        (from, to, by): (&Expr, &Expr, i64),
-        fewest: u32,
+        (from, to, by): (First, &Expr, i64),
+        (far, fewest): (i64, u32),
         line: u32,
     ) -> Result<Turns, Fault> {
         let range = self.range_of(at, variable, line)?;
@@ -202,7 +292,9 @@ impl Emit<'_> {
                 .code(Code::LoopCount)
                 .help("give it a variable of a larger type, or fewer turns"))
         };
-        if let Some((from, to)) = self.constant(at, from).zip(self.constant(at, to)) {
+        let end = self.constant(at, to).and_then(|to| to.checked_add(far));
+        if let (First::Known(from), Some(to)) = (&from, end) {
+            let from = *from;
             let none = (by > 0 && from > to) || (by < 0 && from < to);
             let turns = if none { 0 } else { i128::from(to - from).div_euclid(by.into()) + 1 };
             let last = i128::from(from) + turns * i128::from(by);
@@ -223,18 +315,22 @@ impl Emit<'_> {
             };
         }
         let mut ends = Vec::new();
-        for one in [from, to] {
-            let mut value = self.value(at, one, line)?;
-            // A variable of a longer type shows how many bits a compiler keeps of a product.
-            if multiplies(one) && range.1 > i64::from(i16::MAX) {
-                value = shown(one, value, &Ty::Number(DINT));
-            }
+        let from = match from {
+            First::Known(value) => Value::Constant(value),
+            First::Value(value) => value,
+            First::Held => self.value(at, &Expr::Variable(variable.clone()), line)?,
+        };
+        let to = self.value(at, to, line)?;
+        for (value, far) in [(from, 0), (to, far)] {
             if let Value::Number(Kind::Whole { bits, signed }, _) = value
                 && (bits > 32 || (bits == 32 && !signed))
             {
                 return endless("the ends of the loop have more than 31 bits".to_owned());
             }
-            let number = self.as_number(value, DINT, line)?;
+            let mut number = self.as_number(value, DINT, line)?;
+            if far != 0 {
+                number = Number::Add(Box::new(number), Box::new(constant(far, 2)));
+            }
             ends.push(self.copies(number, DINT));
         }
         let number = |words: &Vec<WordSource>| Value::Number(DINT, Number::Words(words.clone()));
@@ -296,11 +392,8 @@ impl Emit<'_> {
     /// What a loop's variable can hold.
     fn range_of(&mut self, at: &Context, variable: &Path, line: u32) -> Result<(i64, i64), Fault> {
         let of = |ty: &Ty| match ty {
-            Ty::Number(Kind::Whole { bits, signed: true }) if *bits <= 32 => {
-                Some((-(1i64 << (bits - 1)), (1i64 << (bits - 1)) - 1))
-            }
-            Ty::Number(Kind::Whole { bits, signed: false }) if *bits <= 32 => {
-                Some((0, (1i64 << bits) - 1))
+            Ty::Number(Kind::Whole { bits: bits @ ..=32, signed }) => {
+                Some(whole_range(*bits, *signed))
             }
             // More than any count that is followed.
             Ty::Number(Kind::Whole { .. }) => Some((-(1 << 40), 1 << 40)),
@@ -384,18 +477,14 @@ impl Emit<'_> {
             {
                 continue;
             }
-            let one = |operator| {
-                let one = Expr::Literal(crate::iec::ast::Literal::Int(1, None));
-                Expr::Binary(operator, Box::new(end.clone()), Box::new(one))
+            let far = match operator {
+                Operator::Less => -1,
+                Operator::Greater => 1,
+                Operator::NotEqual if by > 0 => -1,
+                Operator::NotEqual => 1,
+                _ => 0,
             };
-            let end = match operator {
-                Operator::Less => one(Operator::Subtract),
-                Operator::Greater => one(Operator::Add),
-                Operator::NotEqual if by > 0 => one(Operator::Subtract),
-                Operator::NotEqual => one(Operator::Add),
-                _ => end.clone(),
-            };
-            return Ok(Counting { variable: path.clone(), end, by, only_there });
+            return Ok(Counting { variable: path.clone(), end: end.clone(), far, by, only_there });
         }
         let help = "let it go on while a variable is below an end (WHILE i < 10 DO), which one statement of the loop moves \
                     by a constant (i := i + 1), or write it as FOR with EXIT";
@@ -423,117 +512,14 @@ impl Emit<'_> {
         };
         by.filter(|by| *by != 0 && alike(target, variable))
     }
-
-    /// Whether statements, or what they call, may write a variable.
-    fn may_write(&self, at: &Context, body: &[Statement], variable: &Path) -> bool {
-        // Which element an index means may change.
-        if variable.rest.iter().any(|part| matches!(part, Part::Index(_) | Part::Dereference)) {
-            return true;
-        }
-        if writes_to(body, variable) || self.writes_beside(body, variable) {
-            return true;
-        }
-        let mut called = false;
-        let mut handed = false;
-        crate::iec::ast::visit(body, &mut |one| {
-            called |= matches!(one.kind, Statements::Call(..) | Statements::CallIf(..));
-            expressions(one, &mut |expr| called |= calls(self.project, expr));
-            handed |= self.hands_over(one, variable);
-        });
-        if handed {
-            return true;
-        }
-        if !called {
-            return false;
-        }
-        let own = lineage(self.project, self.instances[at.instance].pou);
-        let is_own = own.iter().any(|pou| {
-            let kept = pou.variables.iter().filter(|one| one.section != Section::External);
-            kept.into_iter().any(|one| same(&one.name, &variable.first))
-        });
-        let is_local =
-            at.locals.as_ref().is_some_and(|place| Self::part(place, &variable.first).is_some());
-        // What is a routine's own, nothing that it calls can reach.
-        if is_local {
-            return false;
-        }
-        self.project.pous.iter().any(|pou| {
-            // Nothing that is called carries out the body of the same instance. Its own actions and methods name the variable
-            // as it does, other units through its instance.
-            let related = own.iter().any(|one| same(&one.name, &pou.name));
-            bodies(pou, !related).into_iter().any(|body| {
-                let named = (related || !is_own) && writes_to(body, variable);
-                named || reaches(body, &variable.first)
-            })
-        })
-    }
-
-    /// Whether a variable has an address, and statements write another that has one, or call what may: both may share memory.
-    fn writes_beside(&self, body: &[Statement], variable: &Path) -> bool {
-        let has_address = |name: &str| {
-            let globals = self.project.globals.iter().flat_map(|(_, list)| list);
-            let own = self.project.pous.iter().flat_map(|pou| &pou.variables);
-            let is = |one: &crate::iec::Variable| one.at.is_some() && same(&one.name, name);
-            name.starts_with('%') || globals.chain(own).any(is)
-        };
-        let mut found = false;
-        if has_address(&variable.first) {
-            crate::iec::ast::visit(body, &mut |one| {
-                found |= match &one.kind {
-                    Statements::Assign(target, _)
-                    | Statements::Latch(target, ..)
-                    | Statements::For(target, ..) => {
-                        !alike(target, variable) && has_address(&target.first)
-                    }
-                    Statements::Call(..) | Statements::CallIf(..) => true,
-                    _ => false,
-                };
-                expressions(one, &mut |expr| found |= calls(self.project, expr));
-            });
-        }
-        found
-    }
-
-    /// Whether a call hands a variable over for being changed.
-    fn hands_over(&self, one: &Statement, variable: &Path) -> bool {
-        let changes = |given: &Argument| {
-            let in_out = self.project.pous.iter().flat_map(|pou| {
-                let methods = pou.methods.iter().flat_map(|method| &method.variables);
-                pou.variables.iter().chain(methods)
-            });
-            let mut in_out = in_out.filter(|one| one.section == Section::InOut);
-            let is_own = matches!(&given.value, Expr::Variable(path) if alike(path, variable)
-                || (same(&path.first, &variable.first) && path.rest.len() < variable.rest.len()));
-            is_own
-                && match &given.name {
-                    Some(name) => in_out.any(|one| same(&one.name, name)),
-                    None => in_out.next().is_some(),
-                }
-        };
-        let mut found = false;
-        if let Statements::Call(_, given) | Statements::CallIf(_, _, given) = &one.kind {
-            found |= given.iter().any(changes);
-        }
-        expressions(one, &mut |expr| {
-            each(expr, &mut |inner| {
-                if let Expr::Call(_, given) = inner {
-                    found |= given.iter().any(|one| changes(one) || one.is_output);
-                }
-            });
-        });
-        found
-    }
 }
 
-/// Whether two paths mean the same variable.
-pub(super) fn alike(one: &Path, other: &Path) -> bool {
-    let part = |(one, other): (&Part, &Part)| match (one, other) {
-        (Part::Name(one), Part::Name(other)) => same(one, other),
-        (one, other) => one == other,
-    };
-    same(&one.first, &other.first)
-        && one.rest.len() == other.rest.len()
-        && one.rest.iter().zip(&other.rest).all(part)
+/// What a whole number of a type can be.
+fn whole_range(bits: u8, signed: bool) -> (i64, i64) {
+    match signed {
+        true => (-(1 << (bits - 1)), (1 << (bits - 1)) - 1),
+        false => (0, (1 << bits) - 1),
+    }
 }
 
 /// The parts of a condition that are joined so.
@@ -580,130 +566,4 @@ fn compared(one: &Expr, while_true: bool) -> Vec<(&Path, Operator, &Expr)> {
     // A loop that goes on at one value alone says nothing of its turns.
     found.retain(|(_, operator, _)| *operator != Equal);
     found
-}
-
-/// Whether statements assign to a variable, to a part of it, or to what it is a part of.
-fn writes_to(body: &[Statement], variable: &Path) -> bool {
-    let overlaps = |target: &Path| {
-        let own = |part: &Part| !matches!(part, Part::Bit(_));
-        let [one, other] = [target, variable].map(|path| path.rest.iter().filter(|part| own(part)));
-        same(&target.first, &variable.first)
-            && one.zip(other).all(|(one, other)| match (one, other) {
-                (Part::Name(one), Part::Name(other)) => same(one, other),
-                _ => true,
-            })
-    };
-    let through_this = |target: &Path| {
-        let names = target.rest.iter().find_map(|part| match part {
-            Part::Name(name) => Some(name),
-            _ => None,
-        });
-        same(&target.first, "THIS") && names.is_none_or(|name| same(name, &variable.first))
-    };
-    let mut found = false;
-    crate::iec::ast::visit(body, &mut |one| {
-        found |= match &one.kind {
-            Statements::Assign(target, _)
-            | Statements::Latch(target, ..)
-            | Statements::For(target, ..) => overlaps(target) || through_this(target),
-            Statements::Call(_, given) | Statements::CallIf(_, _, given) => {
-                given.iter().any(|one| {
-                    one.is_output && matches!(&one.value, Expr::Variable(path) if overlaps(path))
-                })
-            }
-            Statements::Unread(_) => true,
-            _ => false,
-        };
-    });
-    found
-}
-
-/// Whether statements assign to a part of this name of something, as those do that reach an instance from outside.
-fn reaches(body: &[Statement], name: &str) -> bool {
-    let is_part = |part: &Part| matches!(part, Part::Name(one) if same(one, name));
-    let mut found = false;
-    crate::iec::ast::visit(body, &mut |one| {
-        if let Statements::Assign(target, _) | Statements::Latch(target, ..) = &one.kind {
-            found |= target.rest.iter().any(is_part);
-        }
-    });
-    found
-}
-
-/// The statements of a unit's actions, methods and charts, and those of its body, if it is asked for.
-pub(super) fn bodies(pou: &crate::iec::Pou, with_body: bool) -> Vec<&[Statement]> {
-    let own = with_body.then_some(&pou.body).into_iter();
-    let own = own.chain(pou.actions.iter().map(|one| &one.body));
-    let mut found: Vec<&[Statement]> = Vec::new();
-    for body in own {
-        match body {
-            Body::Code(_, statements) => found.push(statements),
-            Body::Chart(chart) => {
-                let blocks = chart.steps.iter().flat_map(|step| &step.blocks);
-                found.extend(blocks.filter_map(|block| match &block.target {
-                    crate::iec::chart::Target::Inline(_, body) => match &**body {
-                        Body::Code(_, statements) => Some(&statements[..]),
-                        _ => None,
-                    },
-                    crate::iec::chart::Target::Path(_) => None,
-                }));
-            }
-            Body::Unread(..) => {}
-        }
-    }
-    found.extend(pou.methods.iter().flat_map(|method| bodies(method, true)));
-    found
-}
-
-/// Whether statements name a variable, to read or to write it: its first name, or one behind it.
-pub(super) fn names(body: &[Statement], is_it: &dyn Fn(&str) -> bool) -> bool {
-    fn named(path: &Path, is_it: &dyn Fn(&str) -> bool) -> bool {
-        let part = |part: &Part| match part {
-            Part::Name(name) => is_it(name),
-            Part::Index(all) => {
-                let mut found = false;
-                let mut see = |path: &Path| found |= named(path, is_it);
-                all.iter().for_each(|one| variables(one, &mut see));
-                found
-            }
-            _ => false,
-        };
-        is_it(&path.first) || path.rest.iter().any(part)
-    }
-    let named = |path: &Path| named(path, is_it);
-    let mut found = false;
-    crate::iec::ast::visit(body, &mut |one| {
-        found |= match &one.kind {
-            Statements::Assign(target, _)
-            | Statements::Latch(target, ..)
-            | Statements::For(target, ..) => named(target),
-            Statements::Unread(_) => true,
-            _ => false,
-        };
-        expressions(one, &mut |expr| variables(expr, &mut |path| found |= named(path)));
-    });
-    found
-}
-
-/// The expressions of a statement, but for those of statements in it.
-fn expressions(one: &Statement, see: &mut dyn FnMut(&Expr)) {
-    let mut given = |all: &[Argument]| all.iter().for_each(|one| see(&one.value));
-    match &one.kind {
-        Statements::Call(_, all) => given(all),
-        Statements::CallIf(condition, _, all) => {
-            given(all);
-            see(condition);
-        }
-        Statements::Assign(_, value) | Statements::Latch(_, _, value) => see(value),
-        Statements::If(arms, _) => arms.iter().for_each(|(condition, _)| see(condition)),
-        Statements::Case(of, ..) => see(of),
-        Statements::For(_, from, to, by, _) => {
-            [Some(from), Some(to), by.as_ref()].into_iter().flatten().for_each(see);
-        }
-        Statements::While(condition, _)
-        | Statements::Repeat(_, condition)
-        | Statements::Return(condition)
-        | Statements::Jump(condition, _) => see(condition),
-        _ => {}
-    }
 }

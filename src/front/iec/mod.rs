@@ -20,6 +20,8 @@ mod function;
 mod invariant;
 mod loops;
 mod memory;
+mod open;
+mod reach;
 mod resolve;
 mod selected;
 mod statement;

@@ -2,6 +2,7 @@
 
 use super::emit::Emit;
 use super::expr::common;
+use super::open::opened;
 use super::types::{DINT, Kind, holding};
 use super::value::{Value, constant, wrapped};
 use crate::iec::fault::Fault;
@@ -20,6 +21,10 @@ impl Emit<'_> {
             // Of a number without a type, compilers differ in how many bits it has.
             _ => return Value::Any,
         };
+        let by = match places {
+            Value::Constant(by) => Some(by),
+            _ => None,
+        };
         let places = match places {
             Value::Constant(value) if (0..=0xFFFF).contains(&value) => constant(value, 1),
             Value::Number(kind @ Kind::Whole { .. }, number) if kind.words() == 1 => number,
@@ -37,12 +42,25 @@ impl Emit<'_> {
         };
         let places = Number::Words(self.copied(places, 1));
         let words = kind.words();
-        let inputs = vec![Input::Number(number), Input::Number(places.clone())];
+        let moving = Number::Words(self.copied(number, words));
+        let inputs = vec![Input::Number(moving.clone()), Input::Number(places.clone())];
         let moved = self.worked_out(words, Some((operation, inputs, words)));
         let words = self.copied(moved, words);
         let beyond = compared(Relation::GreaterOrEqual, places, constant(i64::from(bits), 1));
         self.open_where(beyond, &words);
-        Value::Number(kind, wrapped(kind, Number::Words(words)))
+        let found = Value::Number(kind, wrapped(kind, Number::Words(words)));
+        if rotates || !left {
+            return found;
+        }
+        // Some keep what is moved beyond the type, as its result becomes one of a longer type.
+        let lost = match by.filter(|by| !signed && (0..bits.into()).contains(by)) {
+            Some(by) => {
+                let most = ((1_i64 << bits) - 1) >> by;
+                compared(Relation::Greater, moving, constant(most, kind.words()))
+            }
+            None => Logic::Const(true),
+        };
+        opened(found, Some(lost))
     }
 
     /// MUX: the value of this number, from 0 on. Controllers differ beyond the last.
@@ -139,7 +157,7 @@ fn kind_of(values: &[Value]) -> Option<Kind> {
             (None, Value::Constant(value)) => holding(DINT, *value),
             (Some(own), Value::Number(kind, _)) => common(own, *kind),
             (Some(own), Value::Constant(value)) => holding(own, *value),
-            (_, Value::Bit(_) | Value::Any) => return None,
+            (_, Value::Bit(_) | Value::Open(..) | Value::Any) => return None,
         });
     }
     found

@@ -193,7 +193,8 @@ impl<'p> Emit<'p> {
                     self.copy_whole(&from, &to);
                     return Ok(());
                 }
-                let found = self.value(at, value, line)?;
+                self.element_stays(at, target, value, line)?;
+                let found = self.open_value(at, value, line)?;
                 self.assign_of(at, target, Some(value), found, line)
             }
             Statements::Latch(target, set, condition) => {

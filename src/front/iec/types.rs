@@ -300,6 +300,22 @@ impl<'p> Types<'p> {
         }
     }
 
+    /// The number of the first value of an enumeration, which variables of it begin with unless its declaration says another.
+    pub(super) fn first_named(&self, of: &TypeRef) -> Option<i64> {
+        match of {
+            TypeRef::Enumeration(values, _) => match values.first()? {
+                (_, Some(number)) => self.constant(number),
+                (_, None) => Some(0),
+            },
+            TypeRef::Named(name) => {
+                let own = self.project.types.iter().find(|one| same(&one.name, name))?;
+                let is_one = matches!(own.of, TypeRef::Enumeration(..)) && own.initial.is_none();
+                is_one.then(|| self.first_named(&own.of))?
+            }
+            _ => None,
+        }
+    }
+
     /// The number of an enumeration's value, or of a global constant.
     pub(super) fn named_constant(&self, name: &str) -> Option<i64> {
         let (of, value) = match name.split_once('#') {

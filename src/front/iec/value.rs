@@ -8,6 +8,9 @@ use crate::program::{Logic, Number, WordSource};
 pub(super) enum Value {
     Bit(Logic),
     Number(Kind, Number),
+    /// A whole number at the size of its type, as it comes of a sum, and where it does not fit that: compilers keep more of its
+    /// bits there, or none.
+    Open(Kind, Number, Logic),
     /// A whole constant that has no type of its own yet.
     Constant(i64),
     /// Text, or what is not followed at all.

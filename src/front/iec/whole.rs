@@ -82,6 +82,11 @@ impl Emit<'_> {
                 let words = self.copied(number, kind.words());
                 Value::Number(kind, crate::program::Number::Words(words))
             }
+            Value::Open(kind, number, beyond) => {
+                let words = self.copied(number, kind.words());
+                let beyond = self.keep_bit(beyond);
+                Value::Open(kind, crate::program::Number::Words(words), beyond)
+            }
             other => other,
         }
     }

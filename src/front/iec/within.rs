@@ -47,17 +47,31 @@ pub(super) fn multiplies(one: &Expr) -> bool {
     found
 }
 
-/// An expression's value where it becomes one of a type: any, if the type is longer than a sum's or product's own, as it shows
-/// how many bits a compiler keeps of that.
+/// An expression's value where it becomes one of a type: any, if the type is longer than that of sums and the like of 32 bits
+/// which a function of the standard was given, as it shows how many bits a compiler keeps of these. Of shorter ones, such
+/// functions are given all bits, and what no function was given says by itself where it does not fit.
 pub(super) fn shown(of: &Expr, value: Value, ty: &Ty) -> Value {
     let is_longer = match (&value, ty) {
-        (Value::Number(Kind::Whole { bits: own, .. }, _), Ty::Number(kind)) => {
+        (Value::Number(Kind::Whole { bits: own @ 32.., .. }, _), Ty::Number(kind)) => {
             !matches!(kind, Kind::Whole { bits, .. } if bits <= own)
         }
-        (Value::Number(Kind::Whole { .. }, _), Ty::Bit) => true,
+        (Value::Number(Kind::Whole { bits: 32.., .. }, _), Ty::Bit) => true,
         _ => false,
     };
-    if is_longer && (sums(of) || multiplies(of)) { Value::Any } else { value }
+    if is_longer && works(of) { Value::Any } else { value }
+}
+
+/// Whether an expression adds, multiplies, negates or complements anything.
+pub(super) fn works(one: &Expr) -> bool {
+    let mut complements = false;
+    each(one, &mut |one| {
+        complements |= match one {
+            Expr::Not(_) => true,
+            Expr::Call(path, _) => ["NOT", "ABS", "SHL"].iter().any(|name| same(name, &path.first)),
+            _ => false,
+        };
+    });
+    complements || sums(one) || multiplies(one)
 }
 
 /// The variables of an expression.

@@ -1,0 +1,478 @@
+//! What the code of a project names, writes and calls, and whether it may reach a variable by another name.
+
+use super::emit::Emit;
+use super::resolve::{Context, Found};
+use super::types::lineage;
+use super::within::{calls, variables};
+use crate::iec::ast::{Argument, Expr, Kind as Statements, Part, Path, Statement};
+use crate::iec::chart::Target;
+use crate::iec::fault::Fault;
+use crate::iec::{Body, Pou, PouKind, Section, TypeRef, Variable, same};
+use crate::program::flow;
+
+/// What a path in code is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Use<'p> {
+    Read,
+    Write,
+    Call,
+    /// It is handed over for this input, if that is named.
+    Handed(Option<&'p str>),
+}
+
+/// Code: statements, the condition of a transition, or what a block of a step names.
+#[derive(Clone, Copy)]
+enum Code<'p> {
+    Statements(&'p [Statement]),
+    Condition(&'p Expr),
+    Action(&'p Path),
+}
+
+/// The code of a unit's actions, methods and charts, and that of its body, if it is asked for.
+fn code(pou: &Pou, with_body: bool) -> Vec<Code<'_>> {
+    fn of<'p>(body: &'p Body, found: &mut Vec<Code<'p>>) {
+        match body {
+            Body::Code(_, statements) => found.push(Code::Statements(statements)),
+            Body::Chart(chart) => {
+                found.extend(chart.transitions.iter().map(|one| Code::Condition(&one.condition)));
+                for block in chart.steps.iter().flat_map(|step| &step.blocks) {
+                    match &block.target {
+                        Target::Inline(_, body) => of(body, found),
+                        Target::Path(path) => found.push(Code::Action(path)),
+                    }
+                }
+            }
+            // Where it is called, that is a fault.
+            Body::Unread(..) => {}
+        }
+    }
+    let mut found = Vec::new();
+    if with_body {
+        of(&pou.body, &mut found);
+    }
+    for one in pou.actions.iter().chain(&pou.transitions) {
+        of(&one.body, &mut found);
+    }
+    found.extend(pou.methods.iter().flat_map(|method| code(method, true)));
+    found
+}
+
+/// Shows all paths of code and what they are for.
+fn paths<'p>(code: Code<'p>, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
+    let statements = match code {
+        Code::Statements(statements) => statements,
+        Code::Condition(expr) => return of_expr(expr, see),
+        Code::Action(path) => {
+            of_path(path, Use::Call, see);
+            return of_path(path, Use::Write, see);
+        }
+    };
+    for one in statements {
+        let mut within = |all: &'p [Statement]| paths(Code::Statements(all), see);
+        match &one.kind {
+            Statements::If(arms, otherwise) => {
+                arms.iter().for_each(|(_, body)| within(body));
+                within(otherwise);
+            }
+            Statements::Case(_, arms, otherwise) => {
+                arms.iter().for_each(|(_, body)| within(body));
+                within(otherwise);
+            }
+            Statements::For(.., body)
+            | Statements::While(_, body)
+            | Statements::Repeat(body, _) => within(body),
+            _ => {}
+        }
+        match &one.kind {
+            Statements::Assign(target, _)
+            | Statements::Latch(target, ..)
+            | Statements::For(target, ..) => of_path(target, Use::Write, see),
+            Statements::Call(target, given) | Statements::CallIf(_, target, given) => {
+                of_path(target, Use::Call, see);
+                of_given(given, see);
+            }
+            _ => {}
+        }
+        match &one.kind {
+            Statements::CallIf(value, ..)
+            | Statements::Assign(_, value)
+            | Statements::Latch(_, _, value)
+            | Statements::Case(value, ..)
+            | Statements::While(value, _)
+            | Statements::Repeat(_, value)
+            | Statements::Return(value)
+            | Statements::Jump(value, _) => of_expr(value, see),
+            Statements::If(arms, _) => {
+                arms.iter().for_each(|(condition, _)| of_expr(condition, see));
+            }
+            Statements::For(_, from, to, by, _) => {
+                [Some(from), Some(to), by.as_ref()]
+                    .into_iter()
+                    .flatten()
+                    .for_each(|one| of_expr(one, see));
+            }
+            _ => {}
+        }
+    }
+}
+
+fn of_expr<'p>(expr: &'p Expr, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
+    match expr {
+        Expr::Variable(path) => of_path(path, Use::Read, see),
+        Expr::Not(inner) | Expr::Negate(inner) => of_expr(inner, see),
+        Expr::Binary(_, left, right) => {
+            of_expr(left, see);
+            of_expr(right, see);
+        }
+        Expr::Call(path, given) => {
+            of_path(path, Use::Call, see);
+            of_given(given, see);
+        }
+        Expr::Literal(_) => {}
+    }
+}
+
+fn of_given<'p>(given: &'p [Argument], see: &mut dyn FnMut(&'p Path, Use<'p>)) {
+    for one in given {
+        let mut value = &one.value;
+        if let (true, Expr::Not(inner)) = (one.is_output, value) {
+            value = inner;
+        }
+        match value {
+            Expr::Variable(path) => {
+                let handed = Use::Handed(one.name.as_deref());
+                of_path(path, if one.is_output { Use::Write } else { handed }, see);
+            }
+            other => of_expr(other, see),
+        }
+    }
+}
+
+fn of_path<'p>(path: &'p Path, used: Use<'p>, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
+    see(path, used);
+    for part in &path.rest {
+        if let Part::Index(all) = part {
+            all.iter().for_each(|one| of_expr(one, see));
+        }
+    }
+}
+
+/// The names of a path.
+fn names(path: &Path) -> impl DoubleEndedIterator<Item = &str> {
+    let parts = path.rest.iter().filter_map(|part| match part {
+        Part::Name(name) => Some(name.as_str()),
+        _ => None,
+    });
+    std::iter::once(path.first.as_str()).chain(parts)
+}
+
+/// A path without THIS in front of it.
+fn without_this(path: &Path) -> Path {
+    let is_name = |part: &Part| matches!(part, Part::Name(_));
+    match path.rest.iter().position(is_name).map(|at| path.rest.split_at(at)) {
+        Some((_, [Part::Name(first), rest @ ..])) if same(&path.first, "THIS") => {
+            Path { first: first.clone(), rest: rest.to_vec() }
+        }
+        _ => path.clone(),
+    }
+}
+
+/// Whether two paths mean the same variable.
+pub(super) fn alike(one: &Path, other: &Path) -> bool {
+    let part = |(one, other): (&Part, &Part)| match (one, other) {
+        (Part::Name(one), Part::Name(other)) => same(one, other),
+        (one, other) => one == other,
+    };
+    same(&one.first, &other.first)
+        && one.rest.len() == other.rest.len()
+        && one.rest.iter().zip(&other.rest).all(part)
+}
+
+/// Whether two paths may mean the same variable, or one a part of the other: any two indices may be the same.
+pub(super) fn overlap(one: &Path, other: &Path) -> bool {
+    let (one, other) = (without_this(one), without_this(other));
+    if same(&one.first, "THIS") || same(&other.first, "THIS") {
+        return true;
+    }
+    let parts = |path: &Path| -> Vec<Part> {
+        path.rest.iter().filter(|part| !matches!(part, Part::Bit(_))).cloned().collect()
+    };
+    let (parts, others) = (parts(&one), parts(&other));
+    same(&one.first, &other.first)
+        && parts.iter().zip(&others).all(|pair| match pair {
+            (Part::Name(one), Part::Name(other)) => same(one, other),
+            _ => true,
+        })
+}
+
+fn declares(variables: &[Variable], name: &str) -> bool {
+    let is_own = |one: &Variable| one.section != Section::External;
+    variables.iter().any(|one| is_own(one) && same(&one.name, name))
+}
+
+impl Emit<'_> {
+    /// Whether statements, or what they call, may write a variable.
+    pub(super) fn may_write(&self, at: &Context, body: &[Statement], variable: &Path) -> bool {
+        let variable = &without_this(variable);
+        // Which element an index means may change.
+        if variable.rest.iter().any(|part| matches!(part, Part::Index(_) | Part::Dereference)) {
+            return true;
+        }
+        let (mut writes, mut called) = (self.writes_beside(body, variable), false);
+        paths(Code::Statements(body), &mut |path, used| {
+            writes |= self.changes(used) && overlap(path, variable);
+            // An instance writes its own variables.
+            let is_owner = same(&path.first, &variable.first) && !variable.rest.is_empty();
+            writes |= used == Use::Call && is_owner;
+        });
+        crate::iec::ast::visit(body, &mut |one| {
+            called |= matches!(one.kind, Statements::Call(..) | Statements::CallIf(..));
+            expressions(one, &mut |expr| called |= calls(self.project, expr));
+        });
+        if writes {
+            return true;
+        }
+        let is_local =
+            at.locals.as_ref().is_some_and(|place| Self::part(place, &variable.first).is_some());
+        // What is a routine's own, nothing that it calls can reach.
+        if !called || is_local {
+            return false;
+        }
+        let own = lineage(self.project, self.instances[at.instance].pou);
+        let is_own = own.iter().any(|pou| declares(&pou.variables, &variable.first));
+        self.project.pous.iter().any(|pou| {
+            // Nothing that is called carries out the body of the same instance. Its own actions and methods name the variable
+            // as it does, other units through its instance.
+            let related = own.iter().any(|one| same(&one.name, &pou.name));
+            let by_name = related || !is_own;
+            code(pou, !related).into_iter().any(|code| {
+                let mut found = false;
+                paths(code, &mut |path, used| {
+                    let part = |name: &str| names(path).skip(1).any(|one| same(one, name));
+                    let reaches = (by_name && overlap(path, variable))
+                        || names(variable).any(part)
+                        || names(variable).skip(1).any(|name| same(&path.first, name));
+                    found |= self.changes(used) && reaches;
+                });
+                found
+            })
+        })
+    }
+
+    /// Whether a variable has an address, and statements write another that has one, or call what may: both may share memory.
+    fn writes_beside(&self, body: &[Statement], variable: &Path) -> bool {
+        if !self.has_address(&variable.first) {
+            return false;
+        }
+        let mut found = false;
+        paths(Code::Statements(body), &mut |path, used| {
+            let other = !alike(path, variable) && self.has_address(&path.first);
+            found |= self.changes(used) && other;
+        });
+        crate::iec::ast::visit(body, &mut |one| {
+            found |= matches!(one.kind, Statements::Call(..) | Statements::CallIf(..));
+            expressions(one, &mut |expr| found |= calls(self.project, expr));
+        });
+        found
+    }
+
+    fn has_address(&self, name: &str) -> bool {
+        let globals = self.project.globals.iter().flat_map(|(_, list)| list);
+        let own = self.project.pous.iter().flat_map(|pou| &pou.variables);
+        let is = |one: &Variable| one.at.is_some() && same(&one.name, name);
+        name.starts_with('%') || globals.chain(own).any(is)
+    }
+
+    /// Whether what a path is for may change what it means.
+    fn changes(&self, used: Use<'_>) -> bool {
+        match used {
+            Use::Write => true,
+            Use::Handed(name) => {
+                let mut in_out = self.project.pous.iter().flat_map(|pou| {
+                    let methods = pou.methods.iter().flat_map(|method| &method.variables);
+                    let all = pou.variables.iter().chain(methods);
+                    all.filter(|one| one.section == Section::InOut)
+                });
+                in_out.any(|one| name.is_none_or(|name| same(name, &one.name)))
+            }
+            Use::Read | Use::Call => false,
+        }
+    }
+
+    /// Whether an expression names a variable, by whichever name.
+    pub(super) fn names_own(
+        &mut self,
+        at: &Context,
+        expr: &Expr,
+        variable: &Path,
+        line: u32,
+    ) -> Result<bool, Fault> {
+        let place = |found| match found {
+            Found::Place(place) => place.tag.regions(),
+            Found::Element(element) => element.whole.tag.regions(),
+            _ => Vec::new(),
+        };
+        let own = place(self.find(at, variable, line)?);
+        let mut named: Vec<Path> = Vec::new();
+        variables(expr, &mut |path| named.push(path.clone()));
+        for path in named {
+            if self.has_address(&variable.first) && self.has_address(&path.first) {
+                return Ok(true);
+            }
+            let other = place(self.find(at, &path, line)?);
+            if other.iter().any(|one| own.iter().any(|own| flow::meet(*one, *own))) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Whether a unit that is called (or a program of another task, too, if they are asked for) may reach a variable by another
+    /// name than the one that it has here.
+    pub(super) fn is_reached(&self, at: &Context, path: &Path, by_programs: bool) -> bool {
+        let path = without_this(path);
+        let pou = &self.project.pous[self.instances[at.instance].pou];
+        let own = lineage(self.project, self.instances[at.instance].pou);
+        let is_local =
+            at.locals.as_ref().is_some_and(|place| Self::part(place, &path.first).is_some());
+        if is_local || (pou.kind == PouKind::Function && declares(&pou.variables, &path.first)) {
+            return false;
+        }
+        let others = || {
+            self.project.pous.iter().filter(|pou| {
+                (by_programs || pou.kind != PouKind::Program)
+                    && !own.iter().any(|one| same(&one.name, &pou.name))
+            })
+        };
+        // Whether code of another unit has a path of some kind.
+        let any = |is_it: &dyn Fn(&Pou, &Path, Use<'_>) -> bool| {
+            others().any(|pou| {
+                code(pou, true).into_iter().any(|code| {
+                    let mut found = false;
+                    paths(code, &mut |path, used| found |= is_it(pou, path, used));
+                    found
+                })
+            })
+        };
+        // The instance as a whole.
+        if same(&path.first, "THIS") {
+            return any(&|other, reached, _| {
+                !declares(&other.variables, &reached.first) && self.leads_to(&reached.first, pou)
+            });
+        }
+        // Actions and methods of the unit's own that others can call.
+        let routines: Vec<&str> = own
+            .iter()
+            .flat_map(|pou| {
+                let actions = pou.actions.iter().map(|one| one.name.as_str());
+                actions.chain(pou.methods.iter().map(|one| one.name.as_str()))
+            })
+            .collect();
+        let is_routine = |path: &Path| {
+            names(path).next_back().is_some_and(|last| routines.iter().any(|one| same(one, last)))
+        };
+        if own.iter().any(|pou| declares(&pou.variables, &path.first)) {
+            return any(&|other, reached, used| {
+                let hides = declares(&other.variables, &reached.first);
+                !hides
+                    && self.leads_to(&reached.first, pou)
+                    && (used == Use::Call
+                        || is_routine(reached)
+                        || names(reached).any(|name| same(name, &path.first))
+                        || self.is_instance(names(reached).next_back(), pou))
+            });
+        }
+        // A list of globals may stand before the name.
+        let last = names(&path).nth(1);
+        let is_it =
+            |name: &str| same(name, &path.first) || last.is_some_and(|last| same(last, name));
+        others().any(|pou| {
+            let is_external = |one: &Variable| one.section == Section::External;
+            pou.variables.iter().any(|one| is_external(one) && same(&one.name, &path.first))
+        }) || any(&|other, reached, used| {
+            (!declares(&other.variables, &path.first) && names(reached).any(is_it))
+                || (used == Use::Call && reached.rest.iter().any(is_name) && is_routine(reached))
+        })
+    }
+
+    /// Whether a name that all units may use leads to an instance of a unit: a global variable, a list of these, or a program.
+    fn leads_to(&self, name: &str, pou: &Pou) -> bool {
+        let globals = self.project.globals.iter().any(|(list, all)| {
+            let named = |one: &&Variable| same(list, name) || same(&one.name, name);
+            all.iter().filter(named).any(|one| self.contains(&one.of, pou, 0))
+        });
+        let instances = self.project.tasks.iter().flat_map(|task| &task.instances);
+        let mut programs = instances
+            .filter(|(own, of)| same(own, name) || same(of, name))
+            .map(|(_, of)| of.as_str())
+            .chain([name]);
+        globals
+            || programs.any(|of| {
+                let program = self.project.pou(of).filter(|one| one.kind == PouKind::Program);
+                program.is_some_and(|one| {
+                    same(&one.name, &pou.name)
+                        || one.variables.iter().any(|one| self.contains(&one.of, pou, 0))
+                })
+            })
+    }
+
+    /// Whether a variable of this name, of whichever unit or structure, is or has an instance of a unit, or the name means one.
+    fn is_instance(&self, name: Option<&str>, pou: &Pou) -> bool {
+        let Some(name) = name else { return false };
+        let units = self.project.pous.iter().flat_map(|pou| &pou.variables);
+        let parts = self.project.types.iter().filter_map(|one| match &one.of {
+            TypeRef::Struct(parts) => Some(parts),
+            _ => None,
+        });
+        let mut all = units.chain(parts.flatten());
+        self.leads_to(name, pou)
+            || all.any(|one| same(&one.name, name) && self.contains(&one.of, pou, 0))
+    }
+
+    /// Whether a type is that of a unit, or has an instance of it.
+    fn contains(&self, of: &TypeRef, pou: &Pou, depth: u32) -> bool {
+        let within =
+            |all: &[Variable]| all.iter().any(|one| self.contains(&one.of, pou, depth + 1));
+        match of {
+            // Types that stand in each other without an end are told elsewhere.
+            _ if depth > 40 => false,
+            TypeRef::Array(_, of) => self.contains(of, pou, depth + 1),
+            TypeRef::Struct(parts) => within(parts),
+            TypeRef::Named(name) => {
+                let own = self.project.types.iter().find(|one| same(&one.name, name));
+                let block = self.project.pous.iter().position(|one| same(&one.name, name));
+                let all = block.map(|at| lineage(self.project, at)).unwrap_or_default();
+                own.is_some_and(|own| self.contains(&own.of, pou, depth + 1))
+                    || all.iter().any(|one| same(&one.name, &pou.name) || within(&one.variables))
+            }
+            _ => false,
+        }
+    }
+}
+
+fn is_name(part: &Part) -> bool {
+    matches!(part, Part::Name(_))
+}
+
+/// The expressions of a statement, but for those of statements in it.
+fn expressions(one: &Statement, see: &mut dyn FnMut(&Expr)) {
+    let mut given = |all: &[Argument]| all.iter().for_each(|one| see(&one.value));
+    match &one.kind {
+        Statements::Call(_, all) => given(all),
+        Statements::CallIf(condition, _, all) => {
+            given(all);
+            see(condition);
+        }
+        Statements::Assign(_, value) | Statements::Latch(_, _, value) => see(value),
+        Statements::If(arms, _) => arms.iter().for_each(|(condition, _)| see(condition)),
+        Statements::Case(of, ..) => see(of),
+        Statements::For(_, from, to, by, _) => {
+            [Some(from), Some(to), by.as_ref()].into_iter().flatten().for_each(see);
+        }
+        Statements::While(condition, _)
+        | Statements::Repeat(_, condition)
+        | Statements::Return(condition)
+        | Statements::Jump(condition, _) => see(condition),
+        _ => {}
+    }
+}
