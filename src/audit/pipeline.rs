@@ -450,7 +450,7 @@ impl Sought<'_> {
 }
 
 /// Notes how much of the bound is open, if the time limit or the user ended the search.
-fn note_open(searched: &Searched, budget: &Budget<'_>) {
+fn note_open(searched: &Searched<'_>, budget: &Budget<'_>) {
     let unsolved = searched.maxima.iter().filter(|found| found.lower < found.upper);
     let unsolved: Vec<&Maximum> = unsolved.collect();
     if unsolved.is_empty() || searched.ended_early {
