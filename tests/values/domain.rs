@@ -268,6 +268,24 @@ fn writes_under_contacts_are_told_apart_and_none_is_forgotten() {
     }
 }
 
+/// What was found of a value says nothing of what a module puts there, and a loop is bounded by its largest count.
+#[test]
+fn another_value_and_another_call_count_for_themselves() {
+    let seen = |between: &str| {
+        most(&format!(
+            "LD> D50 K0; AND<= D50 K10; OUT M5; LD SM400; {between}; LD M5; FMOV K0 D100 D50; END"
+        ))
+    };
+    assert_eq!((seen("FROM H0 K0 D51 K1"), seen("FROM H0 K0 D50 K1")), (10, 65_535));
+    let called = |first: u32, second: u32| {
+        none(&format!(
+            "LD SM400; MOV K{first} D50; CALL P1; LD SM400; MOV K{second} D50; CALL P1; FEND; \
+             P1; FOR D50; LD X0; Op1; NEXT; RET; END"
+        ))
+    };
+    assert_eq!((called(5, 3), called(3, 5)), (8, 8));
+}
+
 /// Should the power fail while a latched word holds what a module delivered, the next scan starts from that.
 #[test]
 fn what_stands_in_a_word_for_a_moment_is_what_a_power_failure_leaves() {
