@@ -106,6 +106,7 @@ fn what_the_language_leaves_open_may_be_anything() {
         ("d := n * 1000;", "d > 40000"),
         ("d := n + n;", "d > 40000"),
         ("d := INT_TO_DINT(n + n);", "d > 40000"),
+        ("d := INT_TO_DINT(EN := TRUE, IN := n + n);", "d > 40000"),
         ("u := (u - v) / 2;", "u > 40000"),
         ("m := DIV(MUL(n, 200), 1000);", "m = 400"),
         ("u := SHR(u + v, 1);", "u > 40000"),

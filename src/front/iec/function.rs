@@ -396,7 +396,8 @@ impl Emit<'_> {
         if !OPERATORS.contains(&upper.as_str()) {
             values = values.into_iter().map(|value| self.settled(value)).collect();
         }
-        let seen = |value: Option<Value>, to: &Ty| match given.first() {
+        let first = given.iter().find(|one| !one.is_output && !is_named(one, "EN"));
+        let seen = |value: Option<Value>, to: &Ty| match first {
             Some(input) => value.map(|value| shown(&input.value, value, to)),
             None => value,
         };
