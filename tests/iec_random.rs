@@ -1,5 +1,5 @@
-//! Random programs in structured text, with function blocks, functions, arrays, structures, loops, timers, counters and edges,
-//! run scan by scan by an interpreter that knows nothing of the analysis. Where a run ends with some values, a scan that
+//! Random programs in structured text, with function blocks, functions, arrays, structures, enumerations, subranges, loops,
+//! timers, counters and edges, what is kept when the power fails, and another task that shares variables: run scan by scan by an interpreter that knows nothing of the analysis. Where a run ends with some values, a scan that
 //! ends with them is among those that the bound is about, and none of them takes longer than the bound.
 //!
 //! `SCANBOUND_CASES=100 cargo test --release --test iec_random` runs more of them.
@@ -7,7 +7,10 @@
 #[path = "common/iec_machine.rs"]
 mod machine;
 
-use machine::{BOOL, DINT, Expr, INT, Machine, Of, SINT, Scope, Statement, Ty, UINT, USINT, Unit};
+use machine::{
+    BOOL, COLOUR, COLOURS, DINT, Expr, INT, Machine, Of, SINT, Scope, Statement, Ty, UINT, USINT,
+    Unit,
+};
 use scanbound::audit::{Failure, Request, audit};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
@@ -66,6 +69,7 @@ fn literal(dice: &mut Dice, ty: Ty) -> Expr {
     let small = i64::try_from(dice.below(8)).expect("small");
     let value = match ty {
         BOOL => small & 1,
+        COLOUR => COLOURS[dice.below(COLOURS.len())].1,
         _ if dice.chance(6) => ty.wrap(i64::try_from(dice.below(1 << 20)).expect("small")).max(0),
         _ => small,
     };
@@ -87,8 +91,21 @@ fn value(dice: &mut Dice, names: &Names, ty: Ty, depth: usize) -> Expr {
         };
     }
     let boxed = |one| Box::new(one);
+    if ty == COLOUR {
+        let given = vec![
+            value(dice, names, BOOL, depth - 1),
+            value(dice, names, COLOUR, 0),
+            value(dice, names, COLOUR, 0),
+        ];
+        return expr(ty, Of::Standard("SEL".to_owned(), given));
+    }
     if ty == BOOL {
-        return match dice.below(5) {
+        return match dice.below(6) {
+            5 if !typed(&names.read, COLOUR).is_empty() => {
+                let one = value(dice, names, COLOUR, 0);
+                let two = value(dice, names, COLOUR, 0);
+                expr(BOOL, Of::Binary(dice.one(&["=", "<>"]), boxed(one), boxed(two)))
+            }
             0 => expr(BOOL, Of::Not(boxed(value(dice, names, BOOL, depth - 1)))),
             1 | 2 => {
                 let of = dice.one(&[INT, INT, DINT, UINT, SINT, USINT]);
@@ -158,7 +175,7 @@ fn beside(dice: &mut Dice, names: &Names, ty: Ty, depth: usize) -> Expr {
 fn typed_literal(dice: &mut Dice, ty: Ty) -> Expr {
     let one = literal(dice, ty);
     match one.of {
-        Of::Literal(number) if ty != BOOL => expr(ty, Of::Typed(number)),
+        Of::Literal(number) if ty != BOOL && ty != COLOUR => expr(ty, Of::Typed(number)),
         of => expr(ty, of),
     }
 }
@@ -285,7 +302,20 @@ const OWN: &[(&str, Ty)] = &[
     ("st0.n", INT),
     ("st1.b", BOOL),
     ("st1.n", INT),
+    ("e0", COLOUR),
+    ("e1", COLOUR),
+    ("r0", INT),
+    ("r1", USINT),
 ];
+/// What is declared in another way than by its type's name, and what it begins with.
+const DECLARED: &[(&str, &str, i64)] = &[
+    ("e0", "Colour", 2),
+    ("e1", "Colour := blue", 5),
+    ("r0", "INT (-3..10)", -3),
+    ("r1", "USINT (2..200) := 7", 7),
+];
+/// Variables of the project, which another task may write at any moment.
+const SHARED: &[(&str, Ty)] = &[("g0", BOOL), ("g1", INT), ("g2", INT)];
 const STANDARD: &[(&str, &str)] = &[
     ("rt", "R_TRIG"),
     ("ft", "F_TRIG"),
@@ -303,6 +333,10 @@ struct Case {
     functions: Vec<Unit>,
     blocks: Vec<Unit>,
     main: Vec<Statement>,
+    /// The variables that are kept when the power fails.
+    kept: Vec<String>,
+    /// What another task does, if there is one.
+    other: Option<Vec<Statement>>,
 }
 
 fn case(dice: &mut Dice) -> Case {
@@ -355,17 +389,25 @@ fn case(dice: &mut Dice) -> Case {
     calling.structures = strings(&["y", "y2"]);
     let mut outer = body(dice, &block, 2, 1, false);
     outer.extend(body(dice, &calling, 2, 1, false));
+    let other = Names {
+        read: named(SHARED).into_iter().chain(named(&[("k", INT), ("in1", BOOL)])).collect(),
+        write: named(SHARED).into_iter().chain(named(&[("k", INT)])).collect(),
+        ..Names::default()
+    };
+    let other = dice.chance(3).then(|| body(dice, &other, 3, 1, false));
+    let shared = || named(SHARED).into_iter().filter(|_| other.is_some());
     let main = Names {
         read: named(INPUTS)
             .into_iter()
             .chain(named(OWN))
+            .chain(shared())
             .chain(STANDARD.iter().map(|(name, kind)| {
                 let output = if matches!(*kind, "SR" | "RS") { "Q1" } else { "Q" };
                 (format!("{name}.{output}"), BOOL)
             }))
             .chain([("cu.CV".to_owned(), INT), ("fb0.o".to_owned(), INT)])
             .collect(),
-        write: named(OWN),
+        write: named(OWN).into_iter().chain(shared()).collect(),
         arrays: vec![("arr", INT), ("set", BOOL)],
         structures: strings(&["st0", "st1"]),
         counters: strings(&["i0", "i1"]),
@@ -376,12 +418,25 @@ fn case(dice: &mut Dice) -> Case {
     };
     let count = 5 + dice.below(4);
     let main = body(dice, &main, count, 3, false);
-    Case { functions, blocks: vec![inner, Unit { body: outer }], main }
+    let all = OWN.iter().map(|one| one.0.split('.').next().unwrap_or(one.0));
+    let all =
+        all.chain(STANDARD.iter().map(|one| one.0)).chain(["arr", "set", "fb0", "fb1", "fb2"]);
+    let mut kept: Vec<String> = all.map(str::to_owned).collect();
+    kept.dedup();
+    let often = 1 + dice.below(4);
+    kept.retain(|_| dice.chance(often));
+    if dice.chance(2) {
+        kept.clear();
+    }
+    Case { functions, blocks: vec![inner, Unit { body: outer }], main, kept, other }
 }
 
 /// The project as text. `probe` stands at its end.
 fn source(case: &Case, probe: &str) -> String {
     let mut text = "TYPE S : STRUCT b : BOOL; n : INT; END_STRUCT; END_TYPE\n".to_owned();
+    let colours: Vec<String> =
+        COLOURS.iter().map(|(name, value)| format!("{name} := {value}")).collect();
+    text += &format!("TYPE Colour : ({}); END_TYPE\n", colours.join(", "));
     for (number, unit) in case.functions.iter().enumerate() {
         text += &format!(
             "FUNCTION Fun{number} : INT VAR_INPUT a : INT; END_VAR VAR_IN_OUT c : INT; END_VAR VAR k, i : INT; l : BOOL; END_VAR\n"
@@ -402,17 +457,42 @@ fn source(case: &Case, probe: &str) -> String {
         machine::text(&unit.body, &mut text);
         text += "END_FUNCTION_BLOCK\n";
     }
-    text += "PROGRAM main\nVAR in0 AT %IX0.0 : BOOL; in1 AT %IX0.1 : BOOL; in2 AT %IW2 : INT;\n";
-    for (name, ty) in OWN.iter().filter(|(name, _)| !name.contains('.')) {
-        text += &format!("{name} : {};\n", ty.name());
+    text += "PROGRAM main\nVAR in0 AT %IX0.0 : BOOL; in1 AT %IX0.1 : BOOL; in2 AT %IW2 : INT; i0, i1 : INT; probe : REAL; END_VAR\n";
+    let plain = OWN.iter().filter(|(name, _)| !name.contains('.'));
+    let plain = plain.map(|(name, ty)| {
+        let own = DECLARED.iter().find(|one| one.0 == *name);
+        (*name, own.map_or_else(|| ty.name().to_owned(), |one| one.1.to_owned()))
+    });
+    let standard = STANDARD.iter().map(|(name, kind)| (*name, (*kind).to_owned()));
+    let rest = [
+        ("st0", "S"),
+        ("st1", "S"),
+        ("arr", "ARRAY[0..3] OF INT"),
+        ("set", "ARRAY[0..3] OF BOOL"),
+        ("fb0", "Block0"),
+        ("fb1", "Block1"),
+        ("fb2", "Block0"),
+    ];
+    for (name, of) in plain.chain(standard).chain(rest.map(|(name, of)| (name, of.to_owned()))) {
+        let retain = if case.kept.iter().any(|kept| kept == name) { "RETAIN " } else { "" };
+        text += &format!("VAR {retain}{name} : {of}; END_VAR\n");
     }
-    for (name, kind) in STANDARD {
-        text += &format!("{name} : {kind};\n");
+    let external = "VAR_EXTERNAL g0 : BOOL; g1, g2 : INT; END_VAR\n";
+    if case.other.is_some() {
+        text += external;
     }
-    text += "st0, st1 : S; arr : ARRAY[0..3] OF INT; set : ARRAY[0..3] OF BOOL; i0, i1 : INT; fb0, fb2 : Block0; fb1 : Block1; probe : REAL;\nEND_VAR\n";
     text += "on.PT := T#20ms; off.PT := T#20ms; tp.PT := T#20ms;\n";
     machine::text(&case.main, &mut text);
-    text + probe + "END_PROGRAM\n"
+    text += probe;
+    text += "END_PROGRAM\n";
+    if let Some(other) = &case.other {
+        text += &format!("PROGRAM other\n{external}VAR k : INT; in1 AT %IX0.1 : BOOL; END_VAR\n");
+        machine::text(other, &mut text);
+        text += "END_PROGRAM\nCONFIGURATION c VAR_GLOBAL g0 : BOOL; g1, g2 : INT; END_VAR RESOURCE r ON plc \
+            TASK fast(INTERVAL := T#10ms, PRIORITY := 1); TASK slow(INTERVAL := T#100ms, PRIORITY := 5); \
+            PROGRAM one WITH fast : other; PROGRAM two WITH slow : main; END_RESOURCE END_CONFIGURATION\n";
+    }
+    text
 }
 
 fn table() -> Table {
@@ -450,6 +530,10 @@ fn probe(state: &BTreeMap<String, i64>) -> String {
         match *ty {
             BOOL if value == 0 => format!("NOT {name}"),
             BOOL => name.clone(),
+            COLOUR => {
+                let own = COLOURS.iter().find(|one| one.1 == value).map_or("blue", |one| one.0);
+                format!("{name} = {own}")
+            }
             _ => format!("{name} = {value}"),
         }
     });
@@ -457,22 +541,50 @@ fn probe(state: &BTreeMap<String, i64>) -> String {
     format!("IF {} THEN probe := LN(probe); END_IF\n", told.join(" AND "))
 }
 
+/// Gives variables that hold nothing yet what they begin with.
+fn power_up(machine: &mut Machine<'_>) {
+    for name in ["on", "off", "tp", "fb0.t", "fb2.t", "fb1.inner.t"] {
+        machine.state.insert(format!("{name}.PT"), 20);
+    }
+    for (name, _, value) in DECLARED {
+        machine.state.entry((*name).to_owned()).or_insert(*value);
+    }
+}
+
 /// The seconds of a run: the state after some scans from power-up, and how many stores the last one took.
 fn run(case: &Case, dice: &mut Dice) -> (BTreeMap<String, i64>, u64) {
     let mut machine = Machine::new(&case.functions, &case.blocks);
     machine.skips = dice.chance(2);
-    let presets = ["on", "off", "tp", "fb0.t", "fb2.t", "fb1.inner.t"];
-    for name in presets {
-        machine.state.insert(format!("{name}.PT"), 20);
+    power_up(&mut machine);
+    if let Some(other) = &case.other {
+        machine.other = Some((other, dice.below(1 << 30) as u64));
     }
-    for _ in 0..1 + dice.below(5) {
+    let scans = 1 + dice.below(5);
+    let fails = if case.kept.is_empty() { 0 } else { dice.below(3) };
+    for at in 0..scans + fails {
         for (name, ty) in INPUTS {
             let value = if dice.chance(4) { dice.below(1 << 16) } else { dice.below(5) };
-            machine.state.insert((*name).to_owned(), ty.wrap(i64::try_from(value).expect("small")));
+            let value = ty.wrap(i64::try_from(value).expect("small"));
+            machine.state.insert((*name).to_owned(), value);
+            // The other task looks at the same input.
+            machine.state.insert(format!("other.{name}"), value);
         }
         machine.passed = i64::try_from(dice.below(25)).expect("small");
         machine.stores = 0;
+        let is_last = at + 1 == scans + fails;
+        machine.fails = (!is_last && fails > 0 && dice.chance(2)).then(|| dice.below(12) as u64);
         machine.run(&Scope::default(), &case.main);
+        machine.fails = None;
+        if let Some(left) = machine.left.take() {
+            // What is kept holds what the scan that was cut off left in it.
+            machine.state = left;
+            let kept = |key: &String| {
+                let first = key.split(['.', '[']).next().unwrap_or(key);
+                case.kept.iter().any(|kept| kept == first)
+            };
+            machine.state.retain(|key, _| kept(key));
+            power_up(&mut machine);
+        }
     }
     (machine.state.clone(), machine.stores)
 }
@@ -507,7 +619,8 @@ fn no_scan_of_random_programs_is_left_out_of_the_bound() {
         // A value that it does not end with is often known not to be.
         let (name, ty) = OWN[dice.below(OWN.len())];
         let value = state.get(name).copied().unwrap_or(0);
-        state.insert(name.to_owned(), ty.wrap(value + 1));
+        let next = if ty == COLOUR { if value == 5 { 3 } else { 5 } } else { ty.wrap(value + 1) };
+        state.insert(name.to_owned(), next);
         asked += 1;
         let other = bound(&source(&case, &probe(&state)), trust).unwrap_or(u64::MAX);
         excluded += u32::from(other < PROBE);

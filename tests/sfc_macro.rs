@@ -424,3 +424,106 @@ fn what_is_wrong_in_a_macro_step_is_told_by_its_steps_full_names() {
     assert!(found.findings.iter().any(|one| matches!(one, Finding::Deadlock(..))));
     assert_eq!(found.pairs.iter().filter(|pair| matches!(pair.other, Other::Step(_))).count(), 0);
 }
+
+/// What `scanbound sfc` writes of a file, to each side, and its exit code.
+fn sfc(text: &str, name: &str, arguments: &[&str]) -> (String, String, Option<i32>) {
+    let directory = tempfile::tempdir().expect("a directory");
+    std::fs::write(directory.path().join(name), text).expect("written");
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .args(["sfc", name])
+        .args(arguments)
+        .current_dir(directory.path())
+        .output()
+        .expect("the program starts");
+    let [out, told] =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    (out, told, output.status.code())
+}
+
+#[test]
+fn the_washer_is_shown_drawn_and_written_without_its_macro_steps() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/sfc/macros.xml");
+    let text = std::fs::read_to_string(file).expect("the sample");
+    let (out, told, code) = sfc(&text, "washer.xml", &[]);
+    assert_eq!((told.as_str(), code), ("", Some(0)));
+    for line in [
+        "  9 steps, 8 transitions; 1 loop, 0 selections, 1 parallel; 8 markings",
+        "    Wash.Heat: Wash.Heat.Low, Wash.Heat.High, Wash.Heat.Out",
+        "          Wash.Heat.High  [N lamp, L heater T#90s]",
+        "    action heater and step Wash.Turn: in parallel (by Wait -> Wash.Fill; Wash.Fill -> Wash.Heat.Low, Wash.Turn)",
+    ] {
+        assert!(out.lines().any(|own| own == line), "{line} in\n{out}");
+    }
+    let (out, _, _) = sfc(&text, "washer.xml", &["--format", "dot"]);
+    let count = |what: &str| out.matches(what).count();
+    assert_eq!((count("subgraph"), count("label=\"Wash.Heat\"")), (3, 1));
+    assert_eq!(count("{"), count("}"));
+    let (out, _, _) = sfc(&text, "washer.xml", &["--format", "svg"]);
+    assert_eq!(out.matches("class=\"macro\"").count(), 1, "Turn stands beside Heat's steps\n{out}");
+    let (out, _, _) = sfc(&text, "washer.xml", &["--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let own = &json["charts"][0]["macros"][1];
+    assert_eq!(own["name"], "Wash.Heat");
+    assert_eq!(own["steps"][2], "Wash.Heat.Out");
+    let (out, told, code) = sfc(&text, "washer.xml", &["--explicit", "-o", "-"]);
+    assert_eq!(
+        (told.as_str(), code),
+        ("washer: lock, stored by S, is now the branch lock_on\n", Some(0))
+    );
+    assert!(out.contains("name=\"Wash_Heat_Low\"") && !out.contains("macroStep"));
+    let flags = ["Fill", "Heat_Low", "Heat_High", "Heat_Out", "Turn", "Drain"];
+    let any = flags.map(|step| format!("Wash_{step}.X")).join(" OR ");
+    assert!(out.contains(&format!("start AND NOT ({any})")), "{out}");
+    let (_, told, code) = sfc(&out, "again.xml", &[]);
+    assert_eq!((told.as_str(), code), ("", Some(0)));
+}
+
+#[test]
+fn what_has_no_form_without_macro_steps_is_refused() {
+    let two = [step(1, "a", &[]), clears(2, 1, "i2"), step(3, "b", &[2])].concat();
+    let text = around(&two).replace("<p>i1</p>", "<p>M.T &gt; T#1s</p>");
+    let (_, told, code) = sfc(&text, "a.xml", &["--explicit", "-o", "-"]);
+    assert!(told.contains("main: M.T has no form without the macro step"), "{told}");
+    assert_eq!(code, Some(2));
+    let asks = "<actions><action name=\"look\"><body><ST><p>v := M.a.X;</p></ST></body></action></actions>";
+    let text = around(&two).replace("<actions></actions>", asks);
+    let (_, told, code) = sfc(&text, "a.xml", &["--explicit", "-o", "-"]);
+    assert!(told.contains("main: action look asks for steps of macro steps"), "{told}");
+    assert_eq!(code, Some(2));
+}
+
+#[test]
+fn a_step_of_a_macro_step_is_known_by_its_own_name_where_only_one_has_it() {
+    let two = [step(1, "a", &[]), clears(2, 1, "i2"), step(3, "b", &[2])].concat();
+    let ask = |what: &str| {
+        let asks = format!(
+            "<actions><action name=\"look\"><body><ST><p>v := {what};</p></ST></body></action></actions>"
+        );
+        let block = at(
+            "actionBlock",
+            9,
+            "",
+            &[1],
+            "<action qualifier=\"N\"><reference name=\"look\"/></action>",
+        );
+        let text = around(&two).replace("<actions></actions>", &asks);
+        text.replacen("<transition", &format!("{block}<transition"), 1)
+    };
+    let audited = |source: &str| {
+        let inputs = [Input { name: "main.xml".to_owned(), bytes: source.as_bytes().to_vec() }];
+        let (facts, table) = (Facts::default(), table());
+        audit(&Request { table: Some(&table), ..Request::new(&inputs, &facts) }).is_ok()
+    };
+    for (what, known) in
+        [("M.a.X", true), ("a.X", true), ("M.X", true), ("c.X", false), ("M.c.X", false)]
+    {
+        assert_eq!(audited(&ask(what)), known, "{what}");
+    }
+    // A variable of this name is the variable; a step of the chart around is that step.
+    let both = ask("a.X")
+        .replace("name=\"start\"", "name=\"a\"")
+        .replace("targetName=\"start\"", "targetName=\"a\"");
+    let project = read(&both);
+    let Body::Code(_, statements) = &project.pous[0].actions[0].body else { panic!("an action") };
+    assert_eq!(scanbound::iec::show::statements(statements, 0), "v := a.X;\n");
+}

@@ -150,7 +150,8 @@ pub fn is_done_alike(chart: &Chart) -> bool {
         let feeds = chart.inputs_of(action);
         let has = |kinds: &[Q]| feeds.iter().any(|feed| kinds.contains(&feed.qualifier));
         let apart = [Q::P, Q::P0, Q::P1, Q::L, Q::D];
-        let is_shared = feeds.iter().any(|one| one.steps.len() > 1 && apart.contains(&one.qualifier));
+        let is_shared =
+            feeds.iter().any(|one| one.steps.len() > 1 && apart.contains(&one.qualifier));
         let held_off = has(&[Q::R]) && has(&[Q::N, Q::L, Q::D, Q::P]);
         !is_shared && !held_off && !has(&[Q::Sd, Q::Sl, Q::Ds])
     })

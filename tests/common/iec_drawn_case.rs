@@ -565,9 +565,7 @@ impl Running<'_> {
         let runs: Vec<usize> = order
             .into_iter()
             .filter(|&action| {
-                let active = |qualifier: &str| {
-                    ring.blocks[step].iter().any(|one| *one == (action, qualifier))
-                };
+                let active = |qualifier: &str| ring.blocks[step].contains(&(action, qualifier));
                 control::runs(machine, &format!("control {action} "), ring.times[action], &active)
             })
             .collect();

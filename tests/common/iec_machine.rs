@@ -5,6 +5,9 @@
 
 use std::collections::BTreeMap;
 
+/// What all tasks share: variables of the project.
+pub const OTHER: &[&str] = &["g0", "g1", "g2"];
+
 /// A type of numbers, or of truth values with 1 bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ty {
@@ -18,11 +21,16 @@ pub const USINT: Ty = Ty { bits: 8, signed: false };
 pub const INT: Ty = Ty { bits: 16, signed: true };
 pub const UINT: Ty = Ty { bits: 16, signed: false };
 pub const DINT: Ty = Ty { bits: 32, signed: true };
+/// An enumeration of the project's.
+pub const COLOUR: Ty = Ty { bits: 3, signed: false };
+/// Its values; a variable begins with the first.
+pub const COLOURS: &[(&str, i64)] = &[("red", 2), ("green", 3), ("blue", 5), ("black", 0)];
 
 impl Ty {
     pub fn name(self) -> &'static str {
         match (self.bits, self.signed) {
             (1, _) => "BOOL",
+            (3, _) => "Colour",
             (8, true) => "SINT",
             (8, false) => "USINT",
             (16, true) => "INT",
@@ -40,6 +48,11 @@ impl Ty {
     fn literal(self, value: i64) -> String {
         match self {
             BOOL => if value == 0 { "FALSE" } else { "TRUE" }.to_owned(),
+            COLOUR => {
+                let own = COLOURS.iter().find(|one| one.1 == value).expect("a value").0;
+                // With its type's name, or without.
+                if value & 1 == 1 { own.to_owned() } else { format!("Colour#{own}") }
+            }
             _ => value.to_string(),
         }
     }
@@ -207,6 +220,11 @@ pub struct Machine<'a> {
     pub passed: i64,
     /// Whether the second operand of AND and OR is left out where the first one settles the result.
     pub skips: bool,
+    /// At which store the power fails, and what stood in memory then.
+    pub fails: Option<u64>,
+    pub left: Option<BTreeMap<String, i64>>,
+    /// Another task's statements, which run between those of this one, at random by these numbers.
+    pub other: Option<(&'a [Statement], u64)>,
     calls: u64,
 }
 
@@ -241,6 +259,9 @@ impl<'a> Machine<'a> {
             stores: 0,
             passed: 0,
             skips: false,
+            fails: None,
+            left: None,
+            other: None,
             calls: 0,
         }
     }
@@ -316,6 +337,9 @@ impl<'a> Machine<'a> {
     }
 
     pub fn set(&mut self, key: String, value: i64) {
+        if self.fails == Some(self.stores) && self.left.is_none() {
+            self.left = Some(self.state.clone());
+        }
         self.stores += 1;
         self.state.insert(key, value);
     }
@@ -334,7 +358,27 @@ impl<'a> Machine<'a> {
         Flow::On
     }
 
+    /// Lets the other task run, or not.
+    fn interrupt(&mut self) {
+        let Some((statements, number)) = self.other.take() else { return };
+        let number =
+            number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        if number >> 33 & 3 == 0 {
+            let stores = self.stores;
+            self.all(
+                &Scope::within(
+                    "other.",
+                    OTHER.iter().map(|name| ((*name).to_owned(), (*name).to_owned())),
+                ),
+                statements,
+            );
+            self.stores = stores;
+        }
+        self.other = Some((statements, number));
+    }
+
     fn statement(&mut self, scope: &Scope, one: &Statement) -> Flow {
+        self.interrupt();
         match one {
             Statement::Assign(target, value) => {
                 let value = self.value(scope, value);

@@ -320,7 +320,7 @@ impl<'p> Emit<'p> {
                 Some(Logic::cell(tag.part(&chart.steps[step].name)?.part("X")?.cell()?))
             });
             let mut cells = cells.collect::<Option<Vec<_>>>()?;
-            let active = if cells.len() == 1 { cells.remove(0) } else { Logic::Any(cells.into()) };
+            let active = if cells.len() == 1 { cells.remove(0) } else { Logic::Any(cells) };
             let own = chart.step(step).map(|step| &chart.steps[step].name);
             let of_macro = || chart.macros.iter().find(|one| same(&one.name, step));
             let name = own.or_else(|| of_macro().map(|one| &one.name))?;

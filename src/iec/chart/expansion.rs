@@ -330,12 +330,12 @@ pub fn complete(pou: &mut crate::iec::Pou) {
     };
     let mut see = |path: &mut Path| {
         let [Part::Name(last)] = &path.rest[..] else { return };
-        if same(last, "X") || same(last, "T") {
-            if let Some(full) = unique(&path.first) {
-                let rest = std::mem::take(&mut path.rest);
-                *path = named(full);
-                path.rest.extend(rest);
-            }
+        if (same(last, "X") || same(last, "T"))
+            && let Some(full) = unique(&path.first)
+        {
+            let rest = std::mem::take(&mut path.rest);
+            *path = named(full);
+            path.rest.extend(rest);
         }
     };
     let mut expr = |one: &mut Expr| paths_of(one, &mut see);
