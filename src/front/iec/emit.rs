@@ -94,6 +94,8 @@ pub(super) struct Emit<'p> {
     pub(super) actions_first: bool,
     /// Whether of transitions that compete and of which one has no priority, all clear that are true.
     pub(super) all_clear: bool,
+    /// Whether others than the program write variables, as the user states.
+    pub(super) others_write: bool,
 }
 
 impl<'p> Emit<'p> {
@@ -131,6 +133,7 @@ impl<'p> Emit<'p> {
             task: 0,
             actions_first: false,
             all_clear: false,
+            others_write: false,
         }
     }
 
