@@ -19,6 +19,7 @@ mod invariant;
 mod loops;
 mod memory;
 mod resolve;
+mod retained;
 mod selected;
 mod statement;
 mod tally;
