@@ -21,6 +21,7 @@ mod invariant;
 mod loops;
 mod memory;
 mod resolve;
+mod retained;
 mod selected;
 mod statement;
 mod step_time;
