@@ -140,6 +140,23 @@ pub fn chart(dice: &mut Dice, depth: u64, actions: u64, qualifiers: &[Qualifier]
     chart
 }
 
+/// Whether all controllers do what its actions do, but for the final scan and for blocks that overrule each other, without
+/// which a scan takes less: steps of one action each have pulses and times of their own on some, R and the times of what is
+/// stored differ.
+#[allow(dead_code)] // each test file uses its part
+pub fn is_done_alike(chart: &Chart) -> bool {
+    use Qualifier as Q;
+    chart.actions().iter().all(|action| {
+        let feeds = chart.inputs_of(action);
+        let has = |kinds: &[Q]| feeds.iter().any(|feed| kinds.contains(&feed.qualifier));
+        let apart = [Q::P, Q::P0, Q::P1, Q::L, Q::D];
+        let is_shared =
+            feeds.iter().any(|one| one.steps.len() > 1 && apart.contains(&one.qualifier));
+        let held_off = has(&[Q::R]) && has(&[Q::N, Q::L, Q::D, Q::P]);
+        !is_shared && !held_off && !has(&[Q::Sd, Q::Sl, Q::Ds])
+    })
+}
+
 /// A program around a chart: its inputs and its actions are Boolean variables.
 #[allow(dead_code)] // each test file uses its part
 pub fn program(chart: Chart, actions: u64) -> Pou {

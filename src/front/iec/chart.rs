@@ -235,8 +235,8 @@ impl Emit<'_> {
             let (on, open) = self.held(&found, on, may_stay);
             match self.writes(found, Value::Bit(on), line) {
                 Ok(writes) => {
-                    let begins_off = self.begins_off(at, path);
-                    if let Some((at, cell)) = open.filter(|_| begins_off) {
+                    let only_here = self.begins_off(at, path) && !self.others_write;
+                    if let Some((at, cell)) = open.filter(|_| only_here) {
                         let own = self.builder.next();
                         self.open_ends.push(OpenEnd::Variable { at, cell, own: own..own + 1 });
                     }

@@ -37,6 +37,7 @@ pub fn decode(
     let mut emit = Emit::new(project, dialect);
     emit.actions_first = options.actions_first;
     emit.all_clear = asked.facts.all_clear;
+    emit.others_write = !asked.facts.external.is_empty();
     let mut tasks = tasks(project, &mut emit);
     let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));
     if let Some(at) = tasks.iter().position(is_asked) {

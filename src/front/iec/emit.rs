@@ -1,8 +1,7 @@
 //! What all parts of a program have in common while its instructions are put together: memory, instances, routines.
 
-use super::resolve::full_name;
 use super::tally::Tally;
-use super::types::{Kind, Ty, Types, first_name, layout, lineage};
+use super::types::{Kind, Ty, Types, first_name, layout};
 use super::value::Value;
 use crate::base::code::Code;
 use crate::base::location::Location;
@@ -96,6 +95,8 @@ pub(super) struct Emit<'p> {
     pub(super) actions_first: bool,
     /// Whether of transitions that compete and of which one has no priority, all clear that are true.
     pub(super) all_clear: bool,
+    /// Whether others than the program write variables, as the user states.
+    pub(super) others_write: bool,
 }
 
 impl<'p> Emit<'p> {
@@ -134,6 +135,7 @@ impl<'p> Emit<'p> {
             task: 0,
             actions_first: false,
             all_clear: false,
+            others_write: false,
         }
     }
 
@@ -167,31 +169,6 @@ impl<'p> Emit<'p> {
         let (own, ty) = parts.iter().find(|(own, _)| crate::iec::same(own, name))?;
         let tag = place.tag.part(own)?;
         Some(Place { name: format!("{}.{own}", place.name), tag, ty: ty.clone() })
-    }
-
-    /// Whether an instance keeps what it holds when the power fails: it, or one that it stands in, is declared so.
-    pub(super) fn is_retained(&self, instance: usize) -> bool {
-        let Instance { pou, place } = &self.instances[instance];
-        let own = place.name.to_ascii_uppercase();
-        let stands_in = |name: String| {
-            let rest = own.strip_prefix(&name.to_ascii_uppercase());
-            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
-        };
-        let globals = self.project.globals.iter();
-        let mut globals = globals.flat_map(|(list, all)| all.iter().map(move |one| (list, one)));
-        let mut parts = self.instances.iter().flat_map(|outer| {
-            let units = lineage(self.project, outer.pou).into_iter();
-            let all = units.flat_map(|pou| &pou.variables).filter(|one| one.retain);
-            all.map(move |one| format!("{}.{}", outer.place.name, one.name))
-        });
-        let programs = || {
-            let all = self.instances.iter().filter(|outer| self.project.retains(outer.pou));
-            all.map(|outer| outer.place.name.clone())
-        };
-        self.project.retains(*pou)
-            || globals.any(|(list, one)| one.retain && stands_in(full_name(list, one)))
-            || parts.any(stands_in)
-            || programs().any(stands_in)
     }
 
     /// The instance at a place.

@@ -23,6 +23,7 @@ mod memory;
 mod open;
 mod reach;
 mod resolve;
+mod retained;
 mod selected;
 mod statement;
 mod step_time;

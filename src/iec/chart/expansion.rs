@@ -20,11 +20,61 @@ fn fault(line: u32, message: String, help: &str) -> Fault {
     Fault::new(line, message).code(Code::Chart).help(help)
 }
 
+impl Draft {
+    /// The chart. The charts of macro steps stand in their places.
+    ///
+    /// # Errors
+    /// The first fault: a step that is not there, or twice, a transition without steps, no initial step, a macro step of
+    /// which it is not clear where it is entered or left.
+    pub fn finish(self) -> Result<Chart, Fault> {
+        let line = self.line;
+        let Flat { steps, mut transitions, macros } = flat(self)?;
+        if !steps.iter().any(|step| step.initial) {
+            let help = "mark the step that is active at first as the initial step";
+            return Err(fault(line, "the chart has no initial step".to_owned(), help));
+        }
+        // A stable sort: what has no number stays where it is among its like, behind those that have one.
+        transitions.sort_by_key(|transition| transition.priority.unwrap_or(u32::MAX));
+        let place = |name: &String, line| {
+            let found = steps.iter().position(|step| same(&step.name, name));
+            let message = format!("a transition names the step {name}, which is not there");
+            found.ok_or_else(|| fault(line, message, "name a step of the chart"))
+        };
+        let mut placed = Vec::new();
+        for one in &transitions {
+            let line = one.line;
+            let places = |names: &[String]| -> Result<Vec<usize>, Fault> {
+                let mut found =
+                    names.iter().map(|name| place(name, line)).collect::<Result<Vec<_>, _>>()?;
+                found.sort_unstable();
+                found.dedup();
+                Ok(found)
+            };
+            let (from, to) = (places(&one.from)?, places(&one.to)?);
+            if from.is_empty() || to.is_empty() {
+                let side = if from.is_empty() { "in front of" } else { "behind" };
+                let message = format!("no step stands {side} a transition");
+                return Err(fault(line, message, "let steps and transitions follow each other"));
+            }
+            placed.push(Transition {
+                name: one.name.clone(),
+                from,
+                to,
+                condition: one.condition.clone(),
+                has_priority: one.priority.is_some(),
+                line,
+                id: one.id.clone(),
+            });
+        }
+        Ok(Chart { steps, transitions: placed, macros, line, span: None })
+    }
+}
+
 /// A chart in which transitions name steps by their full names, and no macro step is left.
-pub(super) struct Flat {
-    pub(super) steps: Vec<Step>,
-    pub(super) transitions: Vec<DraftTransition>,
-    pub(super) macros: Vec<Macro>,
+struct Flat {
+    steps: Vec<Step>,
+    transitions: Vec<DraftTransition>,
+    macros: Vec<Macro>,
 }
 
 /// What stands in a chart, by its name: a step, or a macro step with the steps where it is entered and left.
@@ -93,7 +143,7 @@ fn join(within: &str, name: &str) -> String {
 }
 
 /// Puts the charts of all macro steps in their places.
-pub(super) fn flat(draft: Draft) -> Result<Flat, Fault> {
+fn flat(draft: Draft) -> Result<Flat, Fault> {
     let mut flat = Flat { steps: Vec::new(), transitions: Vec::new(), macros: Vec::new() };
     let first = initial_macro(&draft).map(str::to_owned);
     let mut draft = draft;
