@@ -219,6 +219,13 @@ fn statement(dice: &mut Dice, names: &Names, depth: usize, in_loop: bool) -> Sta
             }
             let (from, to, by) =
                 dice.one(&[(0, 2, 1), (1, 3, 1), (3, 0, -1), (0, 5, 2), (2, 1, 1)]);
+            let mut from = expr(INT, Of::Literal(from));
+            if dice.chance(3) {
+                // It may name the counter itself.
+                let [low, high] = [0, 3].map(|end| expr(INT, Of::Literal(end)));
+                let given = vec![low, value(dice, &inner, INT, 1), high];
+                from = expr(INT, Of::Standard("LIMIT".to_owned(), given));
+            }
             Statement::For(counter, from, to, by, within)
         }
         11 if in_loop => {
@@ -307,14 +314,23 @@ struct Case {
 
 fn case(dice: &mut Dice) -> Case {
     let function = Names {
-        read: named(&[("a", INT), ("c", INT), ("k", INT), ("l", BOOL)]),
+        read: named(&[("a", INT), ("c", INT), ("k", INT), ("l", BOOL), ("i", INT)]),
         write: named(&[("c", INT), ("k", INT), ("l", BOOL)]),
         counters: strings(&["i"]),
         ..Names::default()
     };
     let functions = (0..2).map(|number| {
         let mut own = body(dice, &function, 2, 1, false);
-        own.push(Statement::Assign(format!("Fun{number}"), value(dice, &function, INT, 2)));
+        let result =
+            vec![Statement::Assign(format!("Fun{number}"), value(dice, &function, INT, 2))];
+        match dice.chance(2) {
+            true => own.extend(result),
+            // What it does not assign begins anew with every call.
+            false => {
+                let arms = vec![(value(dice, &function, BOOL, 1), result)];
+                own.push(Statement::If(arms, Vec::new()));
+            }
+        }
         Unit { body: own }
     });
     let functions: Vec<Unit> = functions.collect();
@@ -328,6 +344,7 @@ fn case(dice: &mut Dice) -> Case {
             ("o", INT),
             ("k", INT),
             ("l", BOOL),
+            ("i", INT),
             ("t.Q", BOOL),
         ]),
         write: named(&[
@@ -363,7 +380,7 @@ fn case(dice: &mut Dice) -> Case {
                 let output = if matches!(*kind, "SR" | "RS") { "Q1" } else { "Q" };
                 (format!("{name}.{output}"), BOOL)
             }))
-            .chain([("cu.CV".to_owned(), INT), ("fb0.o".to_owned(), INT)])
+            .chain(["cu.CV", "fb0.o", "i0", "i1"].map(|name| (name.to_owned(), INT)))
             .collect(),
         write: named(OWN),
         arrays: vec![("arr", INT), ("set", BOOL)],
@@ -461,6 +478,8 @@ fn probe(state: &BTreeMap<String, i64>) -> String {
 fn run(case: &Case, dice: &mut Dice) -> (BTreeMap<String, i64>, u64) {
     let mut machine = Machine::new(&case.functions, &case.blocks);
     machine.skips = dice.chance(2);
+    machine.wide = dice.chance(2);
+    machine.last = dice.chance(2);
     let presets = ["on", "off", "tp", "fb0.t", "fb2.t", "fb1.inner.t"];
     for name in presets {
         machine.state.insert(format!("{name}.PT"), 20);

@@ -77,7 +77,7 @@ pub enum Statement {
     Copy(String, String),
     If(Vec<(Expr, Vec<Statement>)>, Vec<Statement>),
     Case(Expr, Vec<(i64, i64, Vec<Statement>)>, Vec<Statement>),
-    For(String, i64, i64, i64, Vec<Statement>),
+    For(String, Expr, i64, i64, Vec<Statement>),
     /// A loop that counts up to an end: as WHILE, or as REPEAT.
     Counting(bool, String, i64, Vec<Statement>),
     Exit,
@@ -147,7 +147,7 @@ pub fn text(statements: &[Statement], out: &mut String) {
                 *out += "END_CASE;\n";
             }
             Statement::For(variable, from, to, by, body) => {
-                *out += &format!("FOR {variable} := {from} TO {to} BY {by} DO\n");
+                *out += &format!("FOR {variable} := {} TO {to} BY {by} DO\n", from.text());
                 text(body, out);
                 *out += "END_FOR;\n";
             }
@@ -207,6 +207,10 @@ pub struct Machine<'a> {
     pub passed: i64,
     /// Whether the second operand of AND and OR is left out where the first one settles the result.
     pub skips: bool,
+    /// Whether sums and products within an expression keep all of their bits until they are assigned or handed over.
+    pub wide: bool,
+    /// Whether the variable of FOR holds its last value behind the loop, not the one beyond the end.
+    pub last: bool,
     calls: u64,
 }
 
@@ -241,6 +245,8 @@ impl<'a> Machine<'a> {
             stores: 0,
             passed: 0,
             skips: false,
+            wide: false,
+            last: false,
             calls: 0,
         }
     }
@@ -298,7 +304,7 @@ impl<'a> Machine<'a> {
                 }
             }
             Of::Call(unit, input, both) => {
-                let input = self.value(scope, input);
+                let input = self.typed(scope, input);
                 let both = scope.key(both);
                 self.calls += 1;
                 let prefix = format!("call {}.", self.calls);
@@ -312,7 +318,18 @@ impl<'a> Machine<'a> {
                 result
             }
         };
-        expr.ty.wrap(found)
+        let is_open = match &expr.of {
+            Of::Binary(..) => true,
+            Of::Standard(name, _) => !name.contains("_TO_"),
+            _ => false,
+        };
+        if self.wide && is_open && expr.ty != BOOL { found } else { expr.ty.wrap(found) }
+    }
+
+    /// The value of an expression as one of its type.
+    fn typed(&mut self, scope: &Scope, expr: &Expr) -> i64 {
+        let value = self.value(scope, expr);
+        expr.ty.wrap(value)
     }
 
     pub fn set(&mut self, key: String, value: i64) {
@@ -337,11 +354,11 @@ impl<'a> Machine<'a> {
     fn statement(&mut self, scope: &Scope, one: &Statement) -> Flow {
         match one {
             Statement::Assign(target, value) => {
-                let value = self.value(scope, value);
+                let value = self.typed(scope, value);
                 self.set(scope.key(target), value);
             }
             Statement::Store(name, index, value) => {
-                let value = self.value(scope, value);
+                let value = self.typed(scope, value);
                 let key = self.index(scope, name, index);
                 self.set(key, value);
             }
@@ -368,12 +385,18 @@ impl<'a> Machine<'a> {
             }
             Statement::For(variable, from, to, by, body) => {
                 let key = scope.key(variable);
-                self.state.insert(key.clone(), *from);
+                let first = self.typed(scope, from);
+                self.state.insert(key.clone(), first);
+                let mut goes_round = false;
                 loop {
                     let at = self.get(&key);
                     if (*by > 0 && at > *to) || (*by < 0 && at < *to) {
+                        if self.last && goes_round {
+                            self.state.insert(key, at - by);
+                        }
                         break;
                     }
+                    goes_round = true;
                     if self.all(scope, body) == Flow::Exit {
                         break;
                     }
@@ -396,7 +419,7 @@ impl<'a> Machine<'a> {
             Statement::Continue => return Flow::Continue,
             Statement::Block(instance, unit, inputs, [number, both], output) => {
                 let prefix = scope.key(instance) + ".";
-                let given: Vec<i64> = inputs.iter().map(|one| self.value(scope, one)).collect();
+                let given: Vec<i64> = inputs.iter().map(|one| self.typed(scope, one)).collect();
                 self.state.insert(format!("{prefix}p"), given[0]);
                 self.state.insert(format!("{prefix}q"), given[1]);
                 let references =
@@ -412,7 +435,7 @@ impl<'a> Machine<'a> {
             Statement::Standard(instance, kind, inputs) => {
                 let prefix = scope.key(instance) + ".";
                 for (name, value) in inputs {
-                    let value = self.value(scope, value);
+                    let value = self.typed(scope, value);
                     self.state.insert(format!("{prefix}{name}"), value);
                 }
                 self.standard(kind, &prefix);
