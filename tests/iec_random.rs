@@ -236,6 +236,13 @@ fn statement(dice: &mut Dice, names: &Names, depth: usize, in_loop: bool) -> Sta
             }
             let (from, to, by) =
                 dice.one(&[(0, 2, 1), (1, 3, 1), (3, 0, -1), (0, 5, 2), (2, 1, 1)]);
+            let mut from = expr(INT, Of::Literal(from));
+            if dice.chance(3) {
+                // It may name the counter itself.
+                let [low, high] = [0, 3].map(|end| expr(INT, Of::Literal(end)));
+                let given = vec![low, value(dice, &inner, INT, 1), high];
+                from = expr(INT, Of::Standard("LIMIT".to_owned(), given));
+            }
             Statement::For(counter, from, to, by, within)
         }
         11 if in_loop => {
@@ -341,14 +348,23 @@ struct Case {
 
 fn case(dice: &mut Dice) -> Case {
     let function = Names {
-        read: named(&[("a", INT), ("c", INT), ("k", INT), ("l", BOOL)]),
+        read: named(&[("a", INT), ("c", INT), ("k", INT), ("l", BOOL), ("i", INT)]),
         write: named(&[("c", INT), ("k", INT), ("l", BOOL)]),
         counters: strings(&["i"]),
         ..Names::default()
     };
     let functions = (0..2).map(|number| {
         let mut own = body(dice, &function, 2, 1, false);
-        own.push(Statement::Assign(format!("Fun{number}"), value(dice, &function, INT, 2)));
+        let result =
+            vec![Statement::Assign(format!("Fun{number}"), value(dice, &function, INT, 2))];
+        match dice.chance(2) {
+            true => own.extend(result),
+            // What it does not assign begins anew with every call.
+            false => {
+                let arms = vec![(value(dice, &function, BOOL, 1), result)];
+                own.push(Statement::If(arms, Vec::new()));
+            }
+        }
         Unit { body: own }
     });
     let functions: Vec<Unit> = functions.collect();
@@ -362,6 +378,7 @@ fn case(dice: &mut Dice) -> Case {
             ("o", INT),
             ("k", INT),
             ("l", BOOL),
+            ("i", INT),
             ("t.Q", BOOL),
         ]),
         write: named(&[
@@ -405,7 +422,7 @@ fn case(dice: &mut Dice) -> Case {
                 let output = if matches!(*kind, "SR" | "RS") { "Q1" } else { "Q" };
                 (format!("{name}.{output}"), BOOL)
             }))
-            .chain([("cu.CV".to_owned(), INT), ("fb0.o".to_owned(), INT)])
+            .chain(["cu.CV", "fb0.o", "i0", "i1"].map(|name| (name.to_owned(), INT)))
             .collect(),
         write: named(OWN).into_iter().chain(shared()).collect(),
         arrays: vec![("arr", INT), ("set", BOOL)],
@@ -559,6 +576,8 @@ fn run(case: &Case, dice: &mut Dice) -> (BTreeMap<String, i64>, u64) {
     if let Some(other) = &case.other {
         machine.other = Some((other, dice.below(1 << 30) as u64));
     }
+    machine.wide = dice.chance(2);
+    machine.last = dice.chance(2);
     let scans = 1 + dice.below(5);
     let fails = if case.kept.is_empty() { 0 } else { dice.below(3) };
     for at in 0..scans + fails {

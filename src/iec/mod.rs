@@ -250,6 +250,8 @@ pub struct Project {
     pub tasks: Vec<Task>,
     /// The types of programs of which an instance keeps all its variables when the power fails (`PROGRAM RETAIN`).
     pub retained: Vec<String>,
+    /// The instances of programs whose inputs or outputs are connected to variables, and their lines.
+    pub connected: Vec<(String, u32)>,
 }
 
 impl Project {
@@ -277,6 +279,7 @@ impl Project {
         self.globals.append(&mut other.globals);
         self.pous.append(&mut other.pous);
         self.retained.append(&mut other.retained);
+        self.connected.append(&mut other.connected);
         for task in other.tasks {
             // Tasks of two resources may have one name.
             let is_same = |own: &&mut Task| {

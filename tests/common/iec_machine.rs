@@ -90,7 +90,7 @@ pub enum Statement {
     Copy(String, String),
     If(Vec<(Expr, Vec<Statement>)>, Vec<Statement>),
     Case(Expr, Vec<(i64, i64, Vec<Statement>)>, Vec<Statement>),
-    For(String, i64, i64, i64, Vec<Statement>),
+    For(String, Expr, i64, i64, Vec<Statement>),
     /// A loop that counts up to an end: as WHILE, or as REPEAT.
     Counting(bool, String, i64, Vec<Statement>),
     Exit,
@@ -160,7 +160,7 @@ pub fn text(statements: &[Statement], out: &mut String) {
                 *out += "END_CASE;\n";
             }
             Statement::For(variable, from, to, by, body) => {
-                *out += &format!("FOR {variable} := {from} TO {to} BY {by} DO\n");
+                *out += &format!("FOR {variable} := {} TO {to} BY {by} DO\n", from.text());
                 text(body, out);
                 *out += "END_FOR;\n";
             }
@@ -225,6 +225,10 @@ pub struct Machine<'a> {
     pub left: Option<BTreeMap<String, i64>>,
     /// Another task's statements, which run between those of this one, at random by these numbers.
     pub other: Option<(&'a [Statement], u64)>,
+    /// Whether sums and products within an expression keep all of their bits until they are assigned or handed over.
+    pub wide: bool,
+    /// Whether the variable of FOR holds its last value behind the loop, not the one beyond the end.
+    pub last: bool,
     calls: u64,
 }
 
@@ -262,6 +266,8 @@ impl<'a> Machine<'a> {
             fails: None,
             left: None,
             other: None,
+            wide: false,
+            last: false,
             calls: 0,
         }
     }
@@ -319,7 +325,7 @@ impl<'a> Machine<'a> {
                 }
             }
             Of::Call(unit, input, both) => {
-                let input = self.value(scope, input);
+                let input = self.typed(scope, input);
                 let both = scope.key(both);
                 self.calls += 1;
                 let prefix = format!("call {}.", self.calls);
@@ -333,7 +339,18 @@ impl<'a> Machine<'a> {
                 result
             }
         };
-        expr.ty.wrap(found)
+        let is_open = match &expr.of {
+            Of::Binary(..) => true,
+            Of::Standard(name, _) => !name.contains("_TO_"),
+            _ => false,
+        };
+        if self.wide && is_open && expr.ty != BOOL { found } else { expr.ty.wrap(found) }
+    }
+
+    /// The value of an expression as one of its type.
+    fn typed(&mut self, scope: &Scope, expr: &Expr) -> i64 {
+        let value = self.value(scope, expr);
+        expr.ty.wrap(value)
     }
 
     pub fn set(&mut self, key: String, value: i64) {
@@ -381,11 +398,11 @@ impl<'a> Machine<'a> {
         self.interrupt();
         match one {
             Statement::Assign(target, value) => {
-                let value = self.value(scope, value);
+                let value = self.typed(scope, value);
                 self.set(scope.key(target), value);
             }
             Statement::Store(name, index, value) => {
-                let value = self.value(scope, value);
+                let value = self.typed(scope, value);
                 let key = self.index(scope, name, index);
                 self.set(key, value);
             }
@@ -412,12 +429,18 @@ impl<'a> Machine<'a> {
             }
             Statement::For(variable, from, to, by, body) => {
                 let key = scope.key(variable);
-                self.state.insert(key.clone(), *from);
+                let first = self.typed(scope, from);
+                self.state.insert(key.clone(), first);
+                let mut goes_round = false;
                 loop {
                     let at = self.get(&key);
                     if (*by > 0 && at > *to) || (*by < 0 && at < *to) {
+                        if self.last && goes_round {
+                            self.state.insert(key, at - by);
+                        }
                         break;
                     }
+                    goes_round = true;
                     if self.all(scope, body) == Flow::Exit {
                         break;
                     }
@@ -440,7 +463,7 @@ impl<'a> Machine<'a> {
             Statement::Continue => return Flow::Continue,
             Statement::Block(instance, unit, inputs, [number, both], output) => {
                 let prefix = scope.key(instance) + ".";
-                let given: Vec<i64> = inputs.iter().map(|one| self.value(scope, one)).collect();
+                let given: Vec<i64> = inputs.iter().map(|one| self.typed(scope, one)).collect();
                 self.state.insert(format!("{prefix}p"), given[0]);
                 self.state.insert(format!("{prefix}q"), given[1]);
                 let references =
@@ -456,7 +479,7 @@ impl<'a> Machine<'a> {
             Statement::Standard(instance, kind, inputs) => {
                 let prefix = scope.key(instance) + ".";
                 for (name, value) in inputs {
-                    let value = self.value(scope, value);
+                    let value = self.typed(scope, value);
                     self.state.insert(format!("{prefix}{name}"), value);
                 }
                 self.standard(kind, &prefix);

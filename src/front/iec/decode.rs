@@ -45,6 +45,12 @@ pub fn decode(
         tasks.insert(0, own);
     }
     emit.tasks = tasks.len();
+    for (name, line) in &project.connected {
+        let message = format!("what the instance {name} is connected to is not followed");
+        let help = "assign the program's inputs and outputs in a program of the same task";
+        let fault = Fault::new(*line, message).code(Code::NotModelled).help(help);
+        emit.faults.push((0, fault));
+    }
     let mut entries = Vec::new();
     let mut main = 0..0;
     for (number, task) in tasks.iter().enumerate() {

@@ -16,8 +16,8 @@ enum Use<'p> {
     Read,
     Write,
     Call,
-    /// It is handed over for this input, if that is named.
-    Handed(Option<&'p str>),
+    /// It is handed over for this input, if that is named, to this function or method, or to an instance.
+    Handed(Option<&'p str>, Option<&'p Path>),
 }
 
 /// Code: statements, the condition of a transition, or what a block of a step names.
@@ -89,7 +89,7 @@ fn paths<'p>(code: Code<'p>, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
             | Statements::For(target, ..) => of_path(target, Use::Write, see),
             Statements::Call(target, given) | Statements::CallIf(_, target, given) => {
                 of_path(target, Use::Call, see);
-                of_given(given, see);
+                of_given(None, given, see);
             }
             _ => {}
         }
@@ -126,13 +126,17 @@ fn of_expr<'p>(expr: &'p Expr, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
         }
         Expr::Call(path, given) => {
             of_path(path, Use::Call, see);
-            of_given(given, see);
+            of_given(Some(path), given, see);
         }
         Expr::Literal(_) => {}
     }
 }
 
-fn of_given<'p>(given: &'p [Argument], see: &mut dyn FnMut(&'p Path, Use<'p>)) {
+fn of_given<'p>(
+    to: Option<&'p Path>,
+    given: &'p [Argument],
+    see: &mut dyn FnMut(&'p Path, Use<'p>),
+) {
     for one in given {
         let mut value = &one.value;
         if let (true, Expr::Not(inner)) = (one.is_output, value) {
@@ -140,7 +144,7 @@ fn of_given<'p>(given: &'p [Argument], see: &mut dyn FnMut(&'p Path, Use<'p>)) {
         }
         match value {
             Expr::Variable(path) => {
-                let handed = Use::Handed(one.name.as_deref());
+                let handed = Use::Handed(one.name.as_deref(), to);
                 of_path(path, if one.is_output { Use::Write } else { handed }, see);
             }
             other => of_expr(other, see),
@@ -287,7 +291,16 @@ impl Emit<'_> {
     fn changes(&self, used: Use<'_>) -> bool {
         match used {
             Use::Write => true,
-            Use::Handed(name) => {
+            Use::Handed(name, to) => {
+                // The standard's functions change nothing that they are handed.
+                let of_project = to.and_then(|to| names(to).next_back()).is_none_or(|to| {
+                    let mut units = self.project.pous.iter();
+                    let is = |one: &Pou| same(&one.name, to);
+                    units.any(|one| is(one) || one.methods.iter().any(is))
+                });
+                if !of_project {
+                    return false;
+                }
                 let mut in_out = self.project.pous.iter().flat_map(|pou| {
                     let methods = pou.methods.iter().flat_map(|method| &method.variables);
                     let all = pou.variables.iter().chain(methods);

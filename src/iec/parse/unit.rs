@@ -243,8 +243,8 @@ fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
     let task = if cursor.take_word("WITH") { cursor.name("a task's name")? } else { String::new() };
     cursor.sign(":")?;
     let of = cursor.name("a program's name")?;
-    if cursor.is_sign("(") {
-        super::expression::arguments(cursor)?;
+    if cursor.is_sign("(") && !super::expression::arguments(cursor)?.is_empty() {
+        project.connected.push((name.clone(), line));
     }
     cursor.sign(";")?;
     if is_retained {
