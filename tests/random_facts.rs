@@ -39,6 +39,7 @@ impl Tally {
         self.lower.set(self.lower.get() + u32::from(told != beside));
     }
 
+    #[allow(clippy::print_stdout)] // a long run's figures
     fn print(&self) -> (u32, u32) {
         let (programs, told, lower) = (self.programs.get(), self.told.get(), self.lower.get());
         println!("{programs} programs, {told} bounds, {lower} of them other than the one beside");
@@ -154,7 +155,6 @@ fn each_is_right(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String
 
 #[test]
 #[ignore = "each program takes some fifty audits: minutes without optimisation"]
-#[allow(clippy::print_stdout)] // a long run's figures
 fn each_bound_that_is_told_is_that_of_a_run_with_those_facts() {
     let tally = Tally::default();
     for trust in [Trust::None, Trust::Counts, Trust::All] {
@@ -232,7 +232,6 @@ fn none_is_higher(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), Strin
 
 #[test]
 #[ignore = "each program takes some ten audits: minutes without optimisation"]
-#[allow(clippy::print_stdout)] // a long run's figures
 fn what_is_stated_makes_no_bound_higher() {
     let tally = Tally::default();
     for trust in [Trust::None, Trust::Counts, Trust::All] {
@@ -243,7 +242,6 @@ fn what_is_stated_makes_no_bound_higher() {
 }
 
 #[test]
-#[allow(clippy::print_stdout)] // a long run's figures
 fn the_more_is_trusted_the_lower_is_the_bound() {
     let tally = Tally::default();
     on_tapes(cases(4), 140, |tape| {
