@@ -471,6 +471,25 @@ mod tests {
     }
 
     #[test]
+    fn a_run_is_worth_its_round_if_it_is_longer_by_a_hundredth() {
+        let list = "LD X0\nBMOV D0 D1000 K200\nLD X1\nBMOV D0 D3000 K900\nEND\n";
+        let followed = followed(list);
+        let least = followed.prices.least_times();
+        let search =
+            Search { program: &followed.program, least: &least, limits: Limits::default() };
+        let with = |bits: &[u32]| {
+            let area = followed.program.areas.iter().position(|area| area.name == "X").unwrap();
+            let area = crate::program::AreaId(u16::try_from(area).unwrap());
+            let start = bits.iter().map(|&index| (Cell { area, index }, 1)).collect();
+            search.real(&Witness { start, ..Witness::default() }).unwrap()
+        };
+        let (none, one, all) = (with(&[]), with(&[0]), with(&[0, 1]));
+        assert!(none.replay.total < one.replay.total && one.replay.total < all.replay.total);
+        assert!(!is_hardly_longer(&all, &one));
+        assert!(is_hardly_longer(&one, &one) && is_hardly_longer(&none, &all));
+    }
+
+    #[test]
     fn a_scouted_run_above_the_bound_is_an_error() {
         let followed = followed("LD X0\nBMOV D100 D200 K50\nEND\n");
         let least = followed.prices.least_times();
