@@ -76,8 +76,31 @@ pub struct Oracle<'a> {
     branching: Branching,
     /// By variable: the value that is tried first, where there is one.
     hints: &'a [bool],
-    inner: Vec<Option<Var>>,
+    inner: Numbers,
     outer: Vec<i32>,
+}
+
+/// How many variables one page of numbers has.
+const PAGE: usize = 512;
+
+/// The solver's own numbers of the variables that occur. A small part of a large program names few of its variables, from
+/// anywhere in it: so they stand in pages, most of which are never made.
+#[derive(Default)]
+struct Numbers(Vec<Option<Box<[Option<Var>; PAGE]>>>);
+
+impl Numbers {
+    fn get(&self, variable: usize) -> Option<Var> {
+        self.0.get(variable / PAGE)?.as_ref()?[variable % PAGE]
+    }
+
+    fn entry(&mut self, variable: usize) -> &mut Option<Var> {
+        let page = variable / PAGE;
+        if self.0.len() <= page {
+            self.0.resize_with(page + 1, || None);
+        }
+        let page = self.0[page].get_or_insert_with(|| Box::new([None; PAGE]));
+        &mut page[variable % PAGE]
+    }
 }
 
 impl<'a> Oracle<'a> {
@@ -90,7 +113,7 @@ impl<'a> Oracle<'a> {
             ended: Cell::new(false),
         };
         let solver = Solver::new(SolverOpts::default(), watch);
-        Oracle { solver, branching, hints: &[], inner: Vec::new(), outer: Vec::new() }
+        Oracle { solver, branching, hints: &[], inner: Numbers::default(), outer: Vec::new() }
     }
 
     /// The same, with the values to try first, by variable. It changes no answer, only how soon it is found.
@@ -150,7 +173,7 @@ impl<'a> Oracle<'a> {
     /// After the answer yes: whether the literal holds in the model found. A variable that occurs nowhere
     /// is false.
     pub fn holds(&self, literal: i32) -> bool {
-        let variable = self.inner.get(literal.unsigned_abs() as usize).copied().flatten();
+        let variable = self.inner.get(literal.unsigned_abs() as usize);
         let value = variable.map_or(lbool::FALSE, |variable| self.solver.value_var(variable));
         (value == lbool::TRUE) == (literal > 0)
     }
@@ -164,10 +187,7 @@ impl<'a> Oracle<'a> {
 
     fn variable(&mut self, literal: i32, chosen: bool) -> Var {
         let place = literal.unsigned_abs() as usize;
-        if self.inner.len() <= place {
-            self.inner.resize(place + 1, None);
-        }
-        *self.inner[place].get_or_insert_with(|| {
+        *self.inner.entry(place).get_or_insert_with(|| {
             self.outer.push(literal.abs());
             let hint = self.hints.get(place).map_or(lbool::UNDEF, |&hint| lbool::new(hint));
             self.solver.new_var(hint, chosen)

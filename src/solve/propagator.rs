@@ -41,6 +41,8 @@ pub struct Propagator {
     seen: Vec<bool>,
     /// Literals that hold without assumptions, to be told when there are none.
     late: Vec<i32>,
+    /// Room for the literals of a clause that is added.
+    open: Vec<i32>,
 }
 
 fn code(literal: i32) -> usize {
@@ -48,6 +50,20 @@ fn code(literal: i32) -> usize {
 }
 
 impl Propagator {
+    /// Nothing yet, with room for so many variables and a few further ones, and for clauses of so many literals: of both
+    /// there may be millions.
+    pub fn with_room(variables: usize, literals: usize) -> Propagator {
+        let mut propagator = Propagator::default();
+        let further = variables / 8;
+        propagator.watches.reserve_exact(2 * (variables + further));
+        propagator.values.reserve_exact(2 * (variables + further));
+        propagator.levels.reserve_exact(variables + further);
+        propagator.reasons.reserve_exact(variables + further);
+        propagator.seen.reserve_exact(variables + further);
+        propagator.arena.reserve_exact(literals);
+        propagator
+    }
+
     /// Makes room for variables up to this one.
     fn reserve(&mut self, variable: usize) {
         if self.levels.len() <= variable {
@@ -62,23 +78,39 @@ impl Propagator {
     /// What holds from now on. Under assumptions, a clause that is already false or leaves one literal open may
     /// go unnoticed until these are taken back.
     pub fn add(&mut self, clause: &[i32]) {
-        let mut open: Vec<i32> = Vec::with_capacity(clause.len());
+        self.reserve(
+            clause.iter().map(|literal| literal.unsigned_abs() as usize).max().unwrap_or(0),
+        );
+        let mut open = std::mem::take(&mut self.open);
+        open.clear();
+        if !self.always_holds(clause, &mut open) {
+            self.watch(&mut open);
+        }
+        self.open = open;
+    }
+
+    /// Whether the clause holds without assumptions; if not, its literals that are `open` without any.
+    fn always_holds(&self, clause: &[i32], open: &mut Vec<i32>) -> bool {
         for &literal in clause {
-            self.reserve(literal.unsigned_abs() as usize);
             match self.values[code(literal)] {
-                1 if self.level_of(literal) == 0 => return,
+                1 if self.level_of(literal) == 0 => return true,
                 -1 if self.level_of(literal) == 0 => {}
-                _ if open.contains(&-literal) => return,
+                _ if open.contains(&-literal) => return true,
                 _ if open.contains(&literal) => {}
                 _ => open.push(literal),
             }
         }
+        false
+    }
+
+    /// Takes in a clause of these literals, which are open without assumptions.
+    fn watch(&mut self, open: &mut [i32]) {
         // Watched are literals that are not false, else those that are false last.
         open.sort_by_key(|&l| match self.values[code(l)] {
             -1 => u32::MAX - self.level_of(l),
             _ => 0,
         });
-        match open[..] {
+        match *open {
             // The clauses exclude each other: there is nothing left to find out.
             [] => {}
             [literal] => {
@@ -97,7 +129,7 @@ impl Propagator {
             [a, b, ..] => {
                 let place = Place::try_from(self.arena.len()).expect("clauses fit 32 bits");
                 self.arena.push(open.len() as i32);
-                self.arena.extend(&open);
+                self.arena.extend_from_slice(open);
                 self.watches[code(-a)].push(Watch { blocker: b, place });
                 self.watches[code(-b)].push(Watch { blocker: a, place });
                 if self.value(a) == 0 && self.value(b) == -1 {

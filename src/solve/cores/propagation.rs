@@ -55,8 +55,12 @@ type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 impl Search<'_, '_> {
     /// Extracts the cores that propagation shows in a few passes.
     pub(super) fn propagation_cores(&self, objective: &mut Objective) {
-        let mut trail = Propagator::default();
-        objective.formula.since(0).for_each(|clause| trail.add(clause));
+        let formula = &objective.formula;
+        // Of a clause that is longer than two, its literals and its length.
+        let long = formula.since(0).filter(|clause| clause.len() > 2);
+        let literals = long.map(|clause| clause.len() + 1).sum();
+        let mut trail = Propagator::with_room(formula.variable_count() + 1, literals);
+        formula.since(0).for_each(|clause| trail.add(clause));
         let mut extraction =
             Extraction { probe: trail.clone(), trail, told: objective.formula.len() };
         for _ in 0..PASSES {
@@ -134,14 +138,19 @@ impl Extraction {
 
     /// The pivots as the weights are now, the most contested first.
     fn pivots(&mut self, objective: &Objective) -> Vec<Pivot> {
-        let mut busy: Vec<i32> = objective.formula.variables().collect();
-        busy.sort_by_cached_key(|&variable| Reverse(self.probe.occurrences(variable)));
-        busy.truncate(CANDIDATES);
+        let ranked = |variable| (Reverse(self.probe.occurrences(variable)), variable);
+        let mut busy: Vec<(Reverse<usize>, i32)> =
+            objective.formula.variables().map(ranked).collect();
+        if busy.len() > CANDIDATES {
+            busy.select_nth_unstable(CANDIDATES);
+            busy.truncate(CANDIDATES);
+        }
+        busy.sort_unstable();
         let weigh = |literals: &[i32]| {
             literals.iter().map(|&literal| objective.weight(literal)).sum::<u64>()
         };
         let mut pivots = Vec::new();
-        for variable in busy {
+        for (_, variable) in busy {
             let needing = |literal: i32, probe: &mut Propagator| -> Vec<i32> {
                 probe.back(0);
                 if probe.value(literal) != 0 || probe.assume(-literal).is_some() {
