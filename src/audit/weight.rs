@@ -69,7 +69,7 @@ fn lost(
     count: usize,
 ) -> Vec<Picos> {
     let values = model.circuit.evaluate(assignment);
-    let readers = Readers::of(model);
+    let readers = Readers::of(model, charges);
     let of_some = |trials: &[Trial]| -> Vec<Picos> {
         let mut lane_of: Vec<Vec<usize>> = vec![Vec::new(); model.variables.len()];
         let mut changes = Changes::none(model, &values);
@@ -77,7 +77,7 @@ fn lost(
             batch.iter().enumerate().for_each(|(lane, trial)| lane_of[trial.variable].push(lane));
             changes.make(model, batch, &lane_of, &readers);
             batch.iter().for_each(|trial| lane_of[trial.variable].clear());
-            losses(model, charges, &changes, batch.len())
+            losses(model, &readers.charges_of(&changes), &changes, batch.len())
         };
         trials.chunks(LANES).flat_map(of_batch).collect()
     };
@@ -91,20 +91,56 @@ fn lost(
     worth
 }
 
-/// The nodes that read each node, and those that read each variable. Nearly all that turns reaches few of them.
-struct Readers {
-    /// Where the readers of each node begin.
+/// Lists of numbers, one behind the other.
+struct Lists {
+    /// Where each begins, and where the last ends.
     starts: Vec<u32>,
-    nodes: Vec<u32>,
-    of_variables: Vec<Vec<u32>>,
+    items: Vec<u32>,
 }
 
-impl Readers {
-    fn of(model: &ScanModel) -> Readers {
+impl Lists {
+    /// So many lists, of pairs of a list and an item of it.
+    fn of<I: Iterator<Item = (usize, u32)>>(count: usize, pairs: impl Fn() -> I) -> Lists {
+        let mut starts = vec![0; count + 1];
+        pairs().for_each(|(list, _)| starts[list + 1] += 1);
+        for list in 0..count {
+            starts[list + 1] += starts[list];
+        }
+        let mut next = starts.clone();
+        let mut items = vec![0; starts[count] as usize];
+        for (list, item) in pairs() {
+            items[next[list] as usize] = item;
+            next[list] += 1;
+        }
+        Lists { starts, items }
+    }
+
+    fn get(&self, list: usize) -> &[u32] {
+        &self.items[self.starts[list] as usize..self.starts[list + 1] as usize]
+    }
+}
+
+/// What reads each node and each variable. Nearly all that turns reaches few of them.
+struct Readers<'a> {
+    /// Of each node, the nodes that read it.
+    nodes: Lists,
+    /// Of each node, which of the charges read it, by their place among them.
+    charges: Lists,
+    /// Of each variable, the nodes that read it.
+    of_variables: Vec<Vec<u32>>,
+    all: &'a [usize],
+}
+
+impl<'a> Readers<'a> {
+    fn of(model: &ScanModel, all: &'a [usize]) -> Readers<'a> {
         let nodes = model.circuit.nodes();
-        let mut starts = vec![0; nodes.len() + 1];
         let mut of_variables = vec![Vec::new(); model.variables.len()];
-        let pairs = || {
+        for (node, reader) in nodes.iter().zip(0u32..) {
+            if let Node::Atom(atom) = node {
+                of_variables[atom.variable().0 as usize].push(reader);
+            }
+        }
+        let reading_nodes = || {
             nodes.iter().zip(0u32..).flat_map(|(node, reader)| {
                 let read = match *node {
                     Node::And(a, b) => [Some(a.node()), Some(b.node())],
@@ -113,26 +149,26 @@ impl Readers {
                 read.into_iter().flatten().map(move |node| (node, reader))
             })
         };
-        for (node, reader) in nodes.iter().zip(0u32..) {
-            if let Node::Atom(atom) = node {
-                of_variables[atom.variable().0 as usize].push(reader);
-            }
+        let reading_charges = || {
+            all.iter().zip(0u32..).flat_map(|(&charge, place)| {
+                model.charges[charge].literals().map(move |lit| (lit.node(), place))
+            })
+        };
+        Readers {
+            nodes: Lists::of(nodes.len(), reading_nodes),
+            charges: Lists::of(nodes.len(), reading_charges),
+            of_variables,
+            all,
         }
-        pairs().for_each(|(node, _)| starts[node + 1] += 1);
-        for node in 0..nodes.len() {
-            starts[node + 1] += starts[node];
-        }
-        let mut next = starts.clone();
-        let mut readers = vec![0; starts[nodes.len()] as usize];
-        for (node, reader) in pairs() {
-            readers[next[node] as usize] = reader;
-            next[node] += 1;
-        }
-        Readers { starts, nodes: readers, of_variables }
     }
 
-    fn of_node(&self, node: usize) -> &[u32] {
-        &self.nodes[self.starts[node] as usize..self.starts[node + 1] as usize]
+    /// The charges that may cost something else.
+    fn charges_of(&self, changes: &Changes<'_>) -> Vec<usize> {
+        let read = changes.any.iter().flat_map(|&node| self.charges.get(node));
+        let mut places: Vec<u32> = read.copied().collect();
+        places.sort_unstable();
+        places.dedup();
+        places.into_iter().map(|place| self.all[place as usize]).collect()
     }
 }
 
@@ -155,7 +191,7 @@ impl<'a> Changes<'a> {
         model: &ScanModel,
         batch: &[Trial],
         lane_of: &[Vec<usize>],
-        readers: &Readers,
+        readers: &Readers<'_>,
     ) {
         self.any.drain(..).for_each(|index| self.turned[index] = 0);
         let nodes = model.circuit.nodes();
@@ -182,7 +218,7 @@ impl<'a> Changes<'a> {
             if turned != 0 {
                 self.turned[index] = turned;
                 self.any.push(index);
-                open.extend(readers.of_node(index));
+                open.extend(readers.nodes.get(index));
             }
         }
     }

@@ -36,7 +36,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 const SMALLEST: usize = 300;
 
 /// By how much the partitions grow from round to round.
-const GROWTH: usize = 6;
+const GROWTH: usize = 12;
 
 /// How many mode bits are tried with both values when the partitions' scans are combined.
 const MODES: usize = 16;

@@ -14,6 +14,9 @@ const CORE_EFFORT: u64 = 30;
 /// Decisions that may be spent on finding out whether a second literal of a core must be false.
 const COUNT_EFFORT: u64 = 10;
 
+/// By how much the strata that a question takes in grow after each yes.
+const MORE_STRATA: usize = 4;
+
 /// A partition while it is worked on apart from the others.
 pub struct Partition {
     /// Its positions in the order of execution.
@@ -46,8 +49,8 @@ impl Partition {
         // The cores found in this stratum, with their weights. They are relaxed only when all soft literals that are
         // left in it can be true together.
         let mut cores: Vec<(Vec<i32>, u64)> = Vec::new();
-        // How many strata the next question takes in: twice as many after each yes, one again after a core. Of the last
-        // rounds' many strata hardly any has one.
+        // How many strata the next question takes in: more after each yes, one again after a core. Of the last rounds' many
+        // strata hardly any has one.
         let mut strata = 1;
         loop {
             search.bounds().count();
@@ -78,7 +81,7 @@ impl Partition {
                             break;
                         };
                         least = next;
-                        strata *= 2;
+                        strata *= MORE_STRATA;
                     }
                     for (core, weight) in cores.drain(..) {
                         self.objective.relax(&core, weight, |formula, literal| {

@@ -59,10 +59,14 @@ impl Search<'_, '_> {
         // Of a clause that is longer than two, its literals and its length.
         let long = formula.since(0).filter(|clause| clause.len() > 2);
         let literals = long.map(|clause| clause.len() + 1).sum();
-        let mut trail = Propagator::with_room(formula.variable_count() + 1, literals);
-        formula.since(0).for_each(|clause| trail.add(clause));
-        let mut extraction =
-            Extraction { probe: trail.clone(), trail, told: objective.formula.len() };
+        let told = || {
+            let mut propagator = Propagator::with_room(formula.variable_count() + 1, literals);
+            formula.since(0).for_each(|clause| propagator.add(clause));
+            propagator
+        };
+        // To tell both takes no longer than to tell one and copy it.
+        let (trail, probe) = rayon::join(told, told);
+        let mut extraction = Extraction { trail, probe, told: formula.len() };
         for _ in 0..PASSES {
             let more = self.pass(objective, &mut extraction);
             // The trail is nearly a scan: what it leaves open is as in the partitions' scans.
