@@ -521,6 +521,26 @@ fn what_stands_in_what_is_retained_is_retained() {
 }
 
 #[test]
+fn blocks_with_two_of_the_one_before_are_refused_once_there_are_too_many() {
+    let nested = |levels: usize| {
+        let mut text = "FUNCTION_BLOCK F0 VAR_INPUT x : BOOL; END_VAR VAR q : BOOL; END_VAR \
+                        q := x; END_FUNCTION_BLOCK\n"
+            .to_owned();
+        for level in 1..=levels {
+            let before = level - 1;
+            text += &format!(
+                "FUNCTION_BLOCK F{level} VAR_INPUT x : BOOL; END_VAR VAR a, b : F{before}; END_VAR \
+                 a(x := x); b(x := NOT x); END_FUNCTION_BLOCK\n"
+            );
+        }
+        text + &format!("PROGRAM Main VAR f : F{levels}; i : BOOL; END_VAR f(x := i); END_PROGRAM")
+    };
+    // Each call stores what is handed over, the innermost one more.
+    assert_eq!(bound(&nested(3)), Ok(1 + 2 + 4 + 8 + 8));
+    assert_eq!(bound(&nested(25)), Err(vec![Code::TooLarge]));
+}
+
+#[test]
 fn structures_and_arrays_are_copied_as_wholes() {
     let types = "TYPE S : STRUCT x : BOOL; n : INT; END_STRUCT; END_TYPE ";
     let given = "FUNCTION_BLOCK F VAR_IN_OUT s : S; END_VAR s.x := TRUE; END_FUNCTION_BLOCK ";

@@ -6,7 +6,8 @@ mod plant;
 mod pools;
 
 use scanbound::audit::verdict::{Check, Margin, Verdict};
-use scanbound::audit::{Audit, Request, audit};
+use scanbound::audit::{Audit, Failure, Request, audit};
+use scanbound::base::code::Code;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::Input;
@@ -124,16 +125,29 @@ fn wider(audit: &Audit, words: &str) -> bool {
     audit.approximations.iter().any(|one| one.what.to_string().contains(words))
 }
 
-#[test]
-fn what_multiplies_is_counted_before_it_is_followed() {
-    let routines = 20;
+/// So many routines, each of which calls the next one twice.
+fn calling_twice(routines: usize) -> String {
     let mut calls = "LD X0\nCALL P0\nFEND\n".to_owned();
     for n in 0..routines {
         let next = format!("CALL P{}\n", n + 1).repeat(2);
         let body = if n + 1 < routines { next } else { "OUT Y0\n".to_owned() };
         calls += &format!("P{n}\nLD X0\n{body}RET\n");
     }
-    let calls = list(calls + "END\n", 0).audit(None, 1);
+    calls + "END\n"
+}
+
+#[test]
+fn a_scan_longer_than_times_can_tell_is_refused_by_all_that_look_at_it() {
+    let case = list(calling_twice(41), 0);
+    let request = Request { table: Some(&case.table), ..Request::new(&case.inputs, &case.facts) };
+    let request = Request { cpu: Some("Q26UDV"), ..request };
+    let Err(Failure::Input(faults)) = audit(&request) else { panic!("no scan is that long") };
+    assert!(faults.iter().all(|fault| fault.code == Code::NoTime), "{faults:?}");
+}
+
+#[test]
+fn what_multiplies_is_counted_before_it_is_followed() {
+    let calls = list(calling_twice(20), 0).audit(None, 1);
     assert!(wider(&calls, "the routine and all that it calls run more often"));
     // 2^20 runs of the last routine, none of them cheaper than a nanosecond.
     assert!(calls.bound.upper > Picos(1_000 << 19));

@@ -94,7 +94,7 @@ impl<'r> ModelSearch<'_, 'r> {
 
     /// Of a large model, prepares to ask for the reasons of its largest group.
     fn prepared(&self, model: &ScanModel, groups: &[Group]) -> Option<Prepared<'r>> {
-        let is_large = model.circuit.nodes().len() > LARGE;
+        let is_large = model.circuit.nodes().len() > LARGE && !self.limits.reached();
         let by_size = |&group: &usize| groups[group].charges.len();
         let group = (0..groups.len()).max_by_key(by_size).filter(|_| is_large && !self.whole)?;
         Some(Prepared { group, exclusions: Exclusions::of(model, &groups[group], &self.limits) })

@@ -26,7 +26,7 @@ const NODES_EACH: usize = 48;
 /// ... but never above this.
 const MOST_NODES: usize = 8_000_000;
 /// A thousand hours.
-const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
+pub const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 
 /// Refuses a scan so long that sums of its times leave the range of times: no PLC has one.
 pub fn keep_in_range(
@@ -35,11 +35,10 @@ pub fn keep_in_range(
     prices: &Prices,
     model: &ScanModel,
 ) -> Result<(), Failure> {
-    let dearest = model.charges.iter().map(|charge| charge.dearer());
     let terms = prices.overhead.iter().map(|term| term.time);
     let points = prices.points.iter().filter_map(|points| points.most.as_ref());
-    let all = dearest.chain(terms).chain(points.map(|most| most.more));
-    let sum: u128 = all.map(|time| u128::from(time.0)).sum();
+    let others = terms.chain(points.map(|most| most.more)).map(|time| u128::from(time.0));
+    let sum = model.dearest() + others.sum::<u128>();
     if sum <= u128::from(LONGEST_SCAN.0) {
         return Ok(());
     }

@@ -1,5 +1,6 @@
 //! The search for a scan that a PLC makes: a real run of the model's longest scan, then, with what it taught, of the next.
 
+use super::modelling::LONGEST_SCAN;
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
@@ -164,6 +165,10 @@ impl Search<'_> {
                 &limits,
             );
             let Ok(full) = model else { break };
+            if full.dearest() > u128::from(LONGEST_SCAN.0) {
+                // Its times cannot be added up; the audit is refused for that.
+                break;
+            }
             let before = *gates;
             *gates += full.circuit.nodes().len();
             let standing = |variable| standing(self.program, &summary, &full, variable);

@@ -82,13 +82,13 @@ fn search_from(smallest: usize, easy: u64, problem: &Problem, bounds: &mut Bound
     let whole = clauses.variables + 1;
     let mut size = smallest;
     for round in 0.. {
-        if search.done() {
-            return;
-        }
-        if round == PROPAGATE_AFTER {
+        if round == PROPAGATE_AFTER && !search.done() {
             search.bounds().step(|| Step::Propagation);
             search.propagation_cores(&mut objective);
             search.bounds().round();
+        }
+        if search.done() {
+            return;
         }
         // A round just below the whole would cost as much.
         size = if size < whole / 2 { size } else { whole };

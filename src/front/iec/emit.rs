@@ -36,6 +36,9 @@ pub(super) enum What {
     Method(String),
 }
 
+/// The most instances of function blocks in one variable.
+const MOST_INSTANCES: u64 = 100_000;
+
 /// An instance of a unit.
 #[derive(Debug, Clone)]
 pub(super) struct Instance {
@@ -145,6 +148,12 @@ impl<'p> Emit<'p> {
 
     /// A variable of its own.
     pub(super) fn variable(&mut self, name: &str, ty: Ty, line: u32) -> Result<Place, Fault> {
+        let instances = self.types.instances(&ty);
+        if instances > MOST_INSTANCES {
+            let what = format!("{name} holds {instances} instances of function blocks");
+            let help = format!("a variable or a program may hold {MOST_INSTANCES}");
+            return Err(Fault::new(line, what).code(Code::TooLarge).help(help));
+        }
         let tag = self.program().tags.add(VARIABLES, name, layout(&ty));
         let tag = tag.ok_or_else(|| {
             Fault::new(line, format!("there is no room for {name}")).code(Code::TooLarge)

@@ -5,6 +5,7 @@ use crate::iec::ast::{Expr, Literal};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Project, TypeRef, Variable, same};
 use crate::program::Type;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A number's type: how many bits it has, and how they are read. Times are milliseconds in 32 bits.
@@ -180,11 +181,21 @@ fn standard(name: &str) -> Option<Ty> {
 pub(super) struct Types<'p> {
     project: &'p Project,
     depth: u32,
+    /// By unit: what an instance of it holds.
+    known: BTreeMap<usize, Held>,
+}
+
+/// What an instance of a unit holds.
+#[derive(Clone)]
+struct Held {
+    parts: Arc<[(String, Ty)]>,
+    /// How many instances of blocks these are, the instance itself among them.
+    instances: u64,
 }
 
 impl<'p> Types<'p> {
     pub(super) fn new(project: &'p Project) -> Types<'p> {
-        Types { project, depth: 0 }
+        Types { project, depth: 0, known: BTreeMap::new() }
     }
 
     /// The type that a reference means.
@@ -260,13 +271,36 @@ impl<'p> Types<'p> {
 
     /// What an instance of a unit holds: its variables, those of the units that it extends first.
     pub(super) fn instance(&mut self, at: usize) -> Result<Arc<[(String, Ty)]>, Fault> {
+        if let Some(known) = self.known.get(&at) {
+            return Ok(known.parts.clone());
+        }
         let all: Vec<&Variable> = lineage(self.project, at)
             .into_iter()
             .rev()
             .flat_map(|pou| &pou.variables)
             .filter(|one| is_kept(one))
             .collect();
-        self.parts(all.into_iter())
+        let parts = self.parts(all.into_iter())?;
+        let within = parts.iter().map(|(_, ty)| self.instances(ty));
+        let instances = within.fold(1, u64::saturating_add);
+        self.known.insert(at, Held { parts: parts.clone(), instances });
+        Ok(parts)
+    }
+
+    /// How many instances of units' blocks a variable of this type holds. Few lines declare millions, if each block has
+    /// two of the one before.
+    pub(super) fn instances(&self, ty: &Ty) -> u64 {
+        match ty {
+            Ty::Block(at, _) => self.known.get(at).map_or(1, |held| held.instances),
+            Ty::Array { dimensions, of } => {
+                let counts = dimensions.iter().map(|(low, high)| high.abs_diff(low - 1));
+                counts.fold(self.instances(of), u64::saturating_mul)
+            }
+            Ty::Parts(parts) => {
+                parts.iter().map(|(_, of)| self.instances(of)).fold(0, u64::saturating_add)
+            }
+            _ => 0,
+        }
     }
 
     /// What a unit without instances, or a method, holds.

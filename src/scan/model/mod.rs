@@ -262,6 +262,12 @@ impl ScanModel {
         charges.iter().map(|&c| self.charges[c].cost(&values)).sum()
     }
 
+    /// What all charges cost together, each at its dearest, in picoseconds: it may be more than a time holds.
+    #[must_use]
+    pub fn dearest(&self) -> u128 {
+        self.charges.iter().map(|charge| u128::from(charge.dearer().0)).sum()
+    }
+
     /// The charges that no assignment changes, indices into `charges`.
     #[must_use]
     pub fn constant(&self) -> Vec<usize> {

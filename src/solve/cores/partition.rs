@@ -44,6 +44,10 @@ impl Partition {
     /// It goes stratum by stratum in every round: asked for all soft literals of a project of 64 stations at once, the
     /// solver took minutes.
     pub fn solve(&mut self, search: &Search<'_, '_>, whole: bool) {
+        if search.limits.reached() {
+            // To tell a solver the clauses takes long, too.
+            return;
+        }
         let mut asker = Asker::new(search);
         let mut least = self.objective.soft_literals(1).next().map_or(1, |(_, weight)| weight);
         // The cores found in this stratum, with their weights. They are relaxed only when all soft literals that are

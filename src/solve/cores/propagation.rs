@@ -87,7 +87,7 @@ impl Search<'_, '_> {
     fn pass(&self, objective: &mut Objective, extraction: &mut Extraction) -> bool {
         extraction.trail.back(0);
         extraction.learn(objective);
-        let mut pivots = extraction.pivots(objective);
+        let mut pivots = extraction.pivots(objective, self.limits);
         pivots.retain(|pivot| {
             extraction.trail.value(pivot.literal) == 0
                 && extraction.trail.assume(pivot.literal).is_none()
@@ -141,7 +141,7 @@ impl Extraction {
     }
 
     /// The pivots as the weights are now, the most contested first.
-    fn pivots(&mut self, objective: &Objective) -> Vec<Pivot> {
+    fn pivots(&mut self, objective: &Objective, limits: &Limits<'_>) -> Vec<Pivot> {
         let ranked = |variable| (Reverse(self.probe.occurrences(variable)), variable);
         let mut busy: Vec<(Reverse<usize>, i32)> =
             objective.formula.variables().map(ranked).collect();
@@ -155,6 +155,9 @@ impl Extraction {
         };
         let mut pivots = Vec::new();
         for (_, variable) in busy {
+            if limits.reached() {
+                break;
+            }
             let needing = |literal: i32, probe: &mut Propagator| -> Vec<i32> {
                 probe.back(0);
                 if probe.value(literal) != 0 || probe.assume(-literal).is_some() {
