@@ -54,18 +54,23 @@ pub fn extent(program: &Program, entry: usize) -> Option<usize> {
     Some(end)
 }
 
+/// By routine the calls within it: where each stands, and the routine that is called. `None` if a routine does not end.
+fn calls_within_routines(program: &Program) -> Option<BTreeMap<usize, Vec<(usize, usize)>>> {
+    // In the order of the program.
+    let calls = calls(program);
+    let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
+    let within = |&entry: &usize| {
+        let end = extent(program, entry)?;
+        let first = calls.partition_point(|&(at, _)| at < entry);
+        let behind = calls.partition_point(|&(at, _)| at <= end);
+        Some((entry, calls[first..behind].to_vec()))
+    };
+    entries.iter().map(within).collect()
+}
+
 /// A call that leads back to the routine in which it stands, if there is one.
 pub fn recursion(program: &Program) -> Option<usize> {
-    let calls = calls(program);
-    // From routine to the routines called within it, and by which instruction.
-    let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
-    let mut edges: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
-    for &entry in &entries {
-        let end = extent(program, entry)?;
-        let within =
-            calls.iter().filter(|&&(at, _)| (entry..=end).contains(&at)).copied().collect();
-        edges.insert(entry, within);
-    }
+    let edges = calls_within_routines(program)?;
     let graph = petgraph::graphmap::DiGraphMap::<usize, usize>::from_edges(
         edges.iter().flat_map(|(&from, to)| to.iter().map(move |&(at, target)| (from, target, at))),
     );
@@ -79,16 +84,9 @@ pub fn recursion(program: &Program) -> Option<usize> {
 /// A call at which more than `most` calls stand in each other, if there is one. Programs with recursion are not
 /// asked.
 pub fn nested_beyond(program: &Program, most: usize) -> Option<usize> {
-    let calls = calls(program);
-    let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
+    let within = calls_within_routines(program)?;
     // Routines reached by so many calls, round by round; those beyond the last round lie too deep.
-    let mut reached: BTreeSet<usize> = entries.clone();
-    let mut within: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
-    for &entry in &entries {
-        let end = extent(program, entry)?;
-        let inside = calls.iter().filter(|&&(at, _)| (entry..=end).contains(&at)).copied();
-        within.insert(entry, inside.collect());
-    }
+    let mut reached: BTreeSet<usize> = within.keys().copied().collect();
     for round in 1..=most {
         let next: Vec<(usize, usize)> =
             reached.iter().filter_map(|entry| within.get(entry)).flatten().copied().collect();
