@@ -152,12 +152,13 @@ impl Ground<'_> {
             bounds: Mutex::new(bounds),
         };
         let whole = self.clauses.variables + 1;
-        let mut size = self.sizes.smallest;
+        // In a case, little is left of each partition.
+        let mut size = if fixed.is_empty() { self.sizes.smallest } else { whole };
         for round in 0.. {
             if search.done() {
                 return true;
             }
-            if round == PROPAGATE_AFTER && decisions.is_none() {
+            if round == PROPAGATE_AFTER {
                 search.bounds().step(|| Step::Propagation);
                 search.propagation_cores(&mut objective);
                 search.bounds().round();

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 
 /// More soft literals are not held against each other.
-pub const MOST: usize = 2_500;
+pub const MOST: usize = 4_000;
 
 /// What several literals give up for one of them all. Members are places among the soft literals, and behind these among the
 /// slices.
@@ -56,6 +56,11 @@ impl Slices {
             }
             trail.back(level);
         }
+        for at in 0..softs.len() {
+            if table.weights[at] == 0 {
+                table.forget(at);
+            }
+        }
         while let Some(members) = table.next() {
             let weight = members.iter().map(|&at| table.weights[at]).min().unwrap_or_default();
             found.off += weight * (members.len() as u64 - 1);
@@ -82,6 +87,8 @@ impl Slices {
 struct Table {
     weights: Vec<u64>,
     excluded: Vec<Vec<u64>>,
+    /// How many each row has.
+    counts: Vec<u32>,
     /// How many words a row has: there is room for as many slices as there are literals.
     words: usize,
     softs: usize,
@@ -101,16 +108,22 @@ impl Table {
         Table {
             weights: softs.iter().map(|soft| soft.1).collect(),
             excluded: vec![vec![0; words]; softs.len()],
+            counts: vec![0; softs.len()],
             words,
             softs: softs.len(),
         }
     }
 
     fn exclude(&mut self, one: usize, other: usize) {
-        if one != other {
-            self.excluded[one][other / 64] |= 1 << (other % 64);
-            self.excluded[other][one / 64] |= 1 << (one % 64);
+        if one != other && !has(&self.excluded[one], other) {
+            self.set(one, other);
+            self.set(other, one);
         }
+    }
+
+    fn set(&mut self, one: usize, other: usize) {
+        self.excluded[one][other / 64] |= 1 << (other % 64);
+        self.counts[one] += 1;
     }
 
     /// The next literals that exclude each other: the one that excludes most, and those that exclude the same.
@@ -118,9 +131,8 @@ impl Table {
         if self.weights.len() >= 2 * self.softs {
             return None;
         }
-        let count = |at: usize| self.excluded[at].iter().map(|word| word.count_ones()).sum::<u32>();
         let open = (0..self.weights.len()).filter(|&at| self.weights[at] > 0);
-        let most = open.map(|at| (count(at), Reverse(at))).max();
+        let most = open.map(|at| (self.counts[at], Reverse(at))).max();
         let (count, Reverse(first)) = most.filter(|&(count, _)| count > 0)?;
         let own = &self.excluded[first];
         let mut alike: Vec<_> = (0..self.weights.len())
@@ -139,6 +151,15 @@ impl Table {
         Some(members)
     }
 
+    /// What has no weight excludes nothing any more.
+    fn forget(&mut self, at: usize) {
+        let gone = std::mem::take(&mut self.excluded[at]);
+        for other in (0..self.weights.len()).filter(|&other| has(&gone, other)) {
+            self.excluded[other][at / 64] &= !(1 << (at % 64));
+            self.counts[other] -= 1;
+        }
+    }
+
     /// Takes a slice off its members, and adds that any of them is true.
     fn take(&mut self, members: &[usize], weight: u64) {
         let mut row = vec![u64::MAX; self.words];
@@ -148,20 +169,16 @@ impl Table {
         for &at in members {
             self.weights[at] -= weight;
             if self.weights[at] == 0 {
-                self.excluded[at].clear();
-                for row in self.excluded.iter_mut().filter(|row| !row.is_empty()) {
-                    row[at / 64] &= !(1 << (at % 64));
-                }
+                self.forget(at);
                 row[at / 64] &= !(1 << (at % 64));
             }
         }
         let own = self.weights.len();
         self.weights.push(weight);
-        for at in 0..own {
-            if has(&row, at) {
-                self.excluded[at][own / 64] |= 1 << (own % 64);
-            }
+        for at in (0..own).filter(|&at| has(&row, at)) {
+            self.set(at, own);
         }
+        self.counts.push(row.iter().map(|word| word.count_ones()).sum());
         self.excluded.push(row);
     }
 }
