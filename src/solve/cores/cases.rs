@@ -68,11 +68,11 @@ pub fn may_suit(ground: &Ground<'_>, formula: &Formula, limits: &Limits<'_>) -> 
 /// answer.
 pub fn search(
     ground: &Ground<'_>,
-    mut objective: Objective,
+    objective: Objective,
     bounds: &mut Bounds<'_>,
 ) -> Option<Objective> {
     let softs: Vec<(i32, u64)> = objective.soft_literals(1).collect();
-    let split = Split::new(ground, &mut objective.formula, softs, bounds.remaining());
+    let split = Split::new(ground, &objective.formula, softs, bounds.remaining());
     let limits = *bounds.limits();
     let quiet = Limits { progress: &|_, _| {}, trace: false, ..limits };
     let mut trail = split.propagator.clone();
