@@ -226,6 +226,7 @@ impl Lines<'_> {
             Step::Partitions { count, size } => {
                 self.text += &format!("  {count} partitions of {size} variables\n");
             }
+            Step::Cases => self.text += "  case by case, by what decides most\n",
             Step::Propagation => self.text += "  what propagation shows of the whole\n",
             Step::Core { items, counts, weight } => {
                 let names = items.iter().map(|&item| self.labels[item].label.as_str());

@@ -39,6 +39,33 @@ impl<'a> Bounds<'a> {
         bounds
     }
 
+    /// The bounds of the scans of one case, which cost no more than `upper`. The best scan that is known counts, whichever
+    /// case it is of: what costs no more is of no interest.
+    pub fn of_case(&self, limits: &'a Limits<'a>, upper: u64) -> Bounds<'a> {
+        Bounds {
+            limits,
+            upper: upper.max(self.lower()),
+            best: self.best.clone(),
+            calls: 0,
+            remaining: upper,
+            trace: None,
+            ..*self
+        }
+    }
+
+    /// Takes note of the best scan and the questions of a case.
+    pub fn after_case(&mut self, case: Bounds<'_>) {
+        self.calls += case.calls;
+        if let Some((_, best)) = case.best {
+            self.found(best);
+        }
+    }
+
+    /// No scan costs more than this, in picoseconds.
+    pub fn upper(&self) -> u64 {
+        self.upper
+    }
+
     /// The best assignment's cost, in picoseconds; 0 as long as none is known.
     pub fn lower(&self) -> u64 {
         self.best.as_ref().map_or(0, |best| best.0)
@@ -73,12 +100,18 @@ impl<'a> Bounds<'a> {
     /// rises; here the upper bound of the time falls.
     pub fn falsified(&mut self, weight: u64) {
         self.remaining -= weight;
-        self.proved(self.remaining);
+        // Of a case, no scan may be as dear as the best of another.
+        self.proved(self.remaining.max(self.lower()));
+    }
+
+    /// All items together less the weight of the cores found.
+    pub fn remaining(&self) -> u64 {
+        self.remaining
     }
 
     /// How far the best scan is below what remains: a soft literal that weighs more is true in every better scan.
     pub fn gap(&self) -> u64 {
-        self.remaining - self.lower()
+        self.remaining.saturating_sub(self.lower())
     }
 
     /// Takes note of who is searching.

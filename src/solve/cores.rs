@@ -12,11 +12,15 @@
 //! with larger ones. A partition's clauses are a subset of the whole's, so its cores are cores of the whole. No two
 //! partitions share a soft literal, so all threads work on them side by side. In between, `propagation` looks for cores
 //! over the whole program: modes and run flags tie it together.
+//!
+//! Charts are searched case by case (`cases`): which of their steps are active decides most of a scan.
 
+mod cases;
 mod exclusive;
 mod objective;
 mod partition;
 mod propagation;
+mod slices;
 
 use super::Limits;
 use super::bounds::Bounds;
@@ -47,13 +51,33 @@ const PROPAGATE_AFTER: usize = 2;
 /// How many conflicts an easy question takes at most.
 const EASY: u64 = 300;
 
-/// Searches until the bounds meet or the limits end it.
-pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
-    search_from(SMALLEST, EASY, problem, bounds);
+/// Where a search begins.
+#[derive(Clone, Copy)]
+struct Sizes {
+    /// How many variables the smallest partitions have.
+    smallest: usize,
+    /// How many conflicts an easy question takes at most.
+    easy: u64,
+    /// How many clauses a question has at least that is searched case by case.
+    least: usize,
+    /// The decisions that a case's search may take at each partition before the case is split.
+    decisions: u64,
 }
 
-/// The same with smallest partitions of so many variables, and easy questions of so many conflicts.
-fn search_from(smallest: usize, easy: u64, problem: &Problem, bounds: &mut Bounds<'_>) {
+const SIZES: Sizes = Sizes {
+    smallest: SMALLEST,
+    easy: EASY,
+    least: cases::FEWEST_CLAUSES,
+    decisions: cases::DECISIONS,
+};
+
+/// Searches until the bounds meet or the limits end it.
+pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
+    search_from(SIZES, problem, bounds);
+}
+
+/// The same from other sizes on.
+fn search_from(sizes: Sizes, problem: &Problem, bounds: &mut Bounds<'_>) {
     if bounds.limits().reached() {
         return;
     }
@@ -64,43 +88,94 @@ fn search_from(smallest: usize, easy: u64, problem: &Problem, bounds: &mut Bound
     }
     let mut clauses = Clauses::with_late(&merged, problem.circuit.nodes().len());
     let modes = clauses.busiest_bits(MODES);
-    let mut objective = Objective::new(Formula::new(&mut clauses), clauses.variables);
-    for (item, &guard) in merged.items.iter().zip(&clauses.items) {
-        objective.add_soft(guard, item.weight);
+    let formula = Formula::new(&mut clauses);
+    let guards = clauses.items.iter().copied();
+    let softs: Vec<(i32, u64)> = guards.zip(merged.items.iter().map(|item| item.weight)).collect();
+    let ground = Ground { problem, clauses: &clauses, origins: &origins, sizes, modes };
+    let may_suit = cases::may_suit(&ground, &formula, bounds.limits());
+    let mut objective = ground.objective(formula, &softs, bounds);
+    if may_suit {
+        match cases::search(&ground, objective, bounds) {
+            None => return,
+            Some(whole) => objective = whole,
+        }
     }
-    bounds.falsified(objective.take_falsified());
-    let mut search = Search {
-        problem,
-        clauses: &clauses,
-        origins: &origins,
-        limits: bounds.limits(),
-        easy,
-        values: Vec::new(),
-        modes,
-        bounds: Mutex::new(bounds),
-    };
-    let whole = clauses.variables + 1;
-    let mut size = smallest;
-    for round in 0.. {
-        if round == PROPAGATE_AFTER && !search.done() {
-            search.bounds().step(|| Step::Propagation);
-            search.propagation_cores(&mut objective);
+    ground.search(objective, &[], None, bounds);
+}
+
+/// What is asked, the same in all cases.
+struct Ground<'a> {
+    problem: &'a Problem,
+    clauses: &'a Clauses,
+    /// By item of the clauses: which it is of the problem's, if it is one.
+    origins: &'a [Option<usize>],
+    sizes: Sizes,
+    /// The bits that most clauses ask for.
+    modes: Vec<VarId>,
+}
+
+impl Ground<'_> {
+    /// The objective of soft literals with these weights.
+    fn objective(
+        &self,
+        formula: Formula,
+        softs: &[(i32, u64)],
+        bounds: &mut Bounds<'_>,
+    ) -> Objective {
+        let mut objective = Objective::new(formula, self.clauses.variables);
+        for &(literal, weight) in softs {
+            objective.add_soft(literal, weight);
+        }
+        bounds.falsified(objective.take_falsified());
+        objective
+    }
+
+    /// Searches until the bounds meet or the limits end it, where some values are fixed. Each partition may take
+    /// so many decisions. Whether any scan keeps the constraints, as far as that was found out.
+    fn search(
+        &self,
+        mut objective: Objective,
+        fixed: &[i8],
+        decisions: Option<u64>,
+        bounds: &mut Bounds<'_>,
+    ) -> bool {
+        let mut search = Search {
+            problem: self.problem,
+            clauses: self.clauses,
+            origins: self.origins,
+            limits: bounds.limits(),
+            easy: self.sizes.easy,
+            decisions,
+            values: Vec::new(),
+            fixed,
+            modes: &self.modes,
+            bounds: Mutex::new(bounds),
+        };
+        let whole = self.clauses.variables + 1;
+        // In a case, little is left of each partition.
+        let mut size = if fixed.is_empty() { self.sizes.smallest } else { whole };
+        for round in 0.. {
+            if round == PROPAGATE_AFTER && !search.done() {
+                search.bounds().step(|| Step::Propagation);
+                search.propagation_cores(&mut objective);
+                search.bounds().round();
+            }
+            if search.done() {
+                return true;
+            }
+            // A round just below the whole would cost as much.
+            size = if size < whole / 2 { size } else { whole };
+            let possible = search.round(&mut objective, size, whole);
+            if possible && size < whole {
+                search.combine();
+            }
             search.bounds().round();
+            if !possible || size == whole {
+                return possible;
+            }
+            size *= GROWTH;
         }
-        if search.done() {
-            return;
-        }
-        // A round just below the whole would cost as much.
-        size = if size < whole / 2 { size } else { whole };
-        let possible = search.round(&mut objective, size, whole);
-        if possible && size < whole {
-            search.combine();
-        }
-        search.bounds().round();
-        if !possible || size == whole {
-            return;
-        }
-        size *= GROWTH;
+        true
     }
 }
 
@@ -111,13 +186,17 @@ struct Search<'a, 'b> {
     /// By item of the clauses: which it is of the problem's, if it is one.
     origins: &'a [Option<usize>],
     limits: &'b Limits<'b>,
+    /// The decisions that each partition may take, if the search may be given up.
+    decisions: Option<u64>,
     /// How many conflicts an easy question takes at most.
     easy: u64,
     bounds: Mutex<&'a mut Bounds<'b>>,
     /// By variable of the circuit, from 1: its value in the last scan found for its partition. Empty in the first round.
     values: Vec<bool>,
+    /// By variable: 1 where it is true in the case that is searched, -1 where it is false. Empty where that is all there is.
+    fixed: &'a [i8],
     /// The bits that most clauses ask for.
-    modes: Vec<VarId>,
+    modes: &'a [VarId],
 }
 
 impl<'a, 'b> Search<'a, 'b> {
@@ -151,6 +230,9 @@ impl<'a, 'b> Search<'a, 'b> {
                 self.values[partition.positions.clone()].copy_from_slice(&partition.values);
             }
         }
+        for (value, &fixed) in self.values.iter_mut().zip(self.fixed) {
+            *value = if fixed == 0 { *value } else { fixed > 0 };
+        }
         objective.join(partitions.into_iter().map(|partition| partition.objective));
         possible
     }
@@ -172,7 +254,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let holds = |literal: i32| values[literal.unsigned_abs() as usize] == (literal > 0);
         let mut best = self.clauses.assignment(self.problem, holds);
         let mut most = self.problem.cost(&best);
-        for &mode in &self.modes {
+        for &mode in self.modes {
             let value = &mut best.0[mode.0 as usize];
             *value ^= 1;
             let cost = self.problem.cost(&best);
@@ -190,6 +272,10 @@ impl<'a, 'b> Search<'a, 'b> {
     fn found(&self, objective: &mut Objective, holds: impl Fn(i32) -> bool) {
         let mut bounds = self.bounds();
         bounds.falsified(objective.take_falsified());
+        let holds = |literal: i32| match self.fixed.get(literal.unsigned_abs() as usize) {
+            None | Some(0) => holds(literal),
+            Some(fixed) => (*fixed > 0) == (literal > 0),
+        };
         bounds.found(self.clauses.assignment(self.problem, holds));
         let heavy = objective.soft_literals(bounds.gap() + 1).map(|(literal, _)| literal);
         heavy.collect::<Vec<i32>>().into_iter().for_each(|literal| objective.harden(literal));
@@ -213,7 +299,7 @@ mod tests {
             for (smallest, easy) in [(1, EASY), (3, 0), (10, 2)] {
                 let limits = Limits::default();
                 let mut bounds = Bounds::new(&problem, &limits);
-                search_from(smallest, easy, &problem, &mut bounds);
+                search_from(Sizes { smallest, easy, ..SIZES }, &problem, &mut bounds);
                 let found: Maximum = bounds.finish();
                 sound(&model, &group, &found);
                 assert_eq!((found.lower, found.upper), (truth, truth), "seed {seed}");
@@ -231,7 +317,7 @@ mod tests {
             pool.install(|| {
                 let limits = Limits::default();
                 let mut bounds = Bounds::new(&problem, &limits);
-                search_from(20, EASY, &problem, &mut bounds);
+                search_from(Sizes { smallest: 20, ..SIZES }, &problem, &mut bounds);
                 bounds.finish()
             })
         };

@@ -57,6 +57,22 @@ impl Formula {
         });
     }
 
+    /// What is left of the clauses where some values are fixed: 1 for a literal that is true, -1 for one that is false.
+    pub fn under(&self, value: impl Fn(i32) -> i8) -> Formula {
+        let mut left = Formula::empty(self.variables);
+        let mut open = Vec::new();
+        for (index, place) in self.clauses.iter().enumerate() {
+            let clause = self.clause(index);
+            if clause.iter().any(|&literal| value(literal) == 1) {
+                continue;
+            }
+            open.clear();
+            open.extend(clause.iter().copied().filter(|&literal| value(literal) == 0));
+            left.push(place.position as usize, place.defines, &open);
+        }
+        left
+    }
+
     /// How many variables there are.
     pub fn variable_count(&self) -> usize {
         self.variables

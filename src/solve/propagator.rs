@@ -164,6 +164,16 @@ impl Propagator {
         &self.trail[self.limits.first().copied().unwrap_or(0)..]
     }
 
+    /// How many literals hold.
+    pub fn length(&self) -> usize {
+        self.trail.len()
+    }
+
+    /// The literals that came to hold behind so many.
+    pub fn since(&self, length: usize) -> &[i32] {
+        &self.trail[length..]
+    }
+
     /// Takes back assumptions until so many are left.
     pub fn back(&mut self, level: usize) {
         if level < self.limits.len() {

@@ -42,6 +42,8 @@ pub enum Step {
     },
     /// The core-guided search looks for cores that propagation shows over the whole program.
     Propagation,
+    /// The core-guided search goes on case by case.
+    Cases,
     /// Items that cannot hold together.
     Core {
         /// The items, ascending.

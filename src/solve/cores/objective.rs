@@ -32,6 +32,8 @@ pub struct Objective {
     totalizers: Vec<Totalizer>,
     /// Of a soft literal that is the negated output of a totalizer: the totalizer and the count.
     counted: BTreeMap<i32, (usize, usize)>,
+    /// Of a soft literal that one of a slice is true: its position.
+    sliced: FxHashMap<i32, usize>,
     /// The weight of cores found since this was last asked.
     falsified: u64,
 }
@@ -46,6 +48,7 @@ impl Objective {
             order: BTreeSet::new(),
             totalizers: Vec::new(),
             counted: BTreeMap::new(),
+            sliced: FxHashMap::default(),
             falsified: 0,
         }
     }
@@ -126,6 +129,26 @@ impl Objective {
         weight
     }
 
+    /// Takes this weight off soft literals of which at most one can be true. What remains of it is a soft literal, that one
+    /// of them is, which is the answer.
+    pub fn slice(&mut self, members: &[i32], weight: u64) -> i32 {
+        let position = members.iter().map(|&literal| self.position(literal)).max().unwrap_or(1);
+        for &literal in members {
+            self.set_weight(literal, self.weight(literal) - weight);
+            self.falsified += weight;
+        }
+        self.falsified -= weight;
+        let any = self.formula.new_variable();
+        for &literal in members {
+            self.formula.define(position, any, &[-literal, any]);
+        }
+        let clause: Vec<i32> = members.iter().copied().chain([-any]).collect();
+        self.formula.define(position, any, &clause);
+        self.sliced.insert(any, position);
+        self.set_weight(any, weight);
+        any
+    }
+
     /// Relaxes a core whose `weight` was subtracted: adds the soft literal that no second one of its literals is false.
     /// `forced` may know that a literal cannot be true; then more of them must be false. Returns the literals whose
     /// weight grew.
@@ -182,7 +205,10 @@ impl Objective {
         if variable <= self.circuit {
             return variable;
         }
-        self.totalizers[self.counted[&literal].0].position()
+        match self.sliced.get(&literal) {
+            Some(&position) => position,
+            None => self.totalizers[self.counted[&literal].0].position(),
+        }
     }
 
     /// The objectives of the partitions, each of `size` positions. No soft literal and no clause stays here.
@@ -190,6 +216,9 @@ impl Objective {
         let formulas = self.formula.split(size, partitions);
         let mut split: Vec<Objective> =
             formulas.into_iter().map(|formula| Objective::new(formula, self.circuit)).collect();
+        for part in &mut split {
+            part.sliced.clone_from(&self.sliced);
+        }
         for &(Reverse(weight), _, literal) in &self.order {
             split[self.position(literal) / size].set_weight(literal, weight);
         }

@@ -2,6 +2,7 @@
 
 use super::objective::Objective;
 use super::{Limits, Search};
+use crate::solve::Decisions;
 use crate::solve::formula::Formula;
 use crate::solve::oracle::{Branching, Effort, Oracle};
 use crate::solve::trace::Trace;
@@ -13,6 +14,9 @@ const CORE_EFFORT: u64 = 30;
 
 /// Decisions that may be spent on finding out whether a second literal of a core must be false.
 const COUNT_EFFORT: u64 = 10;
+
+/// So many literals of a core may turn out to be needed in the search of a case before the others are left as they are.
+const PATIENCE: usize = 30;
 
 /// By how much the strata that a question takes in grow after each yes.
 const MORE_STRATA: usize = 4;
@@ -48,7 +52,11 @@ impl Partition {
             // To tell a solver the clauses takes long, too.
             return;
         }
-        let mut asker = Asker::new(search);
+        let own = search.decisions.map(Decisions::new);
+        let limits =
+            Limits { decisions: own.as_ref().or(search.limits.decisions), ..*search.limits };
+        let patience = search.decisions.map_or(usize::MAX, |_| PATIENCE);
+        let mut asker = Asker::new(search, &limits);
         let mut least = self.objective.soft_literals(1).next().map_or(1, |(_, weight)| weight);
         // The cores found in this stratum, with their weights. They are relaxed only when all soft literals that are
         // left in it can be true together.
@@ -68,7 +76,7 @@ impl Partition {
                     if self.contradiction {
                         return;
                     }
-                    let core = self.minimised(core, &mut asker, search.limits);
+                    let core = self.minimised(core, patience, &mut asker, &limits);
                     strata = 1;
                     let weight = self.objective.subtract_core(&core);
                     if search.limits.trace {
@@ -89,14 +97,14 @@ impl Partition {
                     }
                     for (core, weight) in cores.drain(..) {
                         self.objective.relax(&core, weight, |formula, literal| {
-                            !search.limits.reached()
+                            !limits.reached()
                                 && asker.ask(formula, &[literal], COUNT_EFFORT) == Some(false)
                         });
                     }
                 }
             }
             search.bounds().falsified(self.objective.take_falsified());
-            if search.limits.reached() || (whole && search.bounds().exact()) {
+            if limits.reached() || (whole && search.bounds().exact()) {
                 return;
             }
         }
@@ -126,6 +134,7 @@ impl Partition {
     fn minimised(
         &self,
         mut core: Vec<i32>,
+        mut patience: usize,
         asker: &mut Asker<'_>,
         limits: &Limits<'_>,
     ) -> Vec<i32> {
@@ -135,7 +144,7 @@ impl Partition {
         // The lightest are tried first: without them the core costs more.
         core.sort_by_key(|&l| (Reverse(self.objective.weight(l)), l.unsigned_abs(), l));
         let mut at = core.len();
-        while at > 0 && core.len() > 1 && !limits.reached() {
+        while at > 0 && core.len() > 1 && patience > 0 && !limits.reached() {
             at -= 1;
             let mut rest = core.clone();
             rest.remove(at);
@@ -144,6 +153,8 @@ impl Partition {
                 let smaller = asker.oracle.core();
                 core.retain(|literal| smaller.contains(literal));
                 at = at.min(core.len());
+            } else {
+                patience -= 1;
             }
         }
         core
@@ -163,8 +174,8 @@ struct Asker<'a> {
 }
 
 impl<'a> Asker<'a> {
-    fn new(search: &'a Search<'_, '_>) -> Asker<'a> {
-        let (limits, hints) = (search.limits, search.values.as_slice());
+    fn new(search: &'a Search<'_, '_>, limits: &'a Limits<'a>) -> Asker<'a> {
+        let hints = search.values.as_slice();
         let oracle = Oracle::new(limits, Branching::Inputs).with_hints(hints);
         Asker { limits, hints, oracle, told: 0, easy: search.easy }
     }
