@@ -37,7 +37,8 @@ pub fn decode(
     let mut emit = Emit::new(project, dialect);
     emit.actions_first = options.actions_first;
     emit.all_clear = asked.facts.all_clear;
-    emit.others_write = !asked.facts.external.is_empty();
+    emit.action_order = asked.facts.action_order;
+    emit.others_write = asked.others_write;
     let mut tasks = tasks(project, &mut emit);
     let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));
     if let Some(at) = tasks.iter().position(is_asked) {

@@ -29,6 +29,7 @@ mod statement;
 mod step_time;
 mod tally;
 mod timer;
+mod turns;
 mod types;
 mod value;
 mod whole;
