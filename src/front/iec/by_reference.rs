@@ -7,9 +7,14 @@ use super::reach::overlap;
 use super::resolve::{Context, Found};
 use super::types::lineage;
 use crate::base::code::Code;
-use crate::iec::ast::{Argument, Expr, Kind, Part, Path, Statement};
+use crate::iec::ast::{Argument, Expr, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{Body, PouKind, Section, TypeRef, Variable, same, show};
+
+/// Whether a variable of this name is handed over in and out.
+pub(super) fn is_handed(variables: &[Variable], name: &str) -> bool {
+    variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
+}
 
 impl Emit<'_> {
     /// Refuses a call that hands over a variable which what is called also reaches by another name: `owner` is the place of
@@ -31,11 +36,8 @@ impl Emit<'_> {
             let help = "call the instance where it is declared";
             return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
-        let is_both = |name: &str| {
-            variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
-        };
         let handed: Vec<&Path> = parameters(variables, given)
-            .filter(|(name, _)| name.is_some_and(|name| is_both(name)))
+            .filter(|(name, _)| name.is_some_and(|name| is_handed(variables, name)))
             .filter_map(|(_, argument)| match &argument.value {
                 Expr::Variable(path) => Some(path),
                 _ => None,
@@ -83,41 +85,6 @@ impl Emit<'_> {
                 let help = "hand over a variable of its own, and assign it before and after";
                 return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
             }
-        }
-        Ok(())
-    }
-
-    /// Refuses an assignment to an element if working out its value may change which one it is: some controllers look for the
-    /// element before, others after that.
-    pub(super) fn element_stays(
-        &self,
-        at: &Context,
-        target: &Path,
-        value: &Expr,
-        line: u32,
-    ) -> Result<(), Fault> {
-        if !self.calls_own(value) {
-            return Ok(());
-        }
-        let kind = Kind::Return(value.clone());
-        let calls = [Statement { line, kind }];
-        let mut moved = false;
-        for part in &target.rest {
-            let Part::Index(indices) = part else { continue };
-            for index in indices {
-                moved |= self.calls_own(index);
-                super::within::variables(index, &mut |one| {
-                    moved |= self.may_write(at, &calls, one)
-                });
-            }
-        }
-        if moved {
-            let message = format!(
-                "which element {} is may change while its value is worked out",
-                show::path(target)
-            );
-            let help = "assign the value to a variable of its own before";
-            return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
         Ok(())
     }

@@ -21,6 +21,7 @@ mod invariant;
 mod loops;
 mod memory;
 mod open;
+mod operands;
 mod reach;
 mod resolve;
 mod retained;

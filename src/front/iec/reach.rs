@@ -274,9 +274,18 @@ impl Emit<'_> {
             let methods = project.pous.iter().flat_map(|pou| &pou.methods);
             units.chain(methods).filter(|pou| same(&pou.name, last)).collect()
         };
+        let hands = |used: Use<'_>| match used {
+            Use::Handed(name, Some(to)) => {
+                let both = |one: &&Variable| {
+                    one.section == Section::InOut && name.is_none_or(|name| same(name, &one.name))
+                };
+                called(to).iter().any(|pou| pou.variables.iter().any(|one| both(&one)))
+            }
+            used => self.changes(used),
+        };
         of_expr(expr, &mut |path, used| match used {
             Use::Call => open.extend(called(path)),
-            used => acts |= self.changes(used),
+            used => acts |= hands(used),
         });
         let mut seen: Vec<&Pou> = Vec::new();
         while let (Some(pou), false) = (open.pop(), acts) {
@@ -300,7 +309,7 @@ impl Emit<'_> {
                         acts |= more.is_empty() && !is_standard;
                         open.extend(more);
                     }
-                    used => acts |= self.changes(used) && !is_own(path),
+                    used => acts |= hands(used) && !is_own(path),
                 });
             }
         }

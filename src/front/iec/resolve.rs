@@ -361,6 +361,16 @@ impl<'p> Emit<'p> {
         })
     }
 
+    /// What was found, whatever indices are written next.
+    pub(super) fn staying(&mut self, found: Found) -> Found {
+        let Found::Element(mut element) = found else { return found };
+        for (words, _) in &mut element.terms {
+            let now = crate::program::Number::Words(std::mem::take(words));
+            *words = self.copied(now, 2);
+        }
+        Found::Element(element)
+    }
+
     /// Follows parts behind a place.
     fn follow(
         &mut self,
@@ -458,10 +468,14 @@ impl<'p> Emit<'p> {
         });
         step.pop();
         let size = size.map(i64::from);
-        for ((index, (low, _)), step) in
-            indices.iter().zip(dimensions.iter()).zip(step.iter().rev())
+        let all: Vec<&Expr> = indices.iter().collect();
+        let values = self.operands(at, &all, line, &mut |emit, which| {
+            emit.value(at, all[which], line)
+        })?;
+        for ((value, (low, _)), step) in
+            values.into_iter().zip(dimensions.iter()).zip(step.iter().rev())
         {
-            let value = self.number(at, index, super::types::DINT, line)?;
+            let value = self.as_number(value, super::types::DINT, line)?;
             let words = self.words(value, 2);
             terms.push((words, size.map(|size| size * step)));
             (0..2).for_each(|side| base[side] -= low * step * size[side]);
