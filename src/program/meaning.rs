@@ -23,8 +23,8 @@
 //! beyond what is allowed, a place beyond the area) it is `None`: the effects' any value stands, and is not known.
 
 use super::{
-    BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Logic, Number, Region, Source, WordSource,
-    WordTarget, reads,
+    BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Logic, Number, Region, Source,
+    WordSource, WordTarget, reads,
 };
 use std::collections::BTreeMap;
 

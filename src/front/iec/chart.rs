@@ -175,7 +175,8 @@ impl Emit<'_> {
             self.in_turns(&turns::as_drawn(own.len()), &never, &mut |emit, which| {
                 let step = &chart.steps[own[which]];
                 let Some(path) = hook(step) else { return };
-                let [now, was] = [memory.steps[own[which]], memory.were[own[which]]].map(Logic::cell);
+                let [now, was] =
+                    [memory.steps[own[which]], memory.were[own[which]]].map(Logic::cell);
                 let fires = match number {
                     0 => all([was, now.not()]),
                     1 => all([now, was.not()]),

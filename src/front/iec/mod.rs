@@ -9,6 +9,7 @@ mod arithmetic;
 mod block;
 mod by_reference;
 mod chart;
+mod connected;
 mod control;
 mod counted;
 pub mod decode;

@@ -248,8 +248,8 @@ impl Emit<'_> {
         let lasting = |regions: BTreeSet<Region>| {
             let stretch = |region: Region| match region {
                 Region::Range { first, count } => {
-                    let lasts = !Self::is_between(first)
-                        && !own.iter().any(|own| flow::meet(*own, region));
+                    let lasts =
+                        !Self::is_between(first) && !own.iter().any(|own| flow::meet(*own, region));
                     lasts.then_some((first, count))
                 }
                 Region::Area(_) | Region::Everything => None,
