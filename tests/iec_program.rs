@@ -571,7 +571,10 @@ fn what_is_evaluated_first_is_not_changed_by_a_later_call() {
     // Stores: n, the argument, v, f, back, m.
     assert_eq!(with("n := 5; m := n + f(v := n);"), Ok(6));
     assert_eq!(with("n := 5; m := n + f(v := n); IF m = 6 THEN y := TRUE; END_IF"), Ok(7));
-    assert_eq!(with("n := 5; m := n + f(v := n); IF m <> 6 THEN y := TRUE; END_IF"), Ok(6));
+    // Or from right to left.
+    assert_eq!(with("n := 5; m := n + f(v := n); IF m = 10 THEN y := TRUE; END_IF"), Ok(7));
+    let neither = "n := 5; m := n + f(v := n); IF m <> 6 AND m <> 10 THEN y := TRUE; END_IF";
+    assert_eq!(with(neither), Ok(6));
     assert_eq!(with("n := 5; k(a := n, b := f(v := n));"), Ok(8));
 }
 
