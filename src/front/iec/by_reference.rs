@@ -2,7 +2,7 @@
 //! They are followed as copies that are given back, so a call in which one variable has two names is refused.
 
 use super::emit::Emit;
-use super::function::parameters;
+use super::function::{is_handed, parameters};
 use super::reach::overlap;
 use super::resolve::{Context, Found};
 use super::types::lineage;
@@ -10,11 +10,6 @@ use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{Body, PouKind, Section, TypeRef, Variable, same, show};
-
-/// Whether a variable of this name is handed over in and out.
-pub(super) fn is_handed(variables: &[Variable], name: &str) -> bool {
-    variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
-}
 
 impl Emit<'_> {
     /// Refuses a call that hands over a variable which what is called also reaches by another name: `owner` is the place of

@@ -46,6 +46,14 @@ pub(super) struct Instance {
     pub(super) place: Place,
 }
 
+/// What is carried out in one of several rounds.
+pub(super) struct Turn {
+    /// For each round, the instruction that says whether it is carried out in it.
+    pub(super) says: Vec<usize>,
+    /// For each round, the instructions that carry it out.
+    pub(super) copies: Vec<std::ops::Range<usize>>,
+}
+
 /// Something that makes no difference if the rest of the program is as it mostly is.
 pub(super) enum OpenEnd {
     /// The instruction writes a bit that is false if a timer's preset, these two words, never changes.
@@ -53,7 +61,7 @@ pub(super) enum OpenEnd {
     /// The instruction writes a bit that is false if nothing but these instructions writes a variable.
     Variable { at: usize, cell: Cell, own: Vec<usize> },
     /// In which of several orders these have their turns, if none of them writes what another one reads or writes.
-    Turns(Vec<super::turns::Turn>),
+    Turns(Vec<Turn>),
     /// These instructions tell how long a step is active, which need not be told if nobody asks for it.
     StepTime { cell: Cell, own: Vec<usize> },
 }

@@ -1,6 +1,5 @@
 //! Functions: the standard's, and the project's own.
 
-use super::by_reference::is_handed;
 use super::emit::{Emit, Place, What};
 use super::expr::{common, read, row};
 use super::open::{beyond, complement, opened};
@@ -624,6 +623,11 @@ impl Emit<'_> {
 /// Whether it is a duration. What number it is as another type hangs on the unit: milliseconds or seconds.
 fn is_time(ty: &Ty) -> bool {
     matches!(ty, Ty::Number(Kind::Time))
+}
+
+/// Whether a variable of this name is handed over in and out.
+pub(super) fn is_handed(variables: &[Variable], name: &str) -> bool {
+    variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
 }
 
 /// Arguments with the names of the parameters that they are for: those without a name stand for the inputs in their order.

@@ -2,9 +2,8 @@
 //! where what one of them calls changes what another one is worked out from, they are taken from left to right or from right
 //! to left.
 
-use super::by_reference::is_handed;
 use super::emit::{Emit, Place};
-use super::function::parameters;
+use super::function::{is_handed, parameters};
 use super::resolve::{Context, Found, unknown};
 use super::value::Value;
 use super::whole::Whole;
@@ -23,6 +22,9 @@ const TARGET_FIRST: &str = "an element is looked for before the value that it is
 
 /// With more calls in one expression than this it would be put together too often.
 const MOST_CALLS: usize = 6;
+
+/// What works out some values, from right to left where that is asked for.
+type Work<'w, E> = dyn FnMut(&mut E, bool) -> Result<Vec<Value>, Fault> + 'w;
 
 impl Emit<'_> {
     /// What is worked out of some expressions in their order, or, where this makes a difference, in the other one, too.
@@ -69,7 +71,7 @@ impl Emit<'_> {
         at: &Context,
         exprs: &[&Expr],
         line: u32,
-        work: &mut dyn FnMut(&mut Self, bool) -> Result<Vec<Value>, Fault>,
+        work: &mut Work<'_, Self>,
     ) -> Result<Vec<Value>, Fault> {
         let pairs = (1..exprs.len()).flat_map(|one| (0..one).map(move |other| (one, other)));
         if !{ pairs }.any(|(one, other)| self.order_matters(at, exprs[one], exprs[other])) {

@@ -2,7 +2,7 @@
 //! which one writes what another one reads or writes are put together once for each order, of which one is taken in a run;
 //! all others are put together once.
 
-use super::emit::{Emit, OpenEnd};
+use super::emit::{Emit, OpenEnd, Turn};
 use super::memory::all;
 use crate::base::facts::ActionOrder;
 use crate::iec::PouKind;
@@ -21,14 +21,6 @@ pub(super) struct Round {
     ended: Option<bool>,
     /// On which controllers.
     of: Option<ActionOrder>,
-}
-
-/// One that has a turn, in whichever round.
-pub(super) struct Turn {
-    /// For each round, the instruction that says whether it is carried out in it.
-    says: Vec<usize>,
-    /// For each round, the instructions that carry it out.
-    copies: Vec<Range<usize>>,
 }
 
 /// What instructions read and write.
