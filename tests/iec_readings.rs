@@ -320,7 +320,7 @@ fn operands_are_worked_out_from_left_to_right_or_from_right_to_left() {
 
 #[test]
 fn so_many_calls_whose_order_matters_are_refused() {
-    let chain = vec!["F(v := n)"; 7].join(" + ");
+    let chain = ["F(v := n)"; 7].join(" + ");
     let text = format!("{CHANGING} PROGRAM main VAR n, m : INT; END_VAR m := {chain}; END_PROGRAM");
     let told = audited("main.st", &text, "").map(|_| ());
     assert!(matches!(told, Err(Failure::Input(_))), "{told:?}");
