@@ -99,6 +99,7 @@ fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
         }
         let again = dice.chance(3);
         let mut run = case.run(again);
+        run.order = dice.one(&[None, Some([0, 1, 2]), Some([1, 2, 0]), Some([2, 1, 0])]);
         let mut cost = 0;
         for _ in 0..1 + dice.below(6) {
             next(&mut machine, &mut dice);
@@ -110,7 +111,8 @@ fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
                 let found = bound(&found);
                 assert!(
                     found >= PROBE + cost,
-                    "seed {seed}, {trust:?}, again {again}: {found} < {PROBE} + {cost}\n{text}"
+                    "seed {seed}, {trust:?}, again {again}, order {:?}: {found} < {PROBE} + {cost}\n{text}",
+                    run.order
                 );
                 followed += 1;
             }

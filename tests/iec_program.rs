@@ -470,21 +470,37 @@ fn which_element_is_assigned_does_not_hang_on_its_value() {
              PROGRAM main VAR b : ARRAY[0..3] OF INT; i, j : INT; END_VAR {body} END_PROGRAM"
         ))
     };
-    assert_eq!(with("i := 0; b[i] := F(v := i);"), Err(vec![Code::NotModelled]));
+    assert!(with("i := 0; b[i] := F(v := i);").is_ok());
     assert!(with("i := 0; b[i] := F(v := j);").is_ok());
 }
 
 #[test]
-fn what_a_configuration_connects_is_refused() {
+fn what_a_configuration_connects_is_copied_before_and_behind() {
     let with = |connected: &str| {
         bound(&format!(
-            "PROGRAM main VAR_INPUT n : INT; END_VAR VAR x : BOOL; END_VAR x := n > 0; END_PROGRAM
-             CONFIGURATION c VAR_GLOBAL g : INT; END_VAR RESOURCE r ON PLC TASK t(INTERVAL := T#10ms, PRIORITY := 1);
-             PROGRAM q WITH t : main {connected}; END_RESOURCE END_CONFIGURATION"
+            "PROGRAM main VAR_INPUT n : INT; END_VAR VAR_OUTPUT o : INT; END_VAR VAR x, k : INT; END_VAR
+             IF n > 5 THEN FOR k := 1 TO n DO x := k; END_FOR; END_IF; o := 7; END_PROGRAM
+             PROGRAM last VAR_EXTERNAL h : INT; END_VAR VAR x, k : INT; END_VAR
+             IF h = 7 THEN FOR k := 1 TO 500 DO x := k; END_FOR; END_IF; END_PROGRAM
+             PROGRAM first VAR_EXTERNAL g, h : INT; END_VAR g := 20; h := 0; END_PROGRAM
+             CONFIGURATION c VAR_GLOBAL g, h, n : INT; END_VAR RESOURCE r ON PLC TASK t(INTERVAL := T#10ms, PRIORITY := 1);
+             PROGRAM a WITH t : first; PROGRAM q WITH t : main {connected}; PROGRAM z WITH t : last;
+             END_RESOURCE END_CONFIGURATION"
         ))
     };
-    assert_eq!(with("(n := g)"), Err(vec![Code::NotModelled]));
-    assert_eq!((with("()"), with("")), (Ok(1), Ok(1)));
+    let of = |connected: &str| with(connected).unwrap_or_else(|codes| panic!("{codes:?}"));
+    // A constant that leaves the loop out, and what an output leaves as it is.
+    let none = of("(n := 5)");
+    assert_eq!(of("(n := -4)"), none);
+    let twenty = of("(n := g)");
+    assert!(twenty > none + 15, "{twenty}, {none}");
+    assert_eq!(of("(n := 20)"), twenty);
+    assert!(of("(n := g, o => h)") > twenty + 400, "behind the program");
+    assert_eq!(of("(n := g, o => g)"), twenty + 1, "a store");
+    for wrong in ["(m := g)", "(o := g)", "(n => g)", "(n := nothing)"] {
+        assert!(with(wrong).is_err_and(|codes| !codes.is_empty()), "{wrong}");
+    }
+    assert_eq!(with("(n := g + 1)"), Err(vec![Code::NotModelled]));
 }
 
 #[test]
@@ -575,7 +591,10 @@ fn what_is_evaluated_first_is_not_changed_by_a_later_call() {
     // Stores: n, the argument, v, f, back, m.
     assert_eq!(with("n := 5; m := n + f(v := n);"), Ok(6));
     assert_eq!(with("n := 5; m := n + f(v := n); IF m = 6 THEN y := TRUE; END_IF"), Ok(7));
-    assert_eq!(with("n := 5; m := n + f(v := n); IF m <> 6 THEN y := TRUE; END_IF"), Ok(6));
+    // Or from right to left.
+    assert_eq!(with("n := 5; m := n + f(v := n); IF m = 10 THEN y := TRUE; END_IF"), Ok(7));
+    let neither = "n := 5; m := n + f(v := n); IF m <> 6 AND m <> 10 THEN y := TRUE; END_IF";
+    assert_eq!(with(neither), Ok(6));
     assert_eq!(with("n := 5; k(a := n, b := f(v := n));"), Ok(8));
 }
 

@@ -578,6 +578,11 @@ fn run(case: &Case, dice: &mut Dice) -> (BTreeMap<String, i64>, u64) {
     }
     machine.wide = dice.chance(2);
     machine.last = dice.chance(2);
+    machine.right_first = dice.chance(2);
+    machine.target_first = dice.chance(2);
+    // Whether a falling edge is seen in the first call, controllers differ.
+    let falls = i64::from(dice.chance(2));
+    machine.state.insert("ft.m".to_owned(), falls);
     let scans = 1 + dice.below(5);
     let fails = if case.kept.is_empty() { 0 } else { dice.below(3) };
     for at in 0..scans + fails {
@@ -603,6 +608,7 @@ fn run(case: &Case, dice: &mut Dice) -> (BTreeMap<String, i64>, u64) {
             };
             machine.state.retain(|key, _| kept(key));
             power_up(&mut machine);
+            machine.state.entry("ft.m".to_owned()).or_insert(falls);
         }
     }
     (machine.state.clone(), machine.stores)

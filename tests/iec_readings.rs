@@ -9,6 +9,10 @@ use scanbound::timing::table::{CLASSES, Table};
 
 /// What a scan takes, where a store takes a microsecond and nothing else anything.
 fn audited(name: &str, text: &str, facts: &str) -> Result<Audit, Failure> {
+    trusted(name, text, facts, Trust::None)
+}
+
+fn trusted(name: &str, text: &str, facts: &str, trust: Trust) -> Result<Audit, Failure> {
     let mut rows = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES {
         rows += &format!("@{class},0,0\n");
@@ -18,9 +22,14 @@ fn audited(name: &str, text: &str, facts: &str) -> Result<Audit, Failure> {
         Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
     let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
     let facts = Facts::parse("facts.toml", facts).unwrap_or_else(|faults| panic!("{faults:?}"));
-    let request =
-        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+    let request = Request { table: Some(&table), trust, ..Request::new(&inputs, &facts) };
     audit(&request)
+}
+
+/// The most that the longest scan takes if nobody else writes what the program writes.
+fn alone(text: &str) -> u64 {
+    let found = trusted("main.st", text, "", Trust::All).unwrap_or_else(|why| panic!("{why:?}"));
+    found.bound.upper.0 / Picos(1_000_000).0
 }
 
 /// The most and the least microseconds that the longest scan takes.
@@ -157,7 +166,9 @@ fn actions_may_have_no_final_scan() {
          ACTION h: y := S0.X; END_ACTION
          ACTION k: IF y THEN x := TRUE; x := TRUE; x := TRUE; END_IF; END_ACTION";
     // The last run would clear y, and takes a store.
-    assert_eq!(of_chart(text), (3, 3));
+    let named = "[sfc]\naction_order = 'named'\n";
+    assert_eq!(bounds(&chart(text), named), (3, 3));
+    assert_eq!(of_chart(text).0, 4, "if k comes first");
     assert_eq!(of_chart(&text.replace("IF y THEN", "IF y AND S0.X THEN")), (1, 1));
 }
 
@@ -182,10 +193,168 @@ fn a_boolean_variable_may_stay_as_others_write_it() {
     };
     // A store for the variable of the action, and for the other one.
     assert_eq!(bounds(&text("v := TRUE;"), ""), (4, 4));
-    assert_eq!(bounds(&text(""), ""), (1, 1), "nobody else writes it");
+    assert_eq!(alone(&text("")), 1, "nobody else writes it");
+    assert_eq!(bounds(&text(""), ""), (3, 3), "an HMI may");
     let begins_on =
         text("").replace("VAR_GLOBAL v, a : BOOL;", "VAR_GLOBAL v : BOOL := TRUE; a : BOOL;");
     assert_eq!(bounds(&begins_on, ""), (3, 3));
+}
+
+#[test]
+fn actions_of_one_scan_come_in_any_order_where_it_matters() {
+    // Only in this order: clear, then write, then ask.
+    let text = |named: &str, declared: [&str; 3]| {
+        let body = |name: &str| match name.chars().last() {
+            Some('1') => "n := 0;",
+            Some('2') => "n := 5;",
+            _ => "IF n = 5 THEN x := TRUE; x := TRUE; x := TRUE; END_IF;",
+        };
+        let actions = declared.map(|name| format!("ACTION {name}: {} END_ACTION ", body(name)));
+        chart(&format!(
+            "INITIAL_STEP S0: {named} END_STEP STEP S1: END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S1 TO S0 := b; END_TRANSITION {}",
+            actions.concat()
+        ))
+        .replace("VAR x", "VAR n : INT; x")
+    };
+    let order = |of: &str| format!("[sfc]\naction_order = '{of}'\n");
+    let long = text("a1(N); c3(N); b2(N);", ["a1", "c3", "b2"]);
+    assert_eq!(bounds(&long, ""), (5, 5));
+    assert_eq!(bounds(&long, &order("named")), (2, 2));
+    assert_eq!(bounds(&long, &order("alphabetical")), (5, 5));
+    assert_eq!(bounds(&long, &order("declared")), (2, 2));
+    let declared = text("a1(N); b3(N); c2(N);", ["a1", "c2", "b3"]);
+    assert_eq!(bounds(&declared, ""), (5, 5));
+    assert_eq!(bounds(&declared, &order("named")), (2, 2));
+    assert_eq!(bounds(&declared, &order("alphabetical")), (2, 2));
+    assert_eq!(bounds(&declared, &order("declared")), (5, 5));
+    // An order that none of these has: it is covered, and no run is shown.
+    let other = text("a1(N); b3(N); c2(N);", ["a1", "b3", "c2"]);
+    assert_eq!(bounds(&other, ""), (5, 2));
+    assert!(Facts::parse("facts.toml", "[sfc]\naction_order = 'last'\n").is_err());
+}
+
+#[test]
+fn actions_that_have_ended_may_come_before_the_others() {
+    // In the scan in which S2 begins, a and c have ended, and b has just begun.
+    let text = chart(&ring(
+        ["a(N); b(N);", "a(N); c(N);", "b(N);"],
+        "ACTION a: n := 0; END_ACTION ACTION c: n := 5; END_ACTION
+         ACTION b: IF S2.X AND n = 5 THEN x := TRUE; x := TRUE; x := TRUE; END_IF; END_ACTION",
+    ))
+    .replace("VAR x", "VAR n : INT; x");
+    let order = |of: &str| format!("[sfc]\naction_order = '{of}'\n");
+    assert_eq!(bounds(&text, &order("alphabetical")).0, 5);
+    let named = bounds(&text, &order("named"));
+    assert!(named.0 < 5, "{named:?}");
+    assert_eq!(bounds(&text, ""), (5, 5));
+}
+
+#[test]
+fn a_boolean_variable_may_be_written_before_actions() {
+    let text = chart(&ring(
+        ["", "h(P1); v(N);", ""],
+        "ACTION h: IF v THEN x := TRUE; x := TRUE; END_IF; END_ACTION",
+    ))
+    .replace("VAR x", "VAR v : BOOL; x");
+    // One store for the variable.
+    assert_eq!(alone(&text), 3);
+    let facts = "[sfc]\naction_order = 'named'\n";
+    let found =
+        trusted("main.st", &text, facts, Trust::All).unwrap_or_else(|why| panic!("{why:?}"));
+    assert_eq!(found.bound.upper.0 / 1_000_000, 1);
+}
+
+/// Functions that change what they are handed, and what is global.
+const CHANGING: &str = "VAR_GLOBAL g : INT; END_VAR
+    FUNCTION F : INT VAR_IN_OUT v : INT; END_VAR v := v + 1; F := 0; END_FUNCTION
+    FUNCTION T : BOOL VAR_IN_OUT v : INT; END_VAR v := v + 1; T := TRUE; END_FUNCTION
+    FUNCTION D : INT VAR_IN_OUT v : INT; END_VAR v := v * 2; D := 0; END_FUNCTION
+    FUNCTION G : INT VAR_INPUT a, b : INT; END_VAR G := a; END_FUNCTION
+    FUNCTION H : INT VAR_EXTERNAL g : INT; END_VAR g := g + 1; H := 0; END_FUNCTION ";
+
+#[test]
+fn operands_are_worked_out_from_left_to_right_or_from_right_to_left() {
+    let may = |body: &str, then: &str| {
+        let text = |then: &str| {
+            format!(
+                "{CHANGING} PROGRAM main VAR x : BOOL; n, m : INT; b : ARRAY[0..9] OF INT; END_VAR
+                 n := 3; g := 3; {body} IF {then} THEN x := TRUE; END_IF END_PROGRAM"
+            )
+        };
+        let (without, with) = (bounds(&text("FALSE"), ""), bounds(&text(then), ""));
+        (with.0 > without.0, with.1 > without.1)
+    };
+    let (yes, no) = ((true, true), (false, false));
+    for (body, either, never) in [
+        ("m := n + F(v := n);", ["m = 3", "m = 4"], "m = 5"),
+        ("m := F(v := n) + n;", ["m = 3", "m = 4"], "m = 5"),
+        ("m := g - H();", ["m = 3", "m = 4"], "m = 5"),
+        ("m := MAX(n, F(v := n));", ["m = 3", "m = 4"], "m = 5"),
+        ("m := G(n, F(v := n));", ["m = 3", "m = 4"], "m = 5"),
+        ("IF n = 3 AND T(v := n) THEN m := 1; ELSE m := 2; END_IF;", ["m = 1", "m = 2"], "n < 3"),
+        ("x := n = F(v := n) + 4; m := SEL(x, 0, 1);", ["m = 0", "m = 1"], "n <> 4"),
+        ("m := F(v := n) + D(v := n);", ["n = 7", "n = 8"], "n = 6"),
+        ("b[3] := 0; b[4] := 0; b[n] := F(v := n) + 9;", ["b[3] = 9", "b[4] = 9"], "n <> 4"),
+        ("b[3] := 1; b[4] := 2; m := b[n] + F(v := n);", ["m = 1", "m = 2"], "m = 3"),
+        ("b[0] := 7; m := n + b[F(v := n)];", ["m = 10", "m = 11"], "m = 12"),
+        ("m := 2 * n + G(1, n) + m * F(v := n) - m * 0 - 1;", ["m = 8", "m = 8"], "n = 3"),
+    ] {
+        // The last one is a chain of which both ends agree but for what F changes.
+        let own = if body.starts_with("m := 2") { &either[..0] } else { &either[..] };
+        for then in own {
+            assert_eq!(may(body, then), yes, "{body} {then}");
+        }
+        assert_eq!(may(body, never), no, "{body} {never}");
+    }
+    // What changes nothing else is worked out once.
+    let pure = |body: &str| {
+        let text =
+            format!("{CHANGING} PROGRAM main VAR x : BOOL; n, m : INT; END_VAR {body} END_PROGRAM");
+        audited("main.st", &text, "").unwrap_or_else(|why| panic!("{why:?}")).instructions
+    };
+    assert_eq!(pure("m := n + G(n, 1);"), pure("m := G(n, 1) + n;"));
+    assert!(pure("m := n + G(n, 1);") < pure("m := n + F(v := n);"));
+}
+
+#[test]
+fn so_many_calls_whose_order_matters_are_refused() {
+    let chain = ["F(v := n)"; 7].join(" + ");
+    let text = format!("{CHANGING} PROGRAM main VAR n, m : INT; END_VAR m := {chain}; END_PROGRAM");
+    let told = audited("main.st", &text, "").map(|_| ());
+    assert!(matches!(told, Err(Failure::Input(_))), "{told:?}");
+}
+
+#[test]
+fn a_falling_edge_may_be_seen_in_the_first_call() {
+    let of = |kind: &str| {
+        alone(&format!(
+            "PROGRAM main VAR x, done : BOOL; f : {kind}; a AT %IX0.0 : BOOL; END_VAR
+             f(CLK := a); IF f.Q AND NOT done THEN x := TRUE; x := TRUE; END_IF; done := TRUE;
+             END_PROGRAM"
+        ))
+    };
+    // Two stores in every scan.
+    assert_eq!(of("F_TRIG"), 4);
+    assert_eq!(of("R_TRIG"), 4);
+}
+
+#[test]
+fn a_timer_at_rest_may_keep_its_time_or_lose_it() {
+    let is = |kind: &str, calls: &str, then: &str| {
+        let body = format!("{calls} IF {then} THEN x := TRUE; END_IF");
+        let (upper, _) = of(&format!("t : {kind};"), &body);
+        upper - u64::try_from(calls.matches(":=").count()).expect("few")
+    };
+    let (on, off) = ("t(IN := TRUE, PT := T#1s);", "t(IN := FALSE, PT := T#1s);");
+    let over = format!("{on}{off}{off}");
+    assert_eq!(is("TOF", &over, "NOT t.Q AND t.ET = T#1s"), 1);
+    assert_eq!(is("TOF", &over, "NOT t.Q AND t.ET = T#0s"), 1);
+    assert_eq!(is("TOF", &over, "NOT t.Q AND t.ET = T#2s"), 0);
+    let pulse = format!("{off}{on}{off}");
+    assert_eq!(is("TP", &pulse, "NOT t.Q AND t.ET = T#0s"), 1);
+    assert_eq!(is("TP", &pulse, "NOT t.Q AND t.ET = T#1s"), 1);
 }
 
 #[test]
@@ -319,9 +488,11 @@ fn return_ends_an_action_or_the_whole_chart() {
          i(); IF i.S0.X AND i.y THEN x := TRUE; x := TRUE; x := TRUE; END_IF;
          END_PROGRAM"
     );
-    assert_eq!(bounds(&behind, ""), (4, 4));
+    let named = "[sfc]\naction_order = 'named'\n";
+    assert_eq!(bounds(&behind, named), (4, 4));
+    assert_eq!(bounds(&behind, "").0, 5, "if k comes first");
     let without = behind.replace("RETURN;", "");
-    assert_eq!(bounds(&without, ""), (2, 2));
+    assert_eq!(bounds(&without, named), (2, 2));
 }
 
 /// A project in XML: units, and the elements of the program's drawing.

@@ -6,7 +6,7 @@ mod charts;
 
 use charts::{Dice, chart, is_done_alike};
 use scanbound::audit::{Concluded, Request, audit, coactivity, conclude, follow};
-use scanbound::base::facts::Facts;
+use scanbound::base::facts::{ActionOrder, Facts};
 use scanbound::base::time::Picos;
 use scanbound::front::Input;
 use scanbound::iec::ast::Expr;
@@ -60,10 +60,14 @@ fn program(chart: &Chart, inputs: usize) -> String {
 }
 
 fn bound(source: &str) -> Picos {
+    stated(source, &Facts::default())
+}
+
+fn stated(source: &str, facts: &Facts) -> Picos {
     let inputs = [Input { name: "main.st".to_owned(), bytes: source.as_bytes().to_vec() }];
-    let (facts, table) = (Facts::default(), table());
+    let table = table();
     let request =
-        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, facts) };
     audit(&request).unwrap_or_else(|failure| panic!("{failure:?}\n{source}")).bound.upper
 }
 
@@ -81,9 +85,25 @@ fn cost(run: &Run<'_>, outputs: &[Output]) -> u64 {
 
 /// The most that a scan takes, over all states that can be reached, all inputs and times; `None` if there are too many.
 fn most(chart: &Chart, pou: &Pou) -> Option<u64> {
-    let mut first = Run::new(chart, pou, Options::default());
-    let outputs = first.scan(0).expect("a scan");
-    let mut largest = cost(&first, &outputs);
+    most_of(chart, pou, Options::default(), &[0], &cost)
+}
+
+/// The same, whichever of these a variable `w` holds when a scan starts, by what a scan takes.
+fn most_of(
+    chart: &Chart,
+    pou: &Pou,
+    options: Options,
+    starts: &[i64],
+    cost: &dyn Fn(&Run<'_>, &[Output]) -> u64,
+) -> Option<u64> {
+    let mut largest = 0;
+    let mut first = Run::new(chart, pou, options);
+    for &start in starts {
+        first = Run::new(chart, pou, options);
+        first.memory.set("w", Value::Int(start));
+        let outputs = first.scan(0).expect("a scan");
+        largest = largest.max(cost(&first, &outputs));
+    }
     let mut known = BTreeSet::from([first.state()]);
     let mut open = vec![first];
     while let Some(run) = open.pop() {
@@ -91,8 +111,12 @@ fn most(chart: &Chart, pou: &Pou) -> Option<u64> {
             .filter(|&at| chart.transitions[at].from.iter().all(|&step| run.active()[step]))
             .collect();
         for mask in 0..1_u32 << enabled.len() {
-            for elapsed in [5 * MS, HORIZON] {
+            for (elapsed, &start) in
+                [5 * MS, HORIZON].into_iter().flat_map(|time| starts.iter().map(move |w| (time, w)))
+            {
                 let mut next = run.clone();
+                next.memory.set("w", Value::Int(start));
+                next.memory.set("cost", Value::Int(0));
                 for (bit, &at) in enabled.iter().enumerate() {
                     next.memory.set(&format!("i{at}"), Value::Bool(mask >> bit & 1 == 1));
                 }
@@ -151,6 +175,82 @@ fn small_charts_have_the_bound_that_the_interpreter_finds() {
         }
     }
     assert!(equal > 40 * cases() && above.is_empty(), "{equal} equal, above: {above:#?}");
+}
+
+/// A program whose actions ask which of them came before, and take the longer for one of these. `store`: what takes so much.
+fn asking(chart: &Chart, dice: &mut Dice, store: &dyn Fn(u64) -> String) -> String {
+    let mut source = "PROGRAM main\nVAR\n  v : BOOL; w, cost : INT;\n".to_owned();
+    for input in 0..chart.transitions.len() {
+        source += &format!("  i{input} AT %IX0.{input} : BOOL;\n");
+    }
+    source += "END_VAR\n";
+    source += &text::chart(chart, &[]);
+    let mut actions = chart.actions();
+    // They are declared in an order of their own.
+    for at in (1..actions.len()).rev() {
+        actions.swap(at, usize::try_from(dice.below(at as u64 + 1)).expect("small"));
+    }
+    for action in &actions {
+        let asked = dice.below(actions.len() as u64);
+        let own = weight(action).trailing_zeros();
+        let body = store(weight(action));
+        source += &format!(
+            "  ACTION {action}: IF w = {asked} THEN {body} END_IF; w := {own}; END_ACTION\n"
+        );
+    }
+    source + "END_PROGRAM\n"
+}
+
+#[test]
+fn charts_have_the_bound_of_the_order_that_is_stated_and_of_any_where_none_is() {
+    let (mut all, mut differ, mut exact, mut orders) = (0, 0, 0, 0);
+    for seed in 0..30 * cases() {
+        let mut dice = Dice::new(seed + 9_000_000);
+        let depth = dice.below(3);
+        let actions = 2 + dice.below(2);
+        let chart = with_own_inputs(chart(&mut dice, depth, actions, &[Qualifier::N]));
+        if chart.transitions.len() > 10 || !is_done_alike(&chart) {
+            continue;
+        }
+        let stores = |count: u64| "v := TRUE; ".repeat(usize::try_from(count).expect("small"));
+        let source = asking(&chart, &mut Dice::new(seed), &stores);
+        let counts = |count: u64| format!("cost := cost + {count};");
+        let counting = asking(&chart, &mut Dice::new(seed), &counts);
+        let pou = read(&counting);
+        let Body::Chart(own) = &pou.body else { panic!("a chart") };
+        let cost = |run: &Run<'_>, outputs: &[Output]| {
+            let ran = outputs.iter().filter(|output| output.runs).count() as u64;
+            match run.memory.get("cost") {
+                Some(Value::Int(cost)) => ran + u64::try_from(cost).expect("a cost"),
+                _ => ran,
+            }
+        };
+        let starts: Vec<i64> = (0..=i64::try_from(actions).expect("small")).collect();
+        let mut most = BTreeSet::new();
+        for order in ActionOrder::ALL {
+            // The final scan may be left out, which may take longer here.
+            let found = [true, false].map(|final_scan| {
+                let options = Options { order, final_scan, ..Options::default() };
+                most_of(own, &pou, options, &starts, &cost)
+            });
+            let Some(found) = found.into_iter().collect::<Option<Vec<u64>>>() else { continue };
+            let found = found.into_iter().max().expect("two");
+            let facts = format!("[sfc]\naction_order = '{}'\n", order.name());
+            let facts = Facts::parse("facts.toml", &facts).expect("facts");
+            let upper = stated(&source, &facts);
+            assert!(upper >= Picos(found * 1_000_000), "seed {seed}, {order:?}\n{source}");
+            // Where several blocks name one action, the last may have its way, which the interpreter does not know.
+            exact += u64::from(upper == Picos(found * 1_000_000));
+            orders += 1;
+            most.insert(found);
+        }
+        let Some(&longest) = most.last() else { continue };
+        assert!(bound(&source) >= Picos(longest * 1_000_000), "seed {seed}\n{source}");
+        all += 1;
+        differ += u64::from(most.len() > 1);
+    }
+    assert!(all > 5 * cases() && differ > 0, "{all} charts, of {differ} the order matters");
+    assert!(exact * 2 > orders, "{exact} of {orders} bounds are the longest scan");
 }
 
 #[test]

@@ -238,6 +238,7 @@ impl Doctor<'_, '_> {
                 incomplete,
                 task: self.request.task,
                 alone: self.request.alone,
+                others_write: self.request.others_write(),
             })
         };
         let knows = |name: &str| table.is_some_and(|table| table.knows(name));

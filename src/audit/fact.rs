@@ -1,7 +1,7 @@
 //! What the user stated and the bound rests on, and the words for it.
 
 use super::request::Request;
-use crate::base::facts::{StatedCall, StatedFactor, plain};
+use crate::base::facts::{ActionOrder, StatedCall, StatedFactor, plain};
 use crate::base::time::Picos;
 use crate::program::{Cell, Program};
 use crate::timing::table::{Override, StatedClock};
@@ -86,6 +86,8 @@ pub enum Fact {
     Download,
     /// Transitions that compete without priorities all clear if they are true.
     AllClear,
+    /// The order of a chart's actions.
+    ActionOrder(ActionOrder),
     /// How often a routine interrupts a scan.
     Interrupts {
         /// The routine.
@@ -171,6 +173,7 @@ impl Fact {
             .chain(facts.exclusive.iter().cloned().map(Fact::Exclusive))
             .chain(facts.download.then_some(Fact::Download))
             .chain(facts.all_clear.then_some(Fact::AllClear))
+            .chain(facts.action_order.map(Fact::ActionOrder))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
             .chain(facts.latched.map(Fact::Latched))
@@ -224,6 +227,15 @@ impl fmt::Display for Fact {
             Fact::Download => f.write_str("memory may hold anything when a scan starts"),
             Fact::AllClear => f.write_str(
                 "of transitions that compete for a step without priorities, all clear that are true",
+            ),
+            Fact::ActionOrder(ActionOrder::Named) => {
+                f.write_str("actions are carried out as the chart first names them")
+            }
+            Fact::ActionOrder(ActionOrder::Declared) => f.write_str(
+                "Boolean variables of actions are written first, then actions are carried out as they are declared",
+            ),
+            Fact::ActionOrder(ActionOrder::Alphabetical) => f.write_str(
+                "actions are carried out by their names, those that have ended before the others",
             ),
             Fact::Interrupts { name, times } => {
                 write!(f, "{name} interrupts a scan at most {times} times")

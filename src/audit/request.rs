@@ -78,6 +78,12 @@ impl<'a> Request<'a> {
         if self.facts.download { Trust::None } else { self.trust }
     }
 
+    /// Whether others than the program may write what it declares between scans.
+    #[must_use]
+    pub fn others_write(&self) -> bool {
+        self.trusted() != Trust::All || !self.facts.external.is_empty()
+    }
+
     /// All of a project's longest scan, by what its source names, with no limit.
     #[must_use]
     pub fn new(inputs: &'a [Input], facts: &'a Facts) -> Request<'a> {

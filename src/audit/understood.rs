@@ -112,6 +112,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         incomplete: request.incomplete,
         task: request.task,
         alone: request.alone,
+        others_write: request.others_write(),
     })?;
     knows_task(&program, request)?;
     let table = fitted(table, &program, request);

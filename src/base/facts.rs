@@ -64,8 +64,37 @@ pub struct Facts {
     /// Whether of transitions of a chart that compete for a step, and of which one has no priority, all clear whose conditions
     /// are true.
     pub all_clear: bool,
+    /// In which order a chart's actions are carried out in one scan, where that is known.
+    pub action_order: Option<ActionOrder>,
     /// Where they stand.
     pub places: Places,
+}
+
+/// In which order the actions of a chart that run in one scan are carried out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ActionOrder {
+    /// As the chart first names them.
+    Named,
+    /// Boolean variables first, then actions as they are declared.
+    Declared,
+    /// By their names; those that have ended, which are carried out once more, before the others.
+    Alphabetical,
+}
+
+impl ActionOrder {
+    /// All.
+    pub const ALL: [ActionOrder; 3] =
+        [ActionOrder::Named, ActionOrder::Declared, ActionOrder::Alphabetical];
+
+    /// As facts files write it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            ActionOrder::Named => "named",
+            ActionOrder::Declared => "declared",
+            ActionOrder::Alphabetical => "alphabetical",
+        }
+    }
 }
 
 /// A factor on the whole scan that the user states.
@@ -81,6 +110,7 @@ pub struct StatedFactor {
 const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 const SELECTION: &str = "write selection = \"all\" where all transitions clear that compete for a step without priorities and are true, else selection = \"first\"";
+const ACTION_ORDER: &str = "write action_order = \"named\" (as the chart first names actions), \"declared\" (Boolean variables, then actions as they are declared: matiec) or \"alphabetical\" (those that have ended first, each by their names: CODESYS, TwinCAT)";
 /// The tables of a facts file.
 pub const TABLES: [&str; 13] = [
     "ranges",
@@ -235,16 +265,35 @@ impl Reader<'_> {
                 }
                 (other, _) => self.unknown(key, "start", &meant(other, &["download"], DOWNLOAD)),
             },
-            "sfc" => match (key.get_ref().as_ref(), value.get_ref().as_str()) {
-                ("selection", Some("all")) => self.facts.all_clear = true,
-                ("selection", Some("first")) => self.facts.all_clear = false,
-                ("selection", _) => {
+            "sfc" => self.chart(key, value),
+            _ => self.scan(key, value),
+        }
+    }
+
+    fn chart(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let text = value.get_ref().as_str();
+        match key.get_ref().as_ref() {
+            "selection" => match text {
+                Some("all") => self.facts.all_clear = true,
+                Some("first") => self.facts.all_clear = false,
+                _ => {
                     let message = "selection is \"first\" or \"all\"".to_owned();
                     self.fault(Some(value.span()), message, SELECTION);
                 }
-                (other, _) => self.unknown(key, "sfc", &meant(other, &["selection"], SELECTION)),
             },
-            _ => self.scan(key, value),
+            "action_order" => {
+                let named = |one: &ActionOrder| text == Some(one.name());
+                self.facts.action_order = ActionOrder::ALL.into_iter().find(named);
+                if self.facts.action_order.is_none() {
+                    let message =
+                        "action_order is \"named\", \"declared\" or \"alphabetical\"".to_owned();
+                    self.fault(Some(value.span()), message, ACTION_ORDER);
+                }
+            }
+            other => {
+                let help = format!("{SELECTION}; {ACTION_ORDER}");
+                self.unknown(key, "sfc", &meant(other, &["selection", "action_order"], &help));
+            }
         }
     }
 
@@ -516,7 +565,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         let writes = Some(vec!["D1-D9".to_owned()]);
         let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
@@ -537,6 +586,7 @@ mod tests {
                     .into(),
                 download: true,
                 all_clear: true,
+                action_order: Some(ActionOrder::Alphabetical),
                 interrupts: [("I0".to_owned(), 2)].into(),
                 inputs: Some(64),
                 outputs: Some(32),

@@ -178,6 +178,8 @@ pub struct Options<'a> {
     pub task: Option<&'a str>,
     /// Whether that scan is asked for as if no other task interrupted it, whatever is stated.
     pub alone: bool,
+    /// Whether others than the program may write its variables between scans.
+    pub others_write: bool,
 }
 
 impl<'a> Options<'a> {
@@ -192,6 +194,7 @@ impl<'a> Options<'a> {
             incomplete: false,
             task: None,
             alone: false,
+            others_write: true,
         }
     }
 }

@@ -235,6 +235,19 @@ pub struct Task {
     pub instances: Vec<(String, String)>,
 }
 
+/// What the inputs and outputs of an instance of a program are connected to (`PROGRAM i WITH t : p (x := a, y => b)`).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Connected {
+    /// The instance's name.
+    pub name: String,
+    /// Its inputs and outputs.
+    pub given: Vec<ast::Argument>,
+    /// The file, an index into the files that were read.
+    pub file: usize,
+    /// The line.
+    pub line: u32,
+}
+
 /// What the files of a project say.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Project {
@@ -250,8 +263,8 @@ pub struct Project {
     pub tasks: Vec<Task>,
     /// The types of programs of which an instance keeps all its variables when the power fails (`PROGRAM RETAIN`).
     pub retained: Vec<String>,
-    /// The instances of programs whose inputs or outputs are connected to variables, and their lines.
-    pub connected: Vec<(String, u32)>,
+    /// The instances of programs whose inputs or outputs are connected to variables.
+    pub connected: Vec<Connected>,
 }
 
 impl Project {
@@ -274,6 +287,7 @@ impl Project {
             pou.file += shift;
             pou.methods.iter_mut().for_each(|method| method.file += shift);
         });
+        other.connected.iter_mut().for_each(|one| one.file += shift);
         self.files.append(&mut other.files);
         self.types.append(&mut other.types);
         self.globals.append(&mut other.globals);

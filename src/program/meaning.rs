@@ -23,8 +23,8 @@
 //! beyond what is allowed, a place beyond the area) it is `None`: the effects' any value stands, and is not known.
 
 use super::{
-    BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Logic, Number, Source, WordSource,
-    WordTarget, reads,
+    BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Logic, Number, Region, Source,
+    WordSource, WordTarget, reads,
 };
 use std::collections::BTreeMap;
 
@@ -385,6 +385,30 @@ impl ChoiceKind {
 }
 
 impl Meaning {
+    /// Shows all cells that it may read, those at addresses included.
+    pub fn each_read(&self, see: &mut dyn FnMut(Region)) {
+        let mut source = |source: Source| source.region().into_iter().for_each(&mut *see);
+        for input in &self.inputs {
+            match input {
+                Operand::Words(words) => words.iter().for_each(|&one| source(Source::Word(one))),
+                Operand::Bits(bits) => bits.iter().for_each(|&one| source(Source::Bit(one))),
+                Operand::Number(number) => reads::number(number, &mut source),
+                Operand::Truth(logic) => reads::logic(logic, &mut source),
+                Operand::Run(..) => {}
+            }
+        }
+        let addresses = self.inputs.iter().filter_map(|input| match input {
+            Operand::Run(address, ..) => Some(address),
+            _ => None,
+        });
+        for address in addresses {
+            let stretch = |one: &Stretch| Region::Range { first: one.first, count: one.count };
+            address.stretches.iter().map(stretch).for_each(&mut *see);
+        }
+        let words = ChoiceKind::Exact(Box::new(self.clone()));
+        words.each_word(&mut |word| Source::Word(word).region().into_iter().for_each(&mut *see));
+    }
+
     /// What a choice that is read is the value of: this operand's first word.
     #[must_use]
     pub fn of(input: Operand) -> Meaning {

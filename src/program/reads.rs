@@ -1,6 +1,6 @@
 //! Every place at which an instruction reads: to look at, or to put something else there.
 
-use super::{BitSource, Instruction, Logic, Number, Step, Units, WordSource, Write};
+use super::{BitSource, Instruction, Logic, Number, Region, Step, Units, WordSource, Write};
 
 /// Where an instruction reads a bit or a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,6 +9,20 @@ pub enum Source {
     Bit(BitSource),
     /// Sixteen bits.
     Word(WordSource),
+}
+
+impl Source {
+    /// The cells that it is read from, if it is.
+    #[must_use]
+    pub fn region(self) -> Option<Region> {
+        let cells = |first, count| Some(Region::Range { first, count });
+        match self {
+            Source::Bit(BitSource::Cell(cell) | BitSource::WordBit(cell, _))
+            | Source::Word(WordSource::Cell(cell)) => cells(cell, 1),
+            Source::Word(WordSource::Bits { first, count }) => cells(first, count.into()),
+            Source::Bit(_) | Source::Word(_) => None,
+        }
+    }
 }
 
 /// The same, to be replaced.

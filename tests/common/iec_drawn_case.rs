@@ -535,6 +535,9 @@ pub struct Case {
 pub struct Running<'c> {
     case: &'c Case,
     again: bool,
+    /// The order in which actions are carried out that run in one scan, by their numbers, where it is not that in which the
+    /// chart names them.
+    pub order: Option<[usize; 3]>,
     /// The step of a chart that is active, once it has begun.
     step: Option<usize>,
 }
@@ -562,6 +565,9 @@ impl Running<'_> {
             }
         }
         // All controls are worked out before the first action is carried out.
+        if let Some(own) = self.order {
+            order.sort_by_key(|action| own.iter().position(|one| one == action));
+        }
         let runs: Vec<usize> = order
             .into_iter()
             .filter(|&action| {
@@ -589,7 +595,7 @@ impl Case {
     }
 
     pub fn run(&self, again: bool) -> Running<'_> {
-        Running { case: self, again, step: None }
+        Running { case: self, again, order: None, step: None }
     }
 
     /// The state at power-up.

@@ -229,6 +229,10 @@ pub struct Machine<'a> {
     pub wide: bool,
     /// Whether the variable of FOR holds its last value behind the loop, not the one beyond the end.
     pub last: bool,
+    /// Whether operands and arguments are worked out from right to left.
+    pub right_first: bool,
+    /// Whether an element is looked for before the value that it is assigned.
+    pub target_first: bool,
     calls: u64,
 }
 
@@ -268,6 +272,8 @@ impl<'a> Machine<'a> {
             other: None,
             wide: false,
             last: false,
+            right_first: false,
+            target_first: false,
             calls: 0,
         }
     }
@@ -291,11 +297,13 @@ impl<'a> Machine<'a> {
             }
             Of::Not(inner) => !self.value(scope, inner),
             Of::Binary(operator, one, two) => {
-                let first = self.value(scope, one);
+                let [begin, end] = if self.right_first { [two, one] } else { [one, two] };
+                let first = self.value(scope, begin);
                 if self.skips && matches!((*operator, first), ("AND", 0) | ("OR", 1)) {
                     return first;
                 }
-                let (one, two) = (first, self.value(scope, two));
+                let second = self.value(scope, end);
+                let (one, two) = if self.right_first { (second, first) } else { (first, second) };
                 match *operator {
                     "+" => one + two,
                     "-" => one - two,
@@ -314,7 +322,7 @@ impl<'a> Machine<'a> {
                 }
             }
             Of::Standard(name, given) => {
-                let given: Vec<i64> = given.iter().map(|one| self.value(scope, one)).collect();
+                let given = self.values(scope, given);
                 match name.as_str() {
                     "ABS" => given[0].abs(),
                     "MIN" => given[0].min(given[1]),
@@ -345,6 +353,16 @@ impl<'a> Machine<'a> {
             _ => false,
         };
         if self.wide && is_open && expr.ty != BOOL { found } else { expr.ty.wrap(found) }
+    }
+
+    /// The values of some expressions, each worked out in its turn.
+    fn values(&mut self, scope: &Scope, all: &[Expr]) -> Vec<i64> {
+        let mut found = vec![0; all.len()];
+        for number in 0..all.len() {
+            let at = if self.right_first { all.len() - 1 - number } else { number };
+            found[at] = self.value(scope, &all[at]);
+        }
+        found
     }
 
     /// The value of an expression as one of its type.
@@ -402,8 +420,12 @@ impl<'a> Machine<'a> {
                 self.set(scope.key(target), value);
             }
             Statement::Store(name, index, value) => {
+                let before = self.target_first.then(|| self.index(scope, name, index));
                 let value = self.typed(scope, value);
-                let key = self.index(scope, name, index);
+                let key = match before {
+                    Some(key) => key,
+                    None => self.index(scope, name, index),
+                };
                 self.set(key, value);
             }
             Statement::Copy(to, from) => {
@@ -463,9 +485,9 @@ impl<'a> Machine<'a> {
             Statement::Continue => return Flow::Continue,
             Statement::Block(instance, unit, inputs, [number, both], output) => {
                 let prefix = scope.key(instance) + ".";
-                let given: Vec<i64> = inputs.iter().map(|one| self.typed(scope, one)).collect();
-                self.state.insert(format!("{prefix}p"), given[0]);
-                self.state.insert(format!("{prefix}q"), given[1]);
+                let given = self.values(scope, inputs);
+                self.state.insert(format!("{prefix}p"), inputs[0].ty.wrap(given[0]));
+                self.state.insert(format!("{prefix}q"), inputs[1].ty.wrap(given[1]));
                 let references =
                     [("r".to_owned(), scope.key(number)), ("z".to_owned(), scope.key(both))];
                 let inner = Scope { prefix: prefix.clone(), references: references.into() };
@@ -478,7 +500,9 @@ impl<'a> Machine<'a> {
             }
             Statement::Standard(instance, kind, inputs) => {
                 let prefix = scope.key(instance) + ".";
-                for (name, value) in inputs {
+                for number in 0..inputs.len() {
+                    let at = if self.right_first { inputs.len() - 1 - number } else { number };
+                    let (name, value) = &inputs[at];
                     let value = self.typed(scope, value);
                     self.state.insert(format!("{prefix}{name}"), value);
                 }

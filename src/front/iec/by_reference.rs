@@ -2,12 +2,12 @@
 //! They are followed as copies that are given back, so a call in which one variable has two names is refused.
 
 use super::emit::Emit;
-use super::function::parameters;
+use super::function::{is_handed, parameters};
 use super::reach::overlap;
 use super::resolve::{Context, Found};
 use super::types::lineage;
 use crate::base::code::Code;
-use crate::iec::ast::{Argument, Expr, Kind, Part, Path, Statement};
+use crate::iec::ast::{Argument, Expr, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{Body, PouKind, Section, TypeRef, Variable, same, show};
 
@@ -31,11 +31,8 @@ impl Emit<'_> {
             let help = "call the instance where it is declared";
             return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
-        let is_both = |name: &str| {
-            variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
-        };
         let handed: Vec<&Path> = parameters(variables, given)
-            .filter(|(name, _)| name.is_some_and(|name| is_both(name)))
+            .filter(|(name, _)| name.is_some_and(|name| is_handed(variables, name)))
             .filter_map(|(_, argument)| match &argument.value {
                 Expr::Variable(path) => Some(path),
                 _ => None,
@@ -83,41 +80,6 @@ impl Emit<'_> {
                 let help = "hand over a variable of its own, and assign it before and after";
                 return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
             }
-        }
-        Ok(())
-    }
-
-    /// Refuses an assignment to an element if working out its value may change which one it is: some controllers look for the
-    /// element before, others after that.
-    pub(super) fn element_stays(
-        &self,
-        at: &Context,
-        target: &Path,
-        value: &Expr,
-        line: u32,
-    ) -> Result<(), Fault> {
-        if !self.calls_own(value) {
-            return Ok(());
-        }
-        let kind = Kind::Return(value.clone());
-        let calls = [Statement { line, kind }];
-        let mut moved = false;
-        for part in &target.rest {
-            let Part::Index(indices) = part else { continue };
-            for index in indices {
-                moved |= self.calls_own(index);
-                super::within::variables(index, &mut |one| {
-                    moved |= self.may_write(at, &calls, one)
-                });
-            }
-        }
-        if moved {
-            let message = format!(
-                "which element {} is may change while its value is worked out",
-                show::path(target)
-            );
-            let help = "assign the value to a variable of its own before";
-            return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ use super::emit::{Emit, OpenEnd, What};
 use super::memory::{Memory, all, any, layout, memory, set};
 use super::resolve::{Context, Found};
 use super::statement::ENDS_CHART;
+use super::turns;
 use super::types::{Ty, lineage};
 use super::value::Value;
 use crate::front::builder::always;
@@ -12,7 +13,16 @@ use crate::iec::ast::{Kind as Statements, Path, Statement};
 use crate::iec::chart::{Chart, Target};
 use crate::iec::fault::Fault;
 use crate::iec::{Body, Pou, Section, same};
-use crate::program::{Logic, Step, Tag};
+use crate::program::{Cell, Logic, Step, Tag};
+
+/// A Boolean variable that may stay as it is where nothing switches its action.
+struct Kept {
+    /// The instruction that says so.
+    says: usize,
+    cell: Cell,
+    /// The instruction that writes it.
+    writes: usize,
+}
 
 impl Emit<'_> {
     /// The memory of a chart of an instance.
@@ -148,25 +158,36 @@ impl Emit<'_> {
         self.times_end(memory);
     }
 
+    /// Steps, then what they carry out as they end, as they begin and while they are active, then actions.
     fn act(&mut self, at: &Context, pou: &Pou, chart: &Chart, memory: &Memory) {
         for (step, one) in chart.steps.iter().enumerate() {
             self.at(one.line, &format!("STEP {}", one.name));
-            let active = Logic::cell(memory.steps[step]);
             let key = Self::key(&["STEP"], "nothing");
-            self.builder.add(Some(key), Vec::new(), Step::Act { fires: active.clone() });
-            let was = Logic::cell(memory.were[step]);
-            let hooks = [
-                (&one.exit, all([was.clone(), active.clone().not()])),
-                (&one.entry, all([active.clone(), was.not()])),
-                (&one.active, active),
-            ];
-            for (path, fires) in hooks {
-                if let Some(path) = path {
-                    let from = self.builder.next();
-                    self.carried_out(at, path, fires, one.line);
-                    self.counted_part(from, one.line, &format!("STEP {}", one.name), 1);
-                }
-            }
+            let fires = Logic::cell(memory.steps[step]);
+            self.builder.add(Some(key), Vec::new(), Step::Act { fires });
+        }
+        let hooks: [fn(&crate::iec::chart::Step) -> &Option<Path>; 3] =
+            [|step| &step.exit, |step| &step.entry, |step| &step.active];
+        for (number, hook) in hooks.into_iter().enumerate() {
+            let own: Vec<usize> =
+                (0..chart.steps.len()).filter(|&step| hook(&chart.steps[step]).is_some()).collect();
+            let never = vec![Logic::Const(false); own.len()];
+            self.in_turns(&turns::as_drawn(own.len()), &never, &mut |emit, which| {
+                let step = &chart.steps[own[which]];
+                let Some(path) = hook(step) else { return };
+                let [now, was] =
+                    [memory.steps[own[which]], memory.were[own[which]]].map(Logic::cell);
+                let fires = match number {
+                    0 => all([was, now.not()]),
+                    1 => all([now, was.not()]),
+                    _ => now,
+                };
+                let text = format!("STEP {}", step.name);
+                emit.at(step.line, &text);
+                let from = emit.builder.next();
+                emit.carried_out(at, path, fires, step.line);
+                emit.counted_part(from, step.line, &text, 1);
+            });
         }
         for one in &chart.macros {
             // A macro step has a flag and a time of its own to keep up.
@@ -192,12 +213,24 @@ impl Emit<'_> {
         let keep = memory.were.iter().zip(&memory.steps);
         let keep = keep.map(|(&was, &now)| set(was, Logic::cell(now))).collect();
         self.write(keep);
-        for (name, output) in names.iter().zip(outputs) {
-            let Some((_, block)) = chart.blocks_of(name).next() else { continue };
-            self.at(block.line, name);
+        let rounds = turns::rounds(chart, pou, self.action_order);
+        let ended: Vec<Logic> = outputs.iter().map(|output| output.on.clone().not()).collect();
+        let mut variables: Vec<Vec<Kept>> = names.iter().map(|_| Vec::new()).collect();
+        self.in_turns(&rounds, &ended, &mut |emit, number| {
+            let Some((_, block)) = chart.blocks_of(&names[number]).next() else { return };
+            emit.at(block.line, &names[number]);
+            let output = &outputs[number];
             match &block.target {
-                Target::Inline(_, body) => self.inline(at, body, output.runs, block.line),
-                Target::Path(path) => self.controlled(at, pou, path, output, block.line),
+                Target::Inline(_, body) => emit.inline(at, body, output.runs.clone(), block.line),
+                Target::Path(path) => {
+                    variables[number].extend(emit.controlled(at, pou, path, output, block.line));
+                }
+            }
+        });
+        for all in variables {
+            let own: Vec<usize> = all.iter().map(|one| one.writes).collect();
+            for Kept { says, cell, .. } in all {
+                self.open_ends.push(OpenEnd::Variable { at: says, cell, own: own.clone() });
             }
         }
     }
@@ -224,8 +257,15 @@ impl Emit<'_> {
     }
 
     /// An action of the unit, or of an instance, or a Boolean variable.
-    fn controlled(&mut self, at: &Context, pou: &Pou, path: &Path, output: Output, line: u32) {
-        let Output { on, runs, may_stay } = output;
+    fn controlled(
+        &mut self,
+        at: &Context,
+        pou: &Pou,
+        path: &Path,
+        output: &Output,
+        line: u32,
+    ) -> Option<Kept> {
+        let Output { on, runs, may_stay } = output.clone();
         let is_action =
             path.as_name().is_some_and(|name| pou.actions.iter().any(|one| same(&one.name, name)));
         if !is_action
@@ -233,23 +273,25 @@ impl Emit<'_> {
                 self.find(at, path, line)
         {
             let (on, open) = self.held(&found, on, may_stay);
-            match self.writes(found, Value::Bit(on), line) {
-                Ok(writes) => {
-                    let only_here = self.begins_off(at, path) && !self.others_write;
-                    if let Some((at, cell)) = open.filter(|_| only_here) {
-                        let own = self.builder.next();
-                        self.open_ends.push(OpenEnd::Variable { at, cell, own: own..own + 1 });
-                    }
-                    let effects = writes.into_iter().map(always).collect();
-                    self.builder.add(Some(Self::key(&["ST"], "move")), effects, Step::Nothing);
+            let effects = match self.writes(found, Value::Bit(on), line) {
+                Ok(writes) => writes.into_iter().map(always).collect(),
+                Err(fault) => {
+                    self.faults.push((self.file, fault));
+                    return None;
                 }
-                Err(fault) => self.faults.push((self.file, fault)),
-            }
-            return;
+            };
+            let key = Some(Self::key(&["ST"], "move"));
+            let writes = self.builder.add(key, effects, Step::Nothing);
+            let only_here = self.begins_off(at, path) && !self.others_write;
+            let (says, cell) = open.filter(|_| only_here)?;
+            return Some(Kept { says, cell, writes });
         }
         let name = path.as_name().map(|name| What::Action(name.to_ascii_uppercase()));
         let returned = name.and_then(|what| self.returned(at.instance, &what));
-        let Some(returned) = returned else { return self.carried_out(at, path, runs, line) };
+        let Some(returned) = returned else {
+            self.carried_out(at, path, runs, line);
+            return None;
+        };
         self.write(vec![set(returned, Logic::Const(false))]);
         self.carried_out(at, path, runs, line);
         let whole = self.differs(ENDS_CHART);
@@ -257,6 +299,7 @@ impl Emit<'_> {
         self.builder.add(None, Vec::new(), Step::Return);
         self.land(goes_on);
         self.landing();
+        None
     }
 
     /// Whether a variable of the unit, or a global one, begins with FALSE.

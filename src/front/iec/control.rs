@@ -19,6 +19,7 @@ pub(super) struct Whole {
 }
 
 /// What comes of an action's control.
+#[derive(Clone)]
 pub(super) struct Output {
     /// Whether the action is on.
     pub(super) on: Logic,

@@ -37,7 +37,8 @@ pub fn decode(
     let mut emit = Emit::new(project, dialect);
     emit.actions_first = options.actions_first;
     emit.all_clear = asked.facts.all_clear;
-    emit.others_write = !asked.facts.external.is_empty();
+    emit.action_order = asked.facts.action_order;
+    emit.others_write = asked.others_write;
     let mut tasks = tasks(project, &mut emit);
     let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));
     if let Some(at) = tasks.iter().position(is_asked) {
@@ -45,12 +46,6 @@ pub fn decode(
         tasks.insert(0, own);
     }
     emit.tasks = tasks.len();
-    for (name, line) in &project.connected {
-        let message = format!("what the instance {name} is connected to is not followed");
-        let help = "assign the program's inputs and outputs in a program of the same task";
-        let fault = Fault::new(*line, message).code(Code::NotModelled).help(help);
-        emit.faults.push((0, fault));
-    }
     let mut entries = Vec::new();
     let mut main = 0..0;
     for (number, task) in tasks.iter().enumerate() {
@@ -252,7 +247,10 @@ fn program(emit: &mut Emit<'_>, task: &Task, name: &str, of: &str) {
         Ok(place) => {
             let instance = emit.instance(&place, pou);
             emit.at(project.pous[pou].line, &format!("PROGRAM {name}"));
+            let connected = project.connected.iter().find(|one| same(&one.name, name));
+            connected.into_iter().for_each(|one| emit.connect(instance, one, false));
             emit.call(Logic::Const(true), instance, What::Body, "PROGRAM");
+            connected.into_iter().for_each(|one| emit.connect(instance, one, true));
         }
         Err(fault) => emit.faults.push((emit.file, fault)),
     }
@@ -374,6 +372,17 @@ fn starts(known: &mut PowerUp, variable: &Variable, place: &Place) {
         known.latched.extend(regions.iter().copied());
     }
     if is_zero && is_plain {
-        known.cleared.extend(regions);
+        // Whether a falling edge is seen in the first call, controllers differ.
+        let first = match &place.ty {
+            Ty::Standard("F_TRIG", _) => Emit::part(place, "was").map(|was| was.tag.regions()),
+            _ => None,
+        };
+        let first = first.unwrap_or_default();
+        if first.is_empty() {
+            known.cleared.extend(regions);
+            return;
+        }
+        let parts = ["CLK", "Q"].into_iter().filter_map(|name| Emit::part(place, name));
+        known.cleared.extend(parts.flat_map(|part| part.tag.regions()));
     }
 }

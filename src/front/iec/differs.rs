@@ -44,7 +44,7 @@ impl Emit<'_> {
             match one {
                 OpenEnd::Preset { preset, .. } => asked.extend([*preset, preset.plus(1)]),
                 OpenEnd::Variable { cell, .. } => _ = asked.insert(*cell),
-                OpenEnd::StepTime { .. } => {}
+                OpenEnd::StepTime { .. } | OpenEnd::Turns(_) => {}
             }
         }
         let writers = self.writers(&asked);
@@ -56,6 +56,7 @@ impl Emit<'_> {
         self.program().invariants.extend(signs);
         for one in open {
             match one {
+                OpenEnd::Turns(turns) => self.settle_turns(&turns),
                 OpenEnd::Preset { at, preset } => {
                     let is_one = |cell: Cell| {
                         let mut values = of(cell).iter().map(|writer| writer.1);
@@ -64,12 +65,12 @@ impl Emit<'_> {
                     };
                     let is_given = !self.presets_left.contains(&preset);
                     if is_given && is_one(preset) && is_one(preset.plus(1)) {
-                        self.set_to_false(at);
+                        self.set_to(at, false);
                     }
                 }
                 OpenEnd::Variable { at, cell, own } => {
                     if of(cell).iter().all(|(writer, _)| own.contains(writer)) {
-                        self.set_to_false(at);
+                        self.set_to(at, false);
                     }
                 }
                 OpenEnd::StepTime { cell, own } => {
@@ -84,11 +85,11 @@ impl Emit<'_> {
         }
     }
 
-    /// Lets the bit that an instruction writes be false.
-    fn set_to_false(&mut self, at: usize) {
+    /// Lets the bit that an instruction writes be this one.
+    pub(super) fn set_to(&mut self, at: usize, bit: bool) {
         for effect in &mut self.program().instructions[at].effects {
             if let Write::Bit(_, value) = &mut effect.write {
-                *value = Logic::Const(false);
+                *value = Logic::Const(bit);
             }
         }
     }

@@ -4,6 +4,7 @@ use super::tally::Tally;
 use super::types::{Kind, Ty, Types, first_name, layout};
 use super::value::Value;
 use crate::base::code::Code;
+use crate::base::facts::ActionOrder;
 use crate::base::location::Location;
 use crate::front::builder::{Builder, always};
 use crate::iec::fault::Fault;
@@ -48,12 +49,22 @@ pub(super) struct Instance {
     pub(super) place: Place,
 }
 
+/// What is carried out in one of several rounds.
+pub(super) struct Turn {
+    /// For each round, the instruction that says whether it is carried out in it.
+    pub(super) says: Vec<usize>,
+    /// For each round, the instructions that carry it out.
+    pub(super) copies: Vec<std::ops::Range<usize>>,
+}
+
 /// Something that makes no difference if the rest of the program is as it mostly is.
 pub(super) enum OpenEnd {
     /// The instruction writes a bit that is false if a timer's preset, these two words, never changes.
     Preset { at: usize, preset: Cell },
     /// The instruction writes a bit that is false if nothing but these instructions writes a variable.
-    Variable { at: usize, cell: Cell, own: std::ops::Range<usize> },
+    Variable { at: usize, cell: Cell, own: Vec<usize> },
+    /// In which of several orders these have their turns, if none of them writes what another one reads or writes.
+    Turns(Vec<Turn>),
     /// These instructions tell how long a step is active, which need not be told if nobody asks for it.
     StepTime { cell: Cell, own: Vec<usize> },
 }
@@ -98,7 +109,9 @@ pub(super) struct Emit<'p> {
     pub(super) actions_first: bool,
     /// Whether of transitions that compete and of which one has no priority, all clear that are true.
     pub(super) all_clear: bool,
-    /// Whether others than the program write variables, as the user states.
+    /// In which order charts carry out actions, as the user states.
+    pub(super) action_order: Option<ActionOrder>,
+    /// Whether others than the program may write variables.
     pub(super) others_write: bool,
 }
 
@@ -138,7 +151,8 @@ impl<'p> Emit<'p> {
             task: 0,
             actions_first: false,
             all_clear: false,
-            others_write: false,
+            action_order: None,
+            others_write: true,
         }
     }
 
@@ -234,6 +248,11 @@ impl<'p> Emit<'p> {
     ) -> usize {
         let effects = writes.into_iter().map(crate::front::builder::fired).collect();
         self.builder.add(key, effects, Step::Act { fires })
+    }
+
+    /// Whether a cell is for values between.
+    pub(super) fn is_between(cell: Cell) -> bool {
+        BETWEEN.contains(&cell.area)
     }
 
     /// A bit for a value between.

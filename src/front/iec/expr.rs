@@ -164,15 +164,29 @@ impl Emit<'_> {
         right: &Expr,
         line: u32,
     ) -> Result<Value, Fault> {
-        let mut one = self.open_value(at, left, line)?;
-        if self.calls_own(right) {
-            one = self.frozen(one);
-            if let (Value::Bit(first), Operator::And | Operator::Or) = (&one, operator) {
-                return self.may_skip(at, operator, first.clone(), right, line);
-            }
+        if matches!(operator, Operator::And | Operator::Or) {
+            return self.in_either_order(at, &[left, right], line, &mut |emit, turned| {
+                let (first, second) = if turned { (right, left) } else { (left, right) };
+                let mut one = emit.open_value(at, first, line)?;
+                if emit.calls_own(second) {
+                    one = emit.frozen(one);
+                    if let Value::Bit(first) = &one {
+                        return emit.may_skip(at, operator, first.clone(), second, line);
+                    }
+                }
+                let two = emit.open_value(at, second, line)?;
+                let (one, two) = if turned { (two, one) } else { (one, two) };
+                emit.combined(operator, one, two, line)
+            });
         }
-        let two = self.open_value(at, right, line)?;
-        self.combined(operator, one, two, line)
+        let both = [left, right];
+        let mut values = self
+            .operands(at, &both, line, &mut |emit, which| emit.open_value(at, both[which], line))?
+            .into_iter();
+        match (values.next(), values.next()) {
+            (Some(one), Some(two)) => self.combined(operator, one, two, line),
+            _ => Ok(Value::Any),
+        }
     }
 
     /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of that.
@@ -499,33 +513,22 @@ impl Emit<'_> {
                 self.kept.insert(target.first.clone(), merged);
                 return Ok(());
             }
-            let kept = match value {
-                // Another way may come to where this number is kept with one that does not fit.
-                Value::Number(kind @ Kind::Whole { .. }, number)
-                    if target.first.starts_with(MERGED) =>
-                {
-                    self.kept_open(kind, number, Logic::Const(false))
-                }
-                Value::Open(kind, number, beyond) => self.kept_open(kind, number, beyond),
-                Value::Bit(logic) => {
-                    let cell = self.bit_between();
-                    self.write(vec![Write::Bit(BitTarget::Cell(cell), logic)]);
-                    Value::Bit(Logic::cell(cell))
-                }
-                Value::Constant(value) => {
-                    let words = self.copied(constant(value, 2), 2);
-                    Value::Number(DINT, Number::Words(words))
-                }
-                Value::Number(kind, number) => {
-                    let words = self.copied(number, kind.words());
-                    Value::Number(kind, Number::Words(words))
-                }
-                other => other,
-            };
+            let kept = self.stored(value, target.first.starts_with(MERGED));
             self.kept.insert(target.first.clone(), kept);
             return Ok(());
         }
         let found = self.find(at, target, line)?;
+        self.assign_found(found, of, value, line)
+    }
+
+    /// Writes a value to what was found.
+    pub(super) fn assign_found(
+        &mut self,
+        found: Found,
+        of: Option<&Expr>,
+        value: Value,
+        line: u32,
+    ) -> Result<(), Fault> {
         let ty = match &found {
             Found::Place(place) => Some(&place.ty),
             Found::Element(element) => Some(&element.place.ty),
@@ -541,8 +544,33 @@ impl Emit<'_> {
         Ok(())
     }
 
+    /// A value as it is now, in cells of its own. `merges`: another way may come to where it is kept with one that does not
+    /// fit its type.
+    pub(super) fn stored(&mut self, value: Value, merges: bool) -> Value {
+        match value {
+            Value::Number(kind @ Kind::Whole { .. }, number) if merges => {
+                self.kept_open(kind, number, Logic::Const(false))
+            }
+            Value::Open(kind, number, beyond) => self.kept_open(kind, number, beyond),
+            Value::Bit(logic) => {
+                let cell = self.bit_between();
+                self.write(vec![Write::Bit(BitTarget::Cell(cell), logic)]);
+                Value::Bit(Logic::cell(cell))
+            }
+            Value::Constant(value) => {
+                let words = self.copied(constant(value, 2), 2);
+                Value::Number(DINT, Number::Words(words))
+            }
+            Value::Number(kind, number) => {
+                let words = self.copied(number, kind.words());
+                Value::Number(kind, Number::Words(words))
+            }
+            other => other,
+        }
+    }
+
     /// Writes a value to where another way has kept one for the same purpose; any value, if they are not of one kind.
-    fn merged(&mut self, known: Value, value: Value) -> Value {
+    pub(super) fn merged(&mut self, known: Value, value: Value) -> Value {
         match (&known, value.clone()) {
             (Value::Bit(Logic::Bit(BitSource::Cell(cell))), Value::Bit(logic)) => {
                 self.write(vec![Write::Bit(BitTarget::Cell(*cell), logic)]);

@@ -154,60 +154,6 @@ impl Emit<'_> {
         })
     }
 
-    /// Gives inputs their values. All are worked out first: one of them may call what the others are handed to.
-    pub(super) fn hand_over(
-        &mut self,
-        at: &Context,
-        place: &Place,
-        variables: &[Variable],
-        given: &[Argument],
-        line: u32,
-    ) -> Result<(), Fault> {
-        let calls_any = given.iter().any(|one| self.calls_own(&one.value));
-        let (mut values, mut wholes) = (Vec::new(), Vec::new());
-        // What is handed over in and out is what the others have left of it.
-        let is_both = |name: Option<&String>| {
-            let both = |one: &Variable| one.section == Section::InOut;
-            variables.iter().any(|one| both(one) && name.is_some_and(|name| same(name, &one.name)))
-        };
-        let (both, one_way): (Vec<_>, Vec<_>) =
-            parameters(variables, given).partition(|(name, _)| is_both(*name));
-        for (name, argument) in one_way.into_iter().chain(both) {
-            let name =
-                name.ok_or_else(|| Fault::new(line, format!("{} takes fewer values", place.name)))?;
-            let is_enable = same(name, "EN") && Self::part(place, name).is_none();
-            if argument.is_output || is_enable {
-                continue;
-            }
-            let target = Self::part(place, name)
-                .ok_or_else(|| unknown(line, &format!("{}.{name}", place.name)))?;
-            // What is evaluated first is not changed by what is called for the others.
-            if self.calls_own(&argument.value) {
-                for (_, value) in &mut values {
-                    let earlier = std::mem::replace(value, Value::Any);
-                    *value = self.frozen(earlier);
-                }
-            }
-            if !calls_any && let Some(from) = self.whole_value(at, &argument.value, line)? {
-                wholes.push((from, Whole::Place(target)));
-                continue;
-            }
-            let value = self.open_value(at, &argument.value, line)?;
-            let value = shown(&argument.value, value, &target.ty);
-            values.push((target, value));
-        }
-        for (from, target) in &wholes {
-            self.copy_whole(from, target);
-        }
-        for (target, value) in values {
-            let writes = self.writes(Found::Place(target), value, line)?;
-            let effects = writes.into_iter().map(crate::front::builder::always).collect();
-            let key = Self::key(&["ST"], "move");
-            self.builder.add(Some(key), effects, crate::program::Step::Nothing);
-        }
-        Ok(())
-    }
-
     /// Takes outputs, and gives what was handed over in and out back.
     pub(super) fn take_back(
         &mut self,
@@ -217,9 +163,7 @@ impl Emit<'_> {
         given: &[Argument],
         line: u32,
     ) -> Result<(), Fault> {
-        let is_both = |name: &str| {
-            variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
-        };
+        let is_both = |name: &str| is_handed(variables, name);
         for (name, argument) in parameters(variables, given) {
             let Some(name) = name else { continue };
             if !argument.is_output && !is_both(name) {
@@ -358,28 +302,22 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<Value, Fault> {
         let upper = name.to_ascii_uppercase();
-        let mut values = Vec::new();
-        for argument in given.iter().filter(|one| !one.is_output && !is_named(one, "EN")) {
-            if self.calls_own(&argument.value) {
-                let earlier = std::mem::take(&mut values);
-                values = earlier.into_iter().map(|value| self.frozen(value)).collect();
-            }
+        let inputs = given.iter().filter(|one| !one.is_output && !is_named(one, "EN"));
+        let inputs: Vec<&Expr> = inputs.map(|one| &one.value).collect();
+        let values = self.operands(at, &inputs, line, &mut |emit, which| {
             let may_be_left =
-                matches!(upper.as_str(), "SEL" | "MUX") && self.calls_own(&argument.value);
-            let left = may_be_left.then(|| {
-                let why =
-                    "an input that calls something may be left out where another one is chosen";
-                let leaves = self.any_bit(why);
-                self.jump(leaves, None)
-            });
-            let mut value = self.open_value(at, &argument.value, line)?;
-            if let Some(left) = left {
-                self.land(left);
-                self.landing();
-                value = Value::Any;
+                matches!(upper.as_str(), "SEL" | "MUX") && emit.calls_own(inputs[which]);
+            if !may_be_left {
+                return emit.open_value(at, inputs[which], line);
             }
-            values.push(value);
-        }
+            let why = "an input that calls something may be left out where another one is chosen";
+            let leaves = emit.any_bit(why);
+            let left = emit.jump(leaves, None);
+            emit.open_value(at, inputs[which], line)?;
+            emit.land(left);
+            emit.landing();
+            Ok(Value::Any)
+        })?;
         for argument in given.iter().filter(|one| one.is_output && !is_named(one, "ENO")) {
             if let Expr::Variable(target) = &argument.value {
                 self.assign(at, target, Value::Any, line)?;
@@ -685,6 +623,11 @@ impl Emit<'_> {
 /// Whether it is a duration. What number it is as another type hangs on the unit: milliseconds or seconds.
 fn is_time(ty: &Ty) -> bool {
     matches!(ty, Ty::Number(Kind::Time))
+}
+
+/// Whether a variable of this name is handed over in and out.
+pub(super) fn is_handed(variables: &[Variable], name: &str) -> bool {
+    variables.iter().any(|one| one.section == Section::InOut && same(&one.name, name))
 }
 
 /// Arguments with the names of the parameters that they are for: those without a name stand for the inputs in their order.

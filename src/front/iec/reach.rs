@@ -263,6 +263,85 @@ impl Emit<'_> {
         })
     }
 
+    /// Whether what an expression calls may write anything that outlasts the call.
+    pub(super) fn acts(&self, expr: &Expr) -> bool {
+        let mut open: Vec<&Pou> = Vec::new();
+        let mut acts = false;
+        let project = self.project;
+        let called = |path: &Path| -> Vec<&Pou> {
+            let last = names(path).next_back().unwrap_or_default();
+            let units = project.pous.iter().filter(|pou| pou.kind == PouKind::Function);
+            let methods = project.pous.iter().flat_map(|pou| &pou.methods);
+            units.chain(methods).filter(|pou| same(&pou.name, last)).collect()
+        };
+        let hands = |used: Use<'_>| match used {
+            Use::Handed(name, Some(to)) => {
+                let both = |one: &&Variable| {
+                    one.section == Section::InOut && name.is_none_or(|name| same(name, &one.name))
+                };
+                called(to).iter().any(|pou| pou.variables.iter().any(|one| both(&one)))
+            }
+            used => self.changes(used),
+        };
+        of_expr(expr, &mut |path, used| match used {
+            Use::Call => open.extend(called(path)),
+            used => acts |= hands(used),
+        });
+        let mut seen: Vec<&Pou> = Vec::new();
+        while let (Some(pou), false) = (open.pop(), acts) {
+            if seen.iter().any(|own| std::ptr::eq(*own, pou)) {
+                continue;
+            }
+            seen.push(pou);
+            // Its own variables begin anew with every call.
+            let is_own = |path: &Path| {
+                let mut own = pou.variables.iter().filter(|one| same(&one.name, &path.first));
+                own.next().map_or(same(&pou.name, &path.first), |one| {
+                    !matches!(one.section, Section::External | Section::InOut)
+                })
+            };
+            for code in code(pou, true) {
+                paths(code, &mut |path, used| match used {
+                    Use::Call => {
+                        let more = called(path);
+                        // What is no function is an instance, which has variables that last, or an action.
+                        let is_standard = more.is_empty() && !self.is_declared(pou, path);
+                        acts |= more.is_empty() && !is_standard;
+                        open.extend(more);
+                    }
+                    used => acts |= hands(used) && !is_own(path),
+                });
+            }
+        }
+        acts
+    }
+
+    /// Whether a unit knows a variable, an action or a program by the first name of a path.
+    fn is_declared(&self, pou: &Pou, path: &Path) -> bool {
+        let is = |one: &Variable| same(&one.name, &path.first);
+        let globals = self.project.globals.iter().flat_map(|(_, all)| all);
+        let units = self.project.pous.iter().flat_map(|pou| &pou.variables);
+        let actions = self.project.pous.iter().flat_map(|pou| &pou.actions);
+        !path.rest.is_empty()
+            || pou.variables.iter().chain(globals).chain(units).any(is)
+            || { actions }.any(|one| same(&one.name, &path.first))
+            || self.project.pous.iter().any(|one| same(&one.name, &path.first))
+    }
+
+    /// Whether it makes a difference which of two expressions is worked out first.
+    pub(super) fn order_matters(&self, at: &Context, one: &Expr, other: &Expr) -> bool {
+        let changes = |by: &Expr, of: &Expr| {
+            if !self.calls_own(by) || !self.acts(by) {
+                return false;
+            }
+            let calls = [Statement { line: 0, kind: Statements::Return(by.clone()) }];
+            let mut found = self.calls_own(of);
+            variables(of, &mut |path| found = found || self.may_write(at, &calls, path));
+            found
+        };
+        changes(one, other) || changes(other, one)
+    }
+
     /// Whether a variable has an address, and statements write another that has one, or call what may: both may share memory.
     fn writes_beside(&self, body: &[Statement], variable: &Path) -> bool {
         if !self.has_address(&variable.first) {

@@ -135,6 +135,26 @@ impl<'p> Emit<'p> {
         Err(unknown(line, &show::path(path)))
     }
 
+    /// What a path stands for where no unit's own variables are known: a global variable, or an address.
+    pub(super) fn find_outside(
+        &mut self,
+        at: &Context,
+        path: &Path,
+        line: u32,
+    ) -> Result<Found, Fault> {
+        if path.first.starts_with('%') {
+            let place = self.direct(&path.first, line)?;
+            return self.follow(at, Found::Place(place), &path.rest, path, line);
+        }
+        let list = self.project.globals.iter().find(|(name, _)| same(name, &path.first));
+        let (list, name, rest) = match (list, &path.rest[..]) {
+            (Some((list, _)), [Part::Name(name), rest @ ..]) => (Some(list.as_str()), name, rest),
+            (_, rest) => (None, &path.first, rest),
+        };
+        let place = self.global(list, name).ok_or_else(|| unknown(line, &show::path(path)))?;
+        self.follow(at, Found::Place(place), rest, path, line)
+    }
+
     /// The instance of a program that is named by its type.
     fn program_place(&mut self, name: &str) -> Option<Place> {
         let own = self.by_name.get(&name.to_ascii_uppercase()).copied();
@@ -361,6 +381,16 @@ impl<'p> Emit<'p> {
         })
     }
 
+    /// What was found, whatever indices are written next.
+    pub(super) fn staying(&mut self, found: Found) -> Found {
+        let Found::Element(mut element) = found else { return found };
+        for (words, _) in &mut element.terms {
+            let now = crate::program::Number::Words(std::mem::take(words));
+            *words = self.copied(now, 2);
+        }
+        Found::Element(element)
+    }
+
     /// Follows parts behind a place.
     fn follow(
         &mut self,
@@ -458,10 +488,13 @@ impl<'p> Emit<'p> {
         });
         step.pop();
         let size = size.map(i64::from);
-        for ((index, (low, _)), step) in
-            indices.iter().zip(dimensions.iter()).zip(step.iter().rev())
+        let all: Vec<&Expr> = indices.iter().collect();
+        let values =
+            self.operands(at, &all, line, &mut |emit, which| emit.value(at, all[which], line))?;
+        for ((value, (low, _)), step) in
+            values.into_iter().zip(dimensions.iter()).zip(step.iter().rev())
         {
-            let value = self.number(at, index, super::types::DINT, line)?;
+            let value = self.as_number(value, super::types::DINT, line)?;
             let words = self.words(value, 2);
             terms.push((words, size.map(|size| size * step)));
             (0..2).for_each(|side| base[side] -= low * step * size[side]);

@@ -193,7 +193,9 @@ impl<'p> Emit<'p> {
                     self.copy_whole(&from, &to);
                     return Ok(());
                 }
-                self.element_stays(at, target, value, line)?;
+                if self.moves_element(at, target, value) {
+                    return self.assign_either_way(at, target, value, line);
+                }
                 let found = self.open_value(at, value, line)?;
                 self.assign_of(at, target, Some(value), found, line)
             }
@@ -206,6 +208,14 @@ impl<'p> Emit<'p> {
                     let name = Some(if *set { "S" } else { "R" }.to_owned());
                     let given = Argument { name, is_output: false, value: condition.clone() };
                     return self.instance_called(at, place, &[given], line);
+                }
+                if self.moves_element(at, target, condition) {
+                    let told = format!(
+                        "which element {} is may change while its value is worked out",
+                        show::path(target)
+                    );
+                    let help = "assign the value to a variable of its own before";
+                    return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
                 }
                 let fires = self.bit(at, condition, line)?;
                 let found = self.find(at, target, line)?;

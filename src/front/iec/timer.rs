@@ -109,6 +109,8 @@ impl Emit<'_> {
         // What a time that changes leaves of a run that is over, controllers differ.
         let stays = all([changes, anew.not()]);
         let no = Logic::not;
+        // What is left of the time of a timer at rest, controllers differ.
+        let rest = self.differs("a timer at rest has another ET");
         let (zero, running, ended) = match kind {
             "TON" => (
                 any([no(input.clone()), no(was_on.clone())]),
@@ -116,17 +118,21 @@ impl Emit<'_> {
                 all([q, all([q_before, stays]).not()]),
             ),
             "TOF" => (
-                any([input.clone(), all([was_on.clone(), q.clone()])]),
+                any([
+                    input.clone(),
+                    all([was_on.clone(), q.clone()]),
+                    all([no(input.clone()), no(q.clone()), rest.clone()]),
+                ]),
                 all([no(input.clone()), no(was_on.clone()), q.clone()]),
-                all([no(input), no(q), any([q_before, was_on])]),
+                all([no(input), no(q), any([q_before, was_on]), no(rest)]),
             ),
             _ => (
                 any([
                     all([q.clone(), no(q_before.clone()), no(was_on.clone())]),
-                    all([no(q.clone()), no(input.clone())]),
+                    all([no(q.clone()), no(input.clone()), no(rest.clone())]),
                 ]),
                 all([q.clone(), any([q_before.clone(), was_on])]),
-                all([no(q), q_before, input]),
+                all([no(q), q_before, any([input, rest])]),
             ),
         };
         self.write_if(zero, vec![put(elapsed, constant(0, 2))], None);

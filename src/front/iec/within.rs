@@ -3,7 +3,7 @@
 use super::emit::Emit;
 use super::types::{Kind, Ty};
 use super::value::Value;
-use crate::iec::ast::{Expr, Operator, Path};
+use crate::iec::ast::{Expr, Operator, Part, Path};
 use crate::iec::{PouKind, Project, same};
 
 /// An expression and all in it.
@@ -18,6 +18,20 @@ pub(super) fn each(one: &Expr, see: &mut dyn FnMut(&Expr)) {
         Expr::Call(_, given) => given.iter().for_each(|one| each(&one.value, see)),
         Expr::Literal(_) | Expr::Variable(_) => {}
     }
+}
+
+/// The same with what stands in indices.
+pub(super) fn each_deep(one: &Expr, see: &mut dyn FnMut(&Expr)) {
+    each(one, &mut |one| {
+        see(one);
+        if let Expr::Variable(path) | Expr::Call(path, _) = one {
+            for part in &path.rest {
+                if let Part::Index(indices) = part {
+                    indices.iter().for_each(|index| each_deep(index, see));
+                }
+            }
+        }
+    });
 }
 
 /// Whether an expression adds, subtracts or negates anything.
@@ -76,7 +90,7 @@ pub(super) fn works(one: &Expr) -> bool {
 
 /// The variables of an expression.
 pub(super) fn variables(one: &Expr, see: &mut dyn FnMut(&Path)) {
-    each(one, &mut |one| {
+    each_deep(one, &mut |one| {
         if let Expr::Variable(path) = one {
             see(path);
         }
@@ -93,7 +107,7 @@ impl Emit<'_> {
 /// Whether an expression calls what the project declares.
 pub(super) fn calls(project: &Project, one: &Expr) -> bool {
     let mut found = false;
-    each(one, &mut |one| {
+    each_deep(one, &mut |one| {
         let Expr::Call(path, _) = one else { return };
         let last = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
         found |= project.pous.iter().any(|pou| {

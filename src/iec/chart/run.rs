@@ -4,14 +4,15 @@
 //! values as they are; of those that compete for a step only the first clears; (2) all that clear do so at once: their
 //! steps in front are deactivated, then those behind activated, so that a step that is both stays active, and its time
 //! runs on; (3) the control of every action is worked out; (4) actions are carried out in the order in which the chart
-//! first names them, Boolean variables taking their state. In the first scan the initial steps are active and nothing
+//! first names them, or in another one that is asked for, Boolean variables taking their state. In the first scan the initial steps are active and nothing
 //! clears.
 
 use super::Chart;
 use super::control::{Control, Input, Output};
 use super::evaluate::{Memory, Value};
+use crate::base::facts::ActionOrder;
 use crate::iec::Body;
-use crate::iec::Pou;
+use crate::iec::{Pou, same};
 
 /// What implementations do differently.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,11 +23,14 @@ pub struct Options {
     pub priority: bool,
     /// Whether actions are carried out before transitions are looked at.
     pub actions_first: bool,
+    /// In which order actions are carried out that run in one scan.
+    pub order: ActionOrder,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { final_scan: true, priority: true, actions_first: false }
+        let order = ActionOrder::Named;
+        Options { final_scan: true, priority: true, actions_first: false, order }
     }
 }
 
@@ -177,7 +181,8 @@ impl<'a> Run<'a> {
             let inputs = inputs.into_iter().map(input).collect::<Result<Vec<_>, _>>()?;
             outputs.push(control.scan(&inputs, now, self.options.final_scan));
         }
-        for (action, output) in self.actions.iter().zip(&outputs) {
+        for at in self.order(&outputs) {
+            let (action, output) = (&self.actions[at], &outputs[at]);
             match self.chart.body(self.pou, action) {
                 None => self.memory.set(action, Value::Bool(output.q)),
                 Some(Body::Code(_, statements)) if output.runs => self.memory.run(statements)?,
@@ -186,6 +191,23 @@ impl<'a> Run<'a> {
             }
         }
         Ok(outputs)
+    }
+
+    /// The order in which actions are carried out.
+    fn order(&self, outputs: &[Output]) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..self.actions.len()).collect();
+        match self.options.order {
+            ActionOrder::Named => {}
+            ActionOrder::Alphabetical => {
+                all.sort_by_key(|&at| (outputs[at].q, self.actions[at].to_ascii_uppercase()));
+            }
+            ActionOrder::Declared => all.sort_by_key(|&at| {
+                let name = &self.actions[at];
+                let declared = self.pou.actions.iter().position(|one| same(&one.name, name));
+                (self.chart.body(self.pou, name).is_some(), declared)
+            }),
+        }
+        all
     }
 }
 

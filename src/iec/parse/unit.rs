@@ -8,7 +8,9 @@ use super::statement::statements;
 use crate::iec::ast::{Argument, Expr, Kind, Path, Statement};
 use crate::iec::fault::Fault;
 use crate::iec::lexer::Token;
-use crate::iec::{Body, Language, Named, Pou, PouKind, Project, Section, Task, Variable, same};
+use crate::iec::{
+    Body, Connected, Language, Named, Pou, PouKind, Project, Section, Task, Variable, same,
+};
 
 const BEGIN: &[&str] =
     &["PROGRAM", "FUNCTION_BLOCK", "FUNCTION", "TYPE", "CONFIGURATION", "VAR_GLOBAL", "RESOURCE"];
@@ -243,8 +245,11 @@ fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
     let task = if cursor.take_word("WITH") { cursor.name("a task's name")? } else { String::new() };
     cursor.sign(":")?;
     let of = cursor.name("a program's name")?;
-    if cursor.is_sign("(") && !super::expression::arguments(cursor)?.is_empty() {
-        project.connected.push((name.clone(), line));
+    if cursor.is_sign("(") {
+        let given = super::expression::arguments(cursor)?;
+        if !given.is_empty() {
+            project.connected.push(Connected { name: name.clone(), given, file: 0, line });
+        }
     }
     cursor.sign(";")?;
     if is_retained {
