@@ -4,8 +4,9 @@
 mod common;
 
 use common::audited::{asked, listed, table};
-use scanbound::audit::{Audit, WhatIf, audit, conclude, follow, what_if};
+use scanbound::audit::{Audit, SolvedBound, WhatIf, audit, conclude, follow, what_if};
 use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
 use scanbound::passes::values::Trust;
 use scanbound::timing::table::Table;
 
@@ -54,7 +55,8 @@ fn each_bound_is_that_of_a_run_with_those_facts() {
                 let stated = what_if.steps[..=index].iter().map(|step| line(&step.unknown.fact));
                 let lines: Vec<String> = stated.collect();
                 let stated = format!("[counts]\n{facts}{}\n", lines.join("\n"));
-                let upper = upper.expect("a bound").0;
+                let SolvedBound { upper: Picos(upper), cut } = upper.expect("a bound");
+                assert!(!cut, "no time limit");
                 assert_eq!(upper, bound(text, &stated, Trust::None), "{stated}");
                 assert!(upper < before[value], "{stated}");
                 before[value] = upper;
@@ -71,7 +73,7 @@ fn no_more_than_five_counts_are_stated_and_none_where_all_are_known() {
     let found = with("FOR K9; LD X0; Op1; NEXT; END", "", Trust::None, &[20]);
     assert_eq!(
         *solved(&found),
-        WhatIf { most: vec![20], steps: Vec::new(), minor: None, own: None, cut: false }
+        WhatIf { most: vec![20], steps: Vec::new(), minor: None, own: None }
     );
 }
 
@@ -84,7 +86,7 @@ fn a_count_that_cannot_be_so_low_has_no_bound_there() {
     assert_eq!(step.unknown.key, "D50");
     let at_most = format!("{facts}D50 = [0, 35]");
     let bounds = [None, Some(bound(text, &at_most, Trust::None))];
-    assert_eq!(step.solved.iter().map(|one| one.map(|one| one.0)).collect::<Vec<_>>(), bounds);
+    assert_eq!(step.solved.iter().map(|one| one.map(|one| one.upper.0)).collect::<Vec<_>>(), bounds);
 }
 
 /// Blocks of these lengths, which the program writes behind them in every scan.
@@ -113,7 +115,7 @@ fn an_assumption_costs_what_the_bound_is_without_it() {
         assert_eq!(names(&found), ["D52", "D50"], "the dearest first");
         let mut last = u64::MAX;
         for one in &found.assumptions {
-            let without = one.without.expect("a price").0;
+            let without = one.without.expect("a price").upper.0;
             let stated = format!("[external]\ndevices = [{:?}]", one.name());
             assert_eq!(without, bound(&text, &stated, trust), "{stated}");
             assert!(without > found.bound.upper.0 && without <= last);
@@ -122,7 +124,7 @@ fn an_assumption_costs_what_the_bound_is_without_it() {
         // 58 us of 750 ms: less than 0.1 %, each and both.
         let stated = "[external]\ndevices = ['D51', 'D53']";
         let minor = solved(&found).minor.expect("two that are not listed");
-        assert_eq!((minor.count, minor.without.0), (2, bound(&text, stated, trust)));
+        assert_eq!((minor.count, minor.without.upper.0), (2, bound(&text, stated, trust)));
     }
 }
 
@@ -135,6 +137,6 @@ fn what_each_is_worth_nothing_alone_is_solved_together() {
     assert_eq!(names(&found), Vec::<String>::new());
     let minor = solved(&found).minor.expect("the pairs");
     assert!(minor.count >= 2);
-    assert!(minor.without > found.bound.upper);
-    assert_eq!(minor.without.0, bound(&text, "", Trust::None));
+    assert!(minor.without.upper > found.bound.upper);
+    assert_eq!(minor.without.upper.0, bound(&text, "", Trust::None));
 }

@@ -2,7 +2,7 @@
 
 use super::style::FAINT;
 use super::words::{heading, item, more, place};
-use crate::audit::{Audit, Counts, Unknown};
+use crate::audit::{Audit, Counts, SolvedBound, Unknown};
 use crate::base::spoken::{about, at_most};
 use crate::report::columns::{Cell, fitted, left, right};
 use crate::report::format::Extent;
@@ -80,20 +80,26 @@ fn solved(audit: &Audit, extent: Extent) -> String {
     };
     let mut head = vec![left("")];
     head.extend(what_if.most.iter().map(|most| right(format!("at most {most}"))));
+    let any_cut = what_if.steps.iter().flat_map(|step| &step.solved).flatten().any(|one| one.cut);
+    let mark = |one: &SolvedBound| match one.cut {
+        true => " *",
+        false if any_cut => "  ",
+        false => "",
+    };
     let rows = what_if.steps.iter().enumerate().map(|(index, step)| {
         let and = if index == 0 { "" } else { "and " };
         let unknown = &step.unknown;
         let mut row = vec![left(format!("{and}{}", unknown.word))];
         row.extend(step.solved.iter().map(|bound| match bound {
-            Some(bound) => right(at_most(*bound)),
+            Some(bound) => right(at_most(bound.upper) + mark(bound)),
             None => right("cannot be"),
         }));
         row.push(left(place(audit, unknown.places[0].0)).styled(FAINT));
         row
     });
     let rows: Vec<Vec<Cell>> = [head].into_iter().chain(rows).collect();
-    let limit = match what_if.cut {
-        true => "the time limit ended some of these: with a longer --time-limit they may be lower",
+    let limit = match any_cut {
+        true => "* or less: the time limit ended that audit; a longer --time-limit may find less",
         false => "",
     };
     heading("The bound where these are stated, each together with those above it", extent)
