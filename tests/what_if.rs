@@ -86,7 +86,10 @@ fn a_count_that_cannot_be_so_low_has_no_bound_there() {
     assert_eq!(step.unknown.key, "D50");
     let at_most = format!("{facts}D50 = [0, 35]");
     let bounds = [None, Some(bound(text, &at_most, Trust::None))];
-    assert_eq!(step.solved.iter().map(|one| one.map(|one| one.upper.0)).collect::<Vec<_>>(), bounds);
+    assert_eq!(
+        step.solved.iter().map(|one| one.map(|one| one.upper.0)).collect::<Vec<_>>(),
+        bounds
+    );
 }
 
 /// Blocks of these lengths, which the program writes behind them in every scan.

@@ -274,10 +274,7 @@ fn internal(audit: &Audit) -> Option<Offer> {
     Some(Offer {
         table: "internal",
         line: listed(own.devices.iter()),
-        what: format!(
-            "if nobody but the program writes all of these, the bound is {}",
-            own.bound
-        ),
+        what: format!("if nobody but the program writes all of these, the bound is {}", own.bound),
         places: Vec::new(),
         worth: audit.bound.upper.checked_sub(own.bound.upper),
         solved: None,

@@ -56,7 +56,8 @@ pub fn write(advice: &Advice, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn row<'a>(advice: &Advice, one: &'a Measured) -> Row<'a> {
-    let gain = advice.upper.and_then(|upper| upper.checked_sub(one.bound.upper)).unwrap_or_default();
+    let gain =
+        advice.upper.and_then(|upper| upper.checked_sub(one.bound.upper)).unwrap_or_default();
     let places = one.statement.places.iter().map(|(at, instruction)| Place {
         file: at.file,
         line: at.line,
