@@ -4,11 +4,14 @@
 mod common;
 
 use common::audited::{asked, listed, table};
-use scanbound::audit::{Audit, SolvedBound, WhatIf, audit, conclude, follow, what_if};
+use scanbound::audit::{
+    Audit, Request, SolvedBound, Step, WhatIf, audit, conclude, follow, what_if,
+};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::passes::values::Trust;
 use scanbound::timing::table::Table;
+use std::time::Duration;
 
 /// The times of all programs here, in microseconds.
 fn times() -> Table {
@@ -60,6 +63,37 @@ fn each_bound_is_that_of_a_run_with_those_facts() {
                 assert_eq!(upper, bound(text, &stated, Trust::None), "{stated}");
                 assert!(upper < before[value], "{stated}");
                 before[value] = upper;
+            }
+        }
+    }
+}
+
+#[test]
+fn where_the_time_limit_ends_an_audit_its_bound_says_so() {
+    let text =
+        "LD X0; BMOV D2000 D1000 D51; LD X1; FMOV K0 D1000 D50; LDI X0; FMOV K0 D1000 D52; END";
+    let (inputs, table) = (listed(text.replace("; ", "\n") + "\n"), times());
+    let facts = Facts::default();
+    for (limit, is_cut) in [(Some(Duration::ZERO), true), (None, false)] {
+        let request = Request { time_limit: limit, ..asked(&inputs, &table, &facts, Trust::None) };
+        let followed = follow(&request).expect("a model");
+        let mut concluded = conclude(followed, &request).expect("an audit");
+        what_if(&mut concluded, &request, &[5, 100]).expect("audits");
+        let steps = &solved(&concluded.audit).steps;
+        assert!(!steps.is_empty());
+        let mut before = [concluded.audit.bound.upper; 2];
+        for (index, step) in steps.iter().enumerate() {
+            let lines = |most: u32| {
+                let line = |step: &Step| step.unknown.fact.replace("20]", &format!("{most}]"));
+                steps[..=index].iter().map(line).collect::<Vec<_>>().join("\n")
+            };
+            for (value, (most, one)) in [5, 100].into_iter().zip(&step.solved).enumerate() {
+                let one = one.expect("a bound");
+                let whole = bound(text, &format!("[counts]\n{}\n", lines(most)), Trust::None);
+                assert_eq!(one.cut, is_cut);
+                assert!(one.upper.0 >= whole && one.upper <= before[value], "{one}");
+                assert!(is_cut || one.upper.0 == whole, "{one}");
+                before[value] = one.upper;
             }
         }
     }

@@ -327,3 +327,25 @@ fn priced(
     all.sort_by_key(|one| Reverse(one.without.map(|bound| bound.upper)));
     Ok(Priced { assumptions: all, minor })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_cut_is_no_higher_than_what_is_known_besides() {
+        let bound = |upper, cut| Some(SolvedBound { upper: Picos(upper), cut });
+        let upper = Picos(100);
+        let mut solved = [bound(90, true), None, bound(120, true), bound(70, false)];
+        let before = [bound(60, false), None, bound(65, true), bound(80, false)];
+        no_higher(&mut solved, Some(&before), upper);
+        assert_eq!(solved, [bound(60, true), None, bound(65, true), bound(70, false)]);
+        let mut first = [bound(90, true), bound(85, true), bound(120, true)];
+        no_higher(&mut first, None, upper);
+        assert_eq!(first, [bound(85, true), bound(85, true), bound(100, true)]);
+        // What was not cut is what a run finds, and left as it is.
+        let mut whole = [bound(130, false), bound(120, false)];
+        no_higher(&mut whole, None, upper);
+        assert_eq!(whole, [bound(130, false), bound(120, false)]);
+    }
+}

@@ -106,3 +106,33 @@ fn solved(audit: &Audit, extent: Extent) -> String {
         + &fitted(2, &rows, extent.width)
         + &item(2, limit, extent)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audit::fixture::fixture;
+    use crate::audit::{Step, WhatIf};
+    use crate::base::time::Picos;
+
+    #[test]
+    fn a_bound_that_the_time_limit_cut_is_marked() {
+        let mut audit = fixture();
+        let unknown = audit.unknowns[0].clone();
+        let told = |audit: &Audit| {
+            let text = solved(audit, Extent::default());
+            anstream::adapter::strip_str(&text).to_string()
+        };
+        for (cut, marks) in [(false, 0), (true, 2)] {
+            let bound = |ms: u64, cut| Some(SolvedBound { upper: Picos(ms * 1_000_000_000), cut });
+            let step =
+                Step { unknown: unknown.clone(), solved: vec![bound(20, false), bound(30, cut)] };
+            let steps = vec![step];
+            audit.what_if = Some(WhatIf { most: vec![20, 100], steps, minor: None, own: None });
+            let text = told(&audit);
+            assert!(text.contains("20 ms") && text.contains("30 ms"), "{text}");
+            // Beside the bound, and in the line that says what it means.
+            assert_eq!(text.matches('*').count(), marks, "{text}");
+            assert_eq!(text.contains("30 ms *"), cut, "{text}");
+        }
+    }
+}
