@@ -51,7 +51,7 @@ fn each_bound_is_that_of_an_audit_with_the_line() {
         for kind in [Kind::Count, Kind::Exclusive, Kind::Internal] {
             assert!(kinds.contains(&kind), "{kind:?} of {kinds:?} with {facts}");
         }
-        assert!(advice.found.windows(2).all(|two| two[0].upper <= two[1].upper));
+        assert!(advice.found.windows(2).all(|two| two[0].bound.upper <= two[1].bound.upper));
         for one in &advice.found {
             // The line goes into its table; one that states more of the same key takes its place.
             let mut tables: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -73,8 +73,8 @@ fn each_bound_is_that_of_an_audit_with_the_line() {
                 .collect();
             let text = TEXT.replace("END", "LD X5; FMOV K0 D1000 D51; END");
             let alone = bound(&text, &stated, Trust::Counts).expect("an audit");
-            assert_eq!(one.upper, alone.bound.upper, "{stated}");
-            assert!(one.upper < upper, "{stated}");
+            assert_eq!(one.bound.upper, alone.bound.upper, "{stated}");
+            assert!(one.bound.upper < upper, "{stated}");
         }
     }
 }
@@ -89,7 +89,7 @@ fn the_pair_that_pays_most_comes_first_and_what_gates_the_same_is_no_pair() {
         lines,
         ["sets = [[\"M1\", \"M2\"]]", "sets = [[\"M1\", \"M3\"]]", "sets = [[\"M2\", \"M3\"]]",]
     );
-    let uppers: Vec<u64> = advice.found.iter().map(|one| one.upper.0 / 1_000_000).collect();
+    let uppers: Vec<u64> = advice.found.iter().map(|one| one.bound.upper.0 / 1_000_000).collect();
     assert_eq!(uppers, [33, 48, 48]);
     let places: Vec<&str> =
         advice.found[0].statement.places.iter().map(|(_, text)| &**text).collect();

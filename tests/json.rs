@@ -192,10 +192,16 @@ fn every_key_of_an_audit_is_documented() {
     let both = "LD M0\nAND M1\nAND M10\nAND M11\nFMOV K0 D1000 K5000\n";
     std::fs::write(&apart, format!("{both}{pairs}END\n")).expect("written");
     let apart = apart.to_str().expect("a plain path");
+    // What is trusted here is worth next to nothing.
+    let minor = directory.path().join("minor.il");
+    let block = "LD X0\nWAND K63 D900\nFMOV K0 D0 D900\nLD SM400\nMOV K9 D900\n";
+    let others = "LD X0\nFMOV K0 D2000 K30000\nBMOV D0 D5000 K20000\nEND\n";
+    std::fs::write(&minor, block.to_owned() + others).expect("written");
+    let minor = minor.to_str().expect("a plain path");
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
     let carousel = "samples/snet/carousel.snet";
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 26] = [
+    let runs: [&[&str]; 28] = [
         &["audit", tasks],
         &["audit", rounded],
         &["audit", "samples/sfc/line.st"],
@@ -217,6 +223,8 @@ fn every_key_of_an_audit_is_documented() {
         &["audit", counted, "--cpu", "Q26UDV", "--what-if"],
         &["audit", trusted, "--cpu", "Q26UDV", "--what-if=20"],
         &["audit", apart, "--cpu", "Q26UDV", "--trust", "all", "--what-if"],
+        &["audit", minor, "--cpu", "Q26UDV", "--what-if", "--time-limit", "1us"],
+        &["audit", "samples/recipes", "--what-if", "--time-limit", "1us"],
         &["audit", linked, "--cpu", "Q26UDV", "--dialect", "melsec-list"],
         &["check", line[0], line[1], line[2], "--limit", "1s"],
         &["check", line[0], line[1], line[2], "--limit", "1us"],
@@ -381,7 +389,11 @@ fn every_key_of_advice_and_of_a_diagnosis_is_documented() {
     let runs: [(&str, &[&[&str]]); 2] = [
         (
             "advise",
-            &[&["samples/filler", "--budget", "5s"], &["samples/recipes", "--budget", "10min"]],
+            &[
+                &["samples/filler", "--budget", "5s"],
+                &["samples/recipes", "--budget", "10min"],
+                &["samples/recipes", "--budget", "10min", "--time-limit", "1us"],
+            ],
         ),
         ("doctor", &[&["samples/recipes"], &["tests/cli/doctor.in/plant", "--cpu", "Q26UDV"]]),
     ];

@@ -128,11 +128,11 @@ fn each_is_right(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String
     let what_if = audit.what_if.as_ref().expect("it was asked for");
     for (place, step) in what_if.steps.iter().enumerate() {
         for (&most, &solved) in what_if.most.iter().zip(&step.solved) {
-            asked.holds(solved, &stated(&what_if.steps[..=place], most))?;
-            tally.add(solved.unwrap_or(upper), upper);
+            asked.holds(solved.map(|one| one.upper), &stated(&what_if.steps[..=place], most))?;
+            tally.add(solved.map_or(upper, |one| one.upper), upper);
         }
     }
-    for (one, price) in audit.assumptions.iter().filter_map(|one| Some((one, one.without?))) {
+    for (one, price) in audit.assumptions.iter().filter_map(|one| Some((one, one.without?.upper))) {
         asked.holds(Some(price), &without(std::iter::once(one)))?;
         tally.add(price, upper);
     }
@@ -142,13 +142,13 @@ fn each_is_right(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String
         };
         let few: Vec<&Assumption> = assumed.iter().filter(is_minor).collect();
         assert_eq!(few.len(), minor.count, "{text}");
-        asked.holds(Some(minor.without), &without(few.into_iter()))?;
-        tally.add(minor.without, upper);
+        asked.holds(Some(minor.without.upper), &without(few.into_iter()))?;
+        tally.add(minor.without.upper, upper);
     }
     let audit = asked.audit(&nothing, offered)?.ok_or(text.clone())?;
     if let Some(own) = audit.what_if.and_then(|what_if| what_if.own) {
-        asked.holds(Some(own.upper), &Facts { internal: own.devices, ..nothing })?;
-        tally.add(own.upper, upper);
+        asked.holds(Some(own.bound.upper), &Facts { internal: own.devices, ..nothing })?;
+        tally.add(own.bound.upper, upper);
     }
     Ok(())
 }

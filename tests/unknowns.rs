@@ -109,7 +109,7 @@ fn what_is_solved_for_an_index_is_the_bound_with_that_fact() {
                     step.unknown.fact.replace("20]", "99]").replace("99]", &format!("{most}]"));
                 facts[table] += &(line + "\n");
             }
-            let solved = solved.expect("a bound");
+            let solved = solved.expect("a bound").upper;
             assert_eq!(solved, with(text, &facts.concat(), &[]).bound.upper, "{facts:?}");
             assert!(solved <= before[value]);
             before[value] = solved;

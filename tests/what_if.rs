@@ -4,10 +4,14 @@
 mod common;
 
 use common::audited::{asked, listed, table};
-use scanbound::audit::{Audit, WhatIf, audit, conclude, follow, what_if};
+use scanbound::audit::{
+    Audit, Request, SolvedBound, Step, WhatIf, audit, conclude, follow, what_if,
+};
 use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
 use scanbound::passes::values::Trust;
 use scanbound::timing::table::Table;
+use std::time::Duration;
 
 /// The times of all programs here, in microseconds.
 fn times() -> Table {
@@ -54,10 +58,42 @@ fn each_bound_is_that_of_a_run_with_those_facts() {
                 let stated = what_if.steps[..=index].iter().map(|step| line(&step.unknown.fact));
                 let lines: Vec<String> = stated.collect();
                 let stated = format!("[counts]\n{facts}{}\n", lines.join("\n"));
-                let upper = upper.expect("a bound").0;
+                let SolvedBound { upper: Picos(upper), cut } = upper.expect("a bound");
+                assert!(!cut, "no time limit");
                 assert_eq!(upper, bound(text, &stated, Trust::None), "{stated}");
                 assert!(upper < before[value], "{stated}");
                 before[value] = upper;
+            }
+        }
+    }
+}
+
+#[test]
+fn where_the_time_limit_ends_an_audit_its_bound_says_so() {
+    let text =
+        "LD X0; BMOV D2000 D1000 D51; LD X1; FMOV K0 D1000 D50; LDI X0; FMOV K0 D1000 D52; END";
+    let (inputs, table) = (listed(text.replace("; ", "\n") + "\n"), times());
+    let facts = Facts::default();
+    for (limit, is_cut) in [(Some(Duration::ZERO), true), (None, false)] {
+        let request = Request { time_limit: limit, ..asked(&inputs, &table, &facts, Trust::None) };
+        let followed = follow(&request).expect("a model");
+        let mut concluded = conclude(followed, &request).expect("an audit");
+        what_if(&mut concluded, &request, &[5, 100]).expect("audits");
+        let steps = &solved(&concluded.audit).steps;
+        assert!(!steps.is_empty());
+        let mut before = [concluded.audit.bound.upper; 2];
+        for (index, step) in steps.iter().enumerate() {
+            let lines = |most: u32| {
+                let line = |step: &Step| step.unknown.fact.replace("20]", &format!("{most}]"));
+                steps[..=index].iter().map(line).collect::<Vec<_>>().join("\n")
+            };
+            for (value, (most, one)) in [5, 100].into_iter().zip(&step.solved).enumerate() {
+                let one = one.expect("a bound");
+                let whole = bound(text, &format!("[counts]\n{}\n", lines(most)), Trust::None);
+                assert_eq!(one.cut, is_cut);
+                assert!(one.upper.0 >= whole && one.upper <= before[value], "{one}");
+                assert!(is_cut || one.upper.0 == whole, "{one}");
+                before[value] = one.upper;
             }
         }
     }
@@ -71,7 +107,7 @@ fn no_more_than_five_counts_are_stated_and_none_where_all_are_known() {
     let found = with("FOR K9; LD X0; Op1; NEXT; END", "", Trust::None, &[20]);
     assert_eq!(
         *solved(&found),
-        WhatIf { most: vec![20], steps: Vec::new(), minor: None, own: None, cut: false }
+        WhatIf { most: vec![20], steps: Vec::new(), minor: None, own: None }
     );
 }
 
@@ -84,7 +120,10 @@ fn a_count_that_cannot_be_so_low_has_no_bound_there() {
     assert_eq!(step.unknown.key, "D50");
     let at_most = format!("{facts}D50 = [0, 35]");
     let bounds = [None, Some(bound(text, &at_most, Trust::None))];
-    assert_eq!(step.solved.iter().map(|one| one.map(|one| one.0)).collect::<Vec<_>>(), bounds);
+    assert_eq!(
+        step.solved.iter().map(|one| one.map(|one| one.upper.0)).collect::<Vec<_>>(),
+        bounds
+    );
 }
 
 /// Blocks of these lengths, which the program writes behind them in every scan.
@@ -113,7 +152,7 @@ fn an_assumption_costs_what_the_bound_is_without_it() {
         assert_eq!(names(&found), ["D52", "D50"], "the dearest first");
         let mut last = u64::MAX;
         for one in &found.assumptions {
-            let without = one.without.expect("a price").0;
+            let without = one.without.expect("a price").upper.0;
             let stated = format!("[external]\ndevices = [{:?}]", one.name());
             assert_eq!(without, bound(&text, &stated, trust), "{stated}");
             assert!(without > found.bound.upper.0 && without <= last);
@@ -122,7 +161,7 @@ fn an_assumption_costs_what_the_bound_is_without_it() {
         // 58 us of 750 ms: less than 0.1 %, each and both.
         let stated = "[external]\ndevices = ['D51', 'D53']";
         let minor = solved(&found).minor.expect("two that are not listed");
-        assert_eq!((minor.count, minor.without.0), (2, bound(&text, stated, trust)));
+        assert_eq!((minor.count, minor.without.upper.0), (2, bound(&text, stated, trust)));
     }
 }
 
@@ -135,6 +174,6 @@ fn what_each_is_worth_nothing_alone_is_solved_together() {
     assert_eq!(names(&found), Vec::<String>::new());
     let minor = solved(&found).minor.expect("the pairs");
     assert!(minor.count >= 2);
-    assert!(minor.without > found.bound.upper);
-    assert_eq!(minor.without.0, bound(&text, "", Trust::None));
+    assert!(minor.without.upper > found.bound.upper);
+    assert_eq!(minor.without.upper.0, bound(&text, "", Trust::None));
 }

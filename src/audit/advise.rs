@@ -4,6 +4,7 @@
 use super::names::Names;
 use super::pipeline::Concluded;
 use super::request::{Progress, Request};
+use super::solved_bound::SolvedBound;
 use super::unknown::{Unknown, UnknownKind};
 use super::weight::{turned, weights_of_bits};
 use super::what_if::{matters, runs, trusting_all};
@@ -55,7 +56,7 @@ pub struct Measured {
     /// The statement.
     pub statement: Statement,
     /// The bound.
-    pub upper: Picos,
+    pub bound: SolvedBound,
 }
 
 /// Something that may be stated.
@@ -150,16 +151,16 @@ pub fn advise(
         let few: Vec<Candidate> = open.by_ref().take(rayon::current_num_threads()).collect();
         let facts: Vec<Facts> = few.iter().map(|one| one.facts.clone()).collect();
         for (one, run) in few.into_iter().zip(runs(request, &facts)?) {
-            match run.filter(|run| matters(run.upper, upper)) {
+            match run.filter(|run| matters(run.bound.upper, upper)) {
                 Some(run) => {
-                    advice.found.push(Measured { statement: one.statement, upper: run.upper });
+                    advice.found.push(Measured { statement: one.statement, bound: run.bound });
                 }
                 None => advice.useless += 1,
             }
         }
     }
     advice.untried = open.count();
-    advice.found.sort_by_key(|one| one.upper);
+    advice.found.sort_by_key(|one| one.bound.upper);
     Ok(advice)
 }
 

@@ -1,7 +1,7 @@
 //! What words and relays hold between scans because the program alone writes them, shown with the lines that write them.
 
+use super::solved_bound::SolvedBound;
 use crate::base::location::Location;
-use crate::base::time::Picos;
 use crate::program::Program;
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ pub struct Assumption {
     /// All instructions that write them, with their texts: the evidence.
     pub written: Vec<(Location, Arc<str>)>,
     /// The bound of an audit in which these may hold anything, where that was asked for.
-    pub without: Option<Picos>,
+    pub without: Option<SolvedBound>,
 }
 
 impl Assumption {

@@ -46,6 +46,7 @@ mod reason;
 mod request;
 pub mod response;
 mod search;
+mod solved_bound;
 mod stated;
 mod tasks;
 mod unbounded;
@@ -69,6 +70,7 @@ pub use pipeline::{
 pub use questions::{File, Form, certificates, question};
 pub use reason::Reason;
 pub use request::{Progress, Request};
+pub use solved_bound::SolvedBound;
 pub use tasks::{TaskUse, tasks};
 
 use crate::base::budget::Cut;

@@ -4,6 +4,7 @@ use super::Audit;
 use super::names::Names;
 use super::pipeline::Concluded;
 use super::request::Request;
+use super::solved_bound::SolvedBound;
 use super::stated;
 use super::unknown::{INDEX, Unknown, UnknownKind};
 use crate::base::facts::key;
@@ -36,7 +37,7 @@ pub struct Solved {
     /// The counts that are stated to be as many at most besides.
     pub with: Vec<Arc<str>>,
     /// The count, and the bound.
-    pub bounds: Vec<(u32, Picos)>,
+    pub bounds: Vec<(u32, SolvedBound)>,
 }
 
 /// All that is worth stating, as a facts file has its tables; within one the dearest first.
@@ -273,9 +274,9 @@ fn internal(audit: &Audit) -> Option<Offer> {
     Some(Offer {
         table: "internal",
         line: listed(own.devices.iter()),
-        what: format!("if nobody but the program writes all of these, the bound is {}", own.upper),
+        what: format!("if nobody but the program writes all of these, the bound is {}", own.bound),
         places: Vec::new(),
-        worth: audit.bound.upper.checked_sub(own.upper),
+        worth: audit.bound.upper.checked_sub(own.bound.upper),
         solved: None,
     })
 }

@@ -6,6 +6,7 @@ use super::assumption::Assumption;
 use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
 use super::request::{Progress, Request};
+use super::solved_bound::SolvedBound;
 use super::stated;
 use super::unknown::{Unknown, UnknownKind};
 use crate::base::facts::Facts;
@@ -35,8 +36,6 @@ pub struct WhatIf {
     pub minor: Option<Minor>,
     /// What else would lower the bound if it were trusted.
     pub own: Option<Own>,
-    /// The time limit ended some of these audits: with more time their bounds may be lower.
-    pub cut: bool,
 }
 
 /// A count that is stated besides those before it.
@@ -45,7 +44,7 @@ pub struct Step {
     /// The count.
     pub unknown: Unknown,
     /// The bound for each of [`WhatIf::most`]; none where it cannot be that at most.
-    pub solved: Vec<Option<Picos>>,
+    pub solved: Vec<Option<SolvedBound>>,
 }
 
 /// Assumptions that lower the bound by next to nothing each.
@@ -54,7 +53,7 @@ pub struct Minor {
     /// How many.
     pub count: usize,
     /// The bound without all of them.
-    pub without: Picos,
+    pub without: SolvedBound,
 }
 
 /// What lowers the bound where nobody but the program writes it.
@@ -63,7 +62,7 @@ pub struct Own {
     /// Words and relays by their names.
     pub devices: Vec<String>,
     /// The bound where that is stated of all of them.
-    pub upper: Picos,
+    pub bound: SolvedBound,
 }
 
 /// Adds to an audit what its unknown counts and its assumptions are worth.
@@ -78,12 +77,10 @@ pub fn what_if(
     concluded.audit.what_if = Some(stated_counts(&concluded.audit, request, most)?);
     let program = &concluded.followed.program;
     let own = std::mem::take(&mut concluded.audit.assumptions);
-    let Priced { assumptions, minor, cut } =
-        priced(own, program, concluded.audit.bound.upper, request)?;
+    let Priced { assumptions, minor } = priced(own, program, concluded.audit.bound.upper, request)?;
     concluded.audit.assumptions = assumptions;
     if let Some(what_if) = &mut concluded.audit.what_if {
         what_if.minor = minor;
-        what_if.cut |= cut;
     }
     Ok(())
 }
@@ -110,8 +107,8 @@ fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<W
     let mut most = most.to_vec();
     most.sort_unstable();
     most.dedup();
-    let (steps, cut) = steps(audit, request, &most)?;
-    Ok(WhatIf { most, steps, minor: None, own: None, cut })
+    let steps = steps(audit, request, &most)?;
+    Ok(WhatIf { most, steps, minor: None, own: None })
 }
 
 /// What lowers the bound with all trusted: that is asked first, and then what of it matters.
@@ -125,9 +122,8 @@ fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Fail
     let mut facts = request.facts.clone();
     facts.internal.extend(devices.iter().cloned());
     let found = runs(request, &[facts])?.into_iter().flatten().next();
-    let upper = found.map(|found| found.upper);
-    let lower = upper.filter(|&upper| matters(upper, concluded.audit.bound.upper));
-    Ok(lower.map(|upper| Own { devices, upper }))
+    let lower = found.filter(|found| matters(found.bound.upper, concluded.audit.bound.upper));
+    Ok(lower.map(|found| Own { devices, bound: found.bound }))
 }
 
 /// The bound with all trusted, and the assumptions that it rests on besides; none where it is not worth telling, or where
@@ -141,12 +137,12 @@ pub(super) fn trusting_all(
     }
     let all = Request { trust: Trust::All, ..*request };
     let found = runs(&all, std::slice::from_ref(request.facts))?.into_iter().flatten().next();
-    let Some(found) = found.filter(|found| matters(found.upper, audit.bound.upper)) else {
+    let Some(found) = found.filter(|found| matters(found.bound.upper, audit.bound.upper)) else {
         return Ok(None);
     };
     let known: BTreeSet<&String> = audit.assumptions.iter().flat_map(|one| &one.devices).collect();
     let is_new = |one: &Assumption| !one.devices.iter().all(|device| known.contains(device));
-    Ok(Some((found.upper, found.assumptions.into_iter().filter(is_new).collect())))
+    Ok(Some((found.bound.upper, found.assumptions.into_iter().filter(is_new).collect())))
 }
 
 /// Whether a bound is so much below another that it is worth telling.
@@ -156,16 +152,9 @@ pub(super) fn matters(lower: Picos, upper: Picos) -> bool {
 
 /// What an audit finds that is asked with other facts.
 pub(super) struct Run {
-    pub(super) upper: Picos,
+    pub(super) bound: SolvedBound,
     unknowns: Vec<Unknown>,
     assumptions: Vec<Assumption>,
-    /// The time limit ended it.
-    cut: bool,
-}
-
-/// Whether the time limit ended any of them.
-fn any_cut(runs: &[Option<Run>]) -> bool {
-    runs.iter().flatten().any(|run| run.cut)
 }
 
 /// Audits with other facts, several at a time. None where such facts cannot be.
@@ -182,8 +171,11 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
             ..*request
         };
         match audit(&request) {
-            Ok(Audit { bound, unknowns, assumptions, cuts, .. }) => {
-                Ok(Some(Run { upper: bound.upper, unknowns, assumptions, cut: !cuts.is_empty() }))
+            Ok(Audit { bound, unknowns, assumptions, cuts, elapsed, .. }) => {
+                let is_over = request.time_limit.is_some_and(|limit| elapsed >= limit);
+                let cut = is_over || !cuts.is_empty();
+                let bound = SolvedBound { upper: bound.upper, cut };
+                Ok(Some(Run { bound, unknowns, assumptions }))
             }
             Err(Failure::Input(_)) => Ok(None),
             Err(why) => Err(why),
@@ -211,8 +203,8 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
 
 /// States what is named first, then besides that what is named first then, and so on: the bound of one is often hidden
 /// behind that of the next. Where that changes next to nothing the dearest count is stated next.
-fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<(Vec<Step>, bool), Failure> {
-    let (mut steps, mut cut): (Vec<Step>, bool) = (Vec::new(), false);
+fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>, Failure> {
+    let mut steps: Vec<Step> = Vec::new();
     let mut facts = vec![request.facts.clone(); most.len()];
     let mut named = audit.unknowns.to_vec();
     let (mut upper, mut counts_first) = (audit.bound.upper, false);
@@ -228,16 +220,37 @@ fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<(Vec<Step
             unknown.state(facts, most);
         }
         let found = runs(request, &facts)?;
-        cut |= any_cut(&found);
-        let solved = found.iter().map(|run| run.as_ref().map(|run| run.upper)).collect();
-        if let Some(run) = found.into_iter().flatten().next() {
-            counts_first = !matters(run.upper, upper);
-            upper = run.upper;
+        let bound = |run: &Option<Run>| run.as_ref().map(|run| run.bound);
+        let mut solved: Vec<Option<SolvedBound>> = found.iter().map(bound).collect();
+        let before = steps.last().map(|step| &step.solved[..]);
+        no_higher(&mut solved, before, audit.bound.upper);
+        if let Some((run, bound)) = found.into_iter().flatten().zip(solved.iter().flatten()).next()
+        {
+            counts_first = !matters(bound.upper, upper);
+            upper = bound.upper;
             named = run.unknowns;
         }
         steps.push(Step { unknown, solved });
     }
-    Ok((steps, cut))
+    Ok(steps)
+}
+
+/// Where the time limit ended an audit, what is known of scans with less stated, or with more counted, is no less true of
+/// it: the bounds of the step `before` and of larger counts, or the bound with nothing of this stated.
+fn no_higher(
+    solved: &mut [Option<SolvedBound>],
+    before: Option<&[Option<SolvedBound>]>,
+    upper: Picos,
+) {
+    let mut larger = upper;
+    for (place, one) in solved.iter_mut().enumerate().rev() {
+        let Some(one) = one else { continue };
+        if one.cut {
+            let before = before.and_then(|before| before[place]).map_or(upper, |one| one.upper);
+            one.upper = one.upper.min(before).min(larger);
+        }
+        larger = larger.min(one.upper);
+    }
 }
 
 /// What assumptions are worth.
@@ -246,8 +259,6 @@ struct Priced {
     assumptions: Vec<Assumption>,
     /// What the others are worth together.
     minor: Option<Minor>,
-    /// The time limit ended one of the audits.
-    cut: bool,
 }
 
 /// The assumptions that are worth listing, the dearest first, and what the others are worth together. Many are left out at
@@ -269,25 +280,26 @@ fn priced(
     };
     let nameable: Vec<usize> = (0..all.len()).filter(can_be_named).collect();
     let mut open = vec![nameable.clone()];
-    let mut prices: Vec<Option<Picos>> = vec![None; all.len()];
+    let mut prices: Vec<Option<SolvedBound>> = vec![None; all.len()];
     let mut is_minor = vec![false; all.len()];
-    let (mut asked, mut without_all, mut cut) = (0, None, false);
+    let (mut asked, mut without_all) = (0, None);
     while !open.is_empty() && asked + open.len() <= MOST_PRICING && !(request.cancelled)() {
         open.retain(|some| !some.is_empty());
         let facts: Vec<Facts> = open.iter().map(without).collect();
         asked += facts.len();
         let found = runs(request, &facts)?;
-        cut |= any_cut(&found);
         if let [Some(run)] = &found[..]
             && asked == 1
         {
-            without_all = Some(run.upper);
+            without_all = Some(run.bound);
         }
         let mut next = Vec::new();
         for (some, run) in open.into_iter().zip(found) {
-            match (run.map(|run| run.upper), &some[..]) {
-                (Some(without), &[one]) if matters(upper, without) => prices[one] = Some(without),
-                (Some(without), some) if !matters(upper, without) => {
+            match (run.map(|run| run.bound), &some[..]) {
+                (Some(without), &[one]) if matters(upper, without.upper) => {
+                    prices[one] = Some(without);
+                }
+                (Some(without), some) if !matters(upper, without.upper) => {
                     some.iter().for_each(|&one| is_minor[one] = true);
                 }
                 (_, [_]) => {}
@@ -304,11 +316,7 @@ fn priced(
     let together = match few.len() {
         0 => None,
         count if count == nameable.len() => without_all,
-        _ => {
-            let found = runs(request, &[without(&few)])?;
-            cut |= any_cut(&found);
-            found.into_iter().flatten().next().map(|run| run.upper)
-        }
+        _ => runs(request, &[without(&few)])?.into_iter().flatten().next().map(|run| run.bound),
     };
     let minor = together.map(|without| Minor { count: few.len(), without });
     for (one, price) in all.iter_mut().zip(&prices) {
@@ -316,6 +324,28 @@ fn priced(
     }
     let mut is_minor = is_minor.into_iter();
     all.retain(|_| !is_minor.next().unwrap_or(false));
-    all.sort_by_key(|one| Reverse(one.without));
-    Ok(Priced { assumptions: all, minor, cut })
+    all.sort_by_key(|one| Reverse(one.without.map(|bound| bound.upper)));
+    Ok(Priced { assumptions: all, minor })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_cut_is_no_higher_than_what_is_known_besides() {
+        let bound = |upper, cut| Some(SolvedBound { upper: Picos(upper), cut });
+        let upper = Picos(100);
+        let mut solved = [bound(90, true), None, bound(120, true), bound(70, false)];
+        let before = [bound(60, false), None, bound(65, true), bound(80, false)];
+        no_higher(&mut solved, Some(&before), upper);
+        assert_eq!(solved, [bound(60, true), None, bound(65, true), bound(70, false)]);
+        let mut first = [bound(90, true), bound(85, true), bound(120, true)];
+        no_higher(&mut first, None, upper);
+        assert_eq!(first, [bound(85, true), bound(85, true), bound(100, true)]);
+        // What was not cut is what a run finds, and left as it is.
+        let mut whole = [bound(130, false), bound(120, false)];
+        no_higher(&mut whole, None, upper);
+        assert_eq!(whole, [bound(130, false), bound(120, false)]);
+    }
 }

@@ -19,6 +19,7 @@ use serde::Serialize;
 use serde::ser::SerializeMap;
 use std::borrow::Cow;
 use std::io;
+use std::ops::Not;
 use std::sync::Arc;
 
 /// JSON for programs.
@@ -140,6 +141,8 @@ struct WhatIfStep<'a> {
 struct Solved {
     most: u32,
     upper_ps: Option<u64>,
+    #[serde(skip_serializing_if = "Not::not")]
+    cut: bool,
 }
 
 /// Assumptions that are not listed.
@@ -147,6 +150,8 @@ struct Solved {
 struct Minor {
     count: usize,
     upper_without_ps: u64,
+    #[serde(skip_serializing_if = "Not::not")]
+    cut: bool,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -530,9 +535,11 @@ fn condition(value: &audit::FreeValue) -> Condition<'_> {
 
 fn what_if(found: &audit::WhatIf) -> WhatIf<'_> {
     let step = |step| what_if_step(step, &found.most);
-    let minor = found
-        .minor
-        .map(|audit::Minor { count, without }| Minor { count, upper_without_ps: without.0 });
+    let minor = found.minor.map(|audit::Minor { count, without }| Minor {
+        count,
+        upper_without_ps: without.upper.0,
+        cut: without.cut,
+    });
     WhatIf { steps: found.steps.iter().map(step).collect(), minor }
 }
 
@@ -543,7 +550,11 @@ fn what_if_step<'a>(step: &'a audit::Step, most: &[u32]) -> WhatIfStep<'a> {
         fact: &step.unknown.fact,
         places: places(&step.unknown.places),
         solved: solved
-            .map(|(&most, bound)| Solved { most, upper_ps: bound.map(|bound| bound.0) })
+            .map(|(&most, bound)| Solved {
+                most,
+                upper_ps: bound.map(|bound| bound.upper.0),
+                cut: bound.is_some_and(|bound| bound.cut),
+            })
             .collect(),
     }
 }

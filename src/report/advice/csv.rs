@@ -14,11 +14,12 @@ pub fn write(advice: &Advice, out: &mut dyn Write) -> io::Result<()> {
     let mut sheet = Sheet::new(out)?;
     sheet.put(&HEADS)?;
     for one in &advice.found {
-        let gain = advice.upper.and_then(|upper| upper.checked_sub(one.upper)).unwrap_or_default();
+        let gain =
+            advice.upper.and_then(|upper| upper.checked_sub(one.bound.upper)).unwrap_or_default();
         let first = one.statement.places.first().map(|(at, _)| at);
         let file = first.and_then(|at| advice.files.get(at.file as usize));
         sheet.put(&[
-            one.upper.us_text(),
+            one.bound.upper.us_text(),
             gain.us_text(),
             one.statement.kind.name().to_owned(),
             one.statement.table.to_owned(),

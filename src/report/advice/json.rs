@@ -4,6 +4,7 @@ use crate::audit::advise::{Advice, Measured};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::io::{self, Write};
+use std::ops::Not;
 
 #[derive(Serialize, JsonSchema)]
 pub(in crate::report) struct Report<'a> {
@@ -22,6 +23,8 @@ struct Row<'a> {
     fact: &'a str,
     what: &'a str,
     upper_ps: u64,
+    #[serde(skip_serializing_if = "Not::not")]
+    cut: bool,
     gain_ps: u64,
     places: Vec<Place<'a>>,
 }
@@ -53,7 +56,8 @@ pub fn write(advice: &Advice, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn row<'a>(advice: &Advice, one: &'a Measured) -> Row<'a> {
-    let gain = advice.upper.and_then(|upper| upper.checked_sub(one.upper)).unwrap_or_default();
+    let gain =
+        advice.upper.and_then(|upper| upper.checked_sub(one.bound.upper)).unwrap_or_default();
     let places = one.statement.places.iter().map(|(at, instruction)| Place {
         file: at.file,
         line: at.line,
@@ -65,7 +69,8 @@ fn row<'a>(advice: &Advice, one: &'a Measured) -> Row<'a> {
         table: one.statement.table,
         fact: &one.statement.line,
         what: &one.statement.what,
-        upper_ps: one.upper.0,
+        upper_ps: one.bound.upper.0,
+        cut: one.bound.cut,
         gain_ps: gain.0,
         places: places.collect(),
     }

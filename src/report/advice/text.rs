@@ -72,25 +72,29 @@ pub fn answer(advice: &Advice) -> String {
         None => format!("{now}; no single statement that was asked about lowers that."),
         Some(best) => format!(
             "{now}. One statement more makes it {} at best; each bound here is that of an audit with the line.",
-            at_most(best.upper)
+            at_most(best.bound.upper)
         ),
     }
 }
 
 fn statement(advice: &Advice, one: &Measured, extent: Extent) -> String {
-    let upper = advice.upper.unwrap_or(one.upper);
-    let gain = upper.checked_sub(one.upper).unwrap_or_default();
+    let upper = advice.upper.unwrap_or(one.bound.upper);
+    let gain = upper.checked_sub(one.bound.upper).unwrap_or_default();
     let line = match extent.detail {
         Detail::Full => one.statement.line.clone(),
         _ => wrap::cut(&one.statement.line, extent.width.saturating_sub(36)),
     };
+    let cut = match one.bound.cut {
+        true => "; the time limit ended that audit: a longer --time-limit may find less",
+        false => "",
+    };
     let row = vec![
-        right(at_most(one.upper)).styled(BOLD),
+        right(at_most(one.bound.upper)).styled(BOLD),
         right(format!("-{}", Share::of(gain, upper))),
         left(format!("[{}] {line}", one.statement.table)),
     ];
     let mut text = fitted(2, &[row], extent.width);
-    text += &wrap::paragraph(6, &one.statement.what, extent.width);
+    text += &wrap::paragraph(6, &(one.statement.what.clone() + cut), extent.width);
     let rows: Vec<_> = one
         .statement
         .places

@@ -90,6 +90,11 @@ function open() {
   if (all.length) section("open", "Why the bound may be too low", el("ul", {}, ...all.map((told) => el("li", {}, told))));
 }
 
+// The time limit ended that audit: a longer one may find less.
+function orLess(one) {
+  return one.cut ? " or less" : "";
+}
+
 function unknowns() {
   const found = report.unknowns || [];
   if (found.length) {
@@ -103,7 +108,7 @@ function unknowns() {
     const most = solved.steps[0].solved.map((one) => one.most);
     section("what-if", "The bound where these are stated, each with those above it",
       table(["stated", ...most.map((n) => ">at most " + n)], solved.steps.map((step) => [
-        step.name, ...step.solved.map((one) => (one.upper_ps === null ? "cannot be" : above(one.upper_ps)))])));
+        step.name, ...step.solved.map((one) => (one.upper_ps === null ? "cannot be" : above(one.upper_ps) + orLess(one)))])));
   }
   const trusted = report.assumptions || [];
   if (trusted.length) {
@@ -111,7 +116,7 @@ function unknowns() {
       first(12, ["what", "range", "written by", ">bound without"], trusted.map((one) => () => [
         one.name, one.range ? one.range.join(" to ") : one.most_on > 1 ? "never all on" : one.most_on === 0 ? "off in the first scan" : "never two on",
         one.written.slice(0, 3).map((at) => place(at)).join(", ") + (one.written.length > 3 ? ", ..." : ""),
-        above(one.upper_without_ps)])));
+        above(one.upper_without_ps) + orLess(one)])));
   }
 }
 

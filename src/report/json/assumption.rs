@@ -4,6 +4,7 @@ use super::{UnknownPlace, places};
 use crate::audit;
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::ops::Not;
 
 /// What a word holds whenever a scan starts, or which relays are never both on then.
 #[derive(Serialize, JsonSchema)]
@@ -16,6 +17,8 @@ pub(super) struct Assumption<'a> {
     written: Vec<UnknownPlace<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     upper_without_ps: Option<u64>,
+    #[serde(skip_serializing_if = "Not::not")]
+    cut: bool,
 }
 
 pub(super) fn assumption(one: &audit::Assumption) -> Assumption<'_> {
@@ -24,6 +27,7 @@ pub(super) fn assumption(one: &audit::Assumption) -> Assumption<'_> {
         range: one.range.map(|(low, high)| [low, high]),
         most_on: (one.range.is_none() && one.most != 1).then_some(one.most),
         written: places(&one.written),
-        upper_without_ps: one.without.map(|bound| bound.0),
+        upper_without_ps: one.without.map(|bound| bound.upper.0),
+        cut: one.without.is_some_and(|bound| bound.cut),
     }
 }

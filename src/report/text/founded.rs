@@ -2,7 +2,7 @@
 
 use super::style::FAINT;
 use super::words::{count, heading, list, more, place};
-use crate::audit::{Assumption, Audit, Fact, Minor, Status};
+use crate::audit::{Assumption, Audit, Fact, Minor, SolvedBound, Status};
 use crate::base::spoken::{about, at_most};
 use crate::report::columns::{Cell, fitted, left, right};
 use crate::report::format::Extent;
@@ -54,7 +54,7 @@ pub(super) fn trusted(audit: &Audit, extent: Extent) -> String {
         let words = count(n, "word or set of relays", "words or sets of relays");
         lines.push(format!(
             "{others}{words}, none of which lowers the bound by 0.1 % alone: without all of them the bound is {}",
-            at_most(without)
+            bound_without(without)
         ));
     }
     if !lines.is_empty() && audit.what_if.is_none() {
@@ -85,7 +85,7 @@ fn assumption(audit: &Audit, one: &Assumption) -> String {
         by += &format!(" and {} more", one.written.len() - MOST_WRITERS);
     }
     let without =
-        one.without.map(|bound| format!("; without that the bound is {}", at_most(bound)));
+        one.without.map(|bound| format!("; without that the bound is {}", bound_without(bound)));
     let without = without.unwrap_or_default();
     match one.range {
         Some((low, high)) => {
@@ -107,6 +107,10 @@ fn assumption(audit: &Audit, one: &Assumption) -> String {
             format!("of {names} no two are on when a scan starts: written by {by}{without}")
         }
     }
+}
+
+fn bound_without(bound: SolvedBound) -> String {
+    at_most(bound.upper) + bound.note()
 }
 
 /// What was stated, and whether the program keeps it.

@@ -2,7 +2,7 @@
 
 use super::style::FAINT;
 use super::words::{heading, item, more, place};
-use crate::audit::{Audit, Counts, Unknown};
+use crate::audit::{Audit, Counts, SolvedBound, Unknown};
 use crate::base::spoken::{about, at_most};
 use crate::report::columns::{Cell, fitted, left, right};
 use crate::report::format::Extent;
@@ -80,23 +80,59 @@ fn solved(audit: &Audit, extent: Extent) -> String {
     };
     let mut head = vec![left("")];
     head.extend(what_if.most.iter().map(|most| right(format!("at most {most}"))));
+    let any_cut = what_if.steps.iter().flat_map(|step| &step.solved).flatten().any(|one| one.cut);
+    let mark = |one: &SolvedBound| match one.cut {
+        true => " *",
+        false if any_cut => "  ",
+        false => "",
+    };
     let rows = what_if.steps.iter().enumerate().map(|(index, step)| {
         let and = if index == 0 { "" } else { "and " };
         let unknown = &step.unknown;
         let mut row = vec![left(format!("{and}{}", unknown.word))];
         row.extend(step.solved.iter().map(|bound| match bound {
-            Some(bound) => right(at_most(*bound)),
+            Some(bound) => right(at_most(bound.upper) + mark(bound)),
             None => right("cannot be"),
         }));
         row.push(left(place(audit, unknown.places[0].0)).styled(FAINT));
         row
     });
     let rows: Vec<Vec<Cell>> = [head].into_iter().chain(rows).collect();
-    let limit = match what_if.cut {
-        true => "the time limit ended some of these: with a longer --time-limit they may be lower",
+    let limit = match any_cut {
+        true => "* or less: the time limit ended that audit; a longer --time-limit may find less",
         false => "",
     };
     heading("The bound where these are stated, each together with those above it", extent)
         + &fitted(2, &rows, extent.width)
         + &item(2, limit, extent)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audit::fixture::fixture;
+    use crate::audit::{Step, WhatIf};
+    use crate::base::time::Picos;
+
+    #[test]
+    fn a_bound_that_the_time_limit_cut_is_marked() {
+        let mut audit = fixture();
+        let unknown = audit.unknowns[0].clone();
+        let told = |audit: &Audit| {
+            let text = solved(audit, Extent::default());
+            anstream::adapter::strip_str(&text).to_string()
+        };
+        for (cut, marks) in [(false, 0), (true, 2)] {
+            let bound = |ms: u64, cut| Some(SolvedBound { upper: Picos(ms * 1_000_000_000), cut });
+            let step =
+                Step { unknown: unknown.clone(), solved: vec![bound(20, false), bound(30, cut)] };
+            let steps = vec![step];
+            audit.what_if = Some(WhatIf { most: vec![20, 100], steps, minor: None, own: None });
+            let text = told(&audit);
+            assert!(text.contains("20 ms") && text.contains("30 ms"), "{text}");
+            // Beside the bound, and in the line that says what it means.
+            assert_eq!(text.matches('*').count(), marks, "{text}");
+            assert_eq!(text.contains("30 ms *"), cut, "{text}");
+        }
+    }
 }
