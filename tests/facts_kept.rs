@@ -93,6 +93,7 @@ fn a_range_that_only_some_scan_leaves_is_warned_of() {
     // It is true of each run from power-up, which goes from 0 to 6.
     let reset = "LD= D0 K5; MOV K0 D0; LD SM400; INC D0";
     is_warned(reset, "D0 = 11, by `INC D0` (a.il:4)");
+    assert_eq!(told(reset, "[ranges]\nD0 = [0, 5]"), Told::Kept);
     // Somebody else may set M9, or change D1.
     is_warned("LDI M9; INC D0", "D0 = 11, by `INC D0` (a.il:2)");
     let Told::Warned(message) = of_range("LD SM400; MOV D1 D0") else { panic!("no warning") };
