@@ -150,7 +150,8 @@ impl Prepared {
             let apart = std::mem::take(&mut understood.program.charts.apart);
             let program = &mut understood.program;
             program.invariants.drain(..apart);
-            program.exclusive = program.exclusive.start - apart..program.exclusive.end - apart;
+            let moved = |end: usize| end.saturating_sub(apart);
+            program.exclusive = moved(program.exclusive.start)..moved(program.exclusive.end);
         }
         let settings = passes::Settings { trust: request.trusted(), budget: Some(&budget) };
         let told = |name| (request.progress)(Progress::Stage(name));

@@ -332,8 +332,9 @@ pub fn left(
             (names.join(" and "), by.iter().map(|&by| wrote(by)).collect());
         let (by, fact) = (by.join(" and "), ["exclusive", "sets"]);
         if let Some(scan) = scan {
+            let leave = if by.contains(" and ") { "leave" } else { "leaves" };
             let message = format!(
-                "the program breaks what is stated: {by} leaves {names} both on when the scan ends, {}",
+                "the program breaks what is stated: {by} {leave} {names} both on when the scan ends, {}",
                 from_power_up(*scan)
             );
             let help = "take one of the two out of the set";
