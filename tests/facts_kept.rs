@@ -468,7 +468,7 @@ fn check_word(tape: &mut Tape<'_>, tally: &Tally) -> Result<(), String> {
     match of_range(&text) {
         // What only masks or lowers a word writes it, too, though somebody else sets it.
         Told::Kept if is_within => count(&tally.kept),
-        Told::Unproved if !is_breaking && !(is_within && moves) => {}
+        Told::Unproved if !(is_breaking || is_within && moves) => {}
         Told::Warned(_) if is_breaking => count(&tally.warned),
         Told::Broken(message) if is_breaking => {
             count(&tally.broken);
