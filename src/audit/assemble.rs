@@ -10,6 +10,7 @@ use super::made_from::sources;
 use super::method::SearchUse;
 use super::model_search::Prepared;
 use super::names::Names;
+use super::proved::Proved;
 use super::real::Found;
 use super::request::Request;
 use super::response::Delays;
@@ -84,6 +85,8 @@ pub struct Finished<'a> {
     pub run: Vec<RunScan>,
     /// The delays around the scan, if a response time is asked for.
     pub delays: Option<Delays>,
+    /// The facts that the program keeps.
+    pub proved: Proved,
 }
 
 impl<'a> Findings<'a> {
@@ -152,6 +155,7 @@ impl<'a> Findings<'a> {
             loops,
             run,
             delays,
+            proved,
         } = finished;
         let Explained { overhead, always, mut groups } = explained;
         // The scan that is shown, where it is not that of the assignment.
@@ -213,7 +217,7 @@ impl<'a> Findings<'a> {
                 false => Vec::new(),
             },
             unbounded: loops.found,
-            facts: Fact::all(self.request, self.program),
+            facts: Fact::all(self.request, self.program, &proved),
             points: self.prices.points.clone(),
             bases: self.prices.bases.clone(),
             networks,

@@ -40,7 +40,8 @@ fn of(
         return Ok(None);
     }
     (request.progress)(Progress::Stage("solving without co-activity"));
-    let all = Request { apart: false, confirm: false, trace: false, ..*request };
+    let all =
+        Request { apart: false, proves_facts: false, confirm: false, trace: false, ..*request };
     let without = audit(&all)?;
     if !without.unbounded.is_empty() {
         return Ok(None);

@@ -1,9 +1,10 @@
 //! What the user stated and the bound rests on, and the words for it.
 
+use super::proved::Proved;
 use super::request::Request;
-use crate::base::facts::{ActionOrder, StatedCall, StatedFactor, plain};
+use crate::base::facts::{ActionOrder, StatedCall, StatedFactor};
 use crate::base::time::Picos;
-use crate::program::{Cell, Program};
+use crate::program::Program;
 use crate::timing::table::{Override, StatedClock};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -11,7 +12,7 @@ use std::fmt;
 /// How something stated stands to the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// The program writes nothing else into the word, if scans start as stated.
+    /// The program writes nothing else into the word, or never leaves two of the bits on, if scans start as stated.
     Kept,
     /// Nothing here proves it.
     Unproved,
@@ -81,7 +82,12 @@ pub enum Fact {
     /// What nobody but the program writes.
     Internal(Vec<String>),
     /// Of these bits no two are on when a scan starts.
-    Exclusive(Vec<String>),
+    Exclusive {
+        /// The bits.
+        bits: Vec<String>,
+        /// Whether the program keeps them apart.
+        is_kept: bool,
+    },
     /// Memory may hold anything when a scan starts, as after a download.
     Download,
     /// Transitions that compete without priorities all clear if they are true.
@@ -123,20 +129,22 @@ impl Fact {
     #[must_use]
     pub fn status(&self) -> Status {
         match self {
-            Fact::Range { is_kept: true, .. } => Status::Kept,
-            Fact::Range { .. } | Fact::Count { .. } | Fact::Index { .. } | Fact::Exclusive(_) => {
-                Status::Unproved
+            Fact::Range { is_kept: true, .. } | Fact::Exclusive { is_kept: true, .. } => {
+                Status::Kept
             }
+            Fact::Range { .. }
+            | Fact::Count { .. }
+            | Fact::Index { .. }
+            | Fact::Exclusive { .. } => Status::Unproved,
             _ => Status::Stated,
         }
     }
 
-    /// What the request states of the program.
-    pub(super) fn all(request: &Request<'_>, program: &Program) -> Vec<Fact> {
+    /// What the request states of the program, of which so much is proved to be kept.
+    pub(super) fn all(request: &Request<'_>, program: &Program, proved: &Proved) -> Vec<Fact> {
         let facts = request.facts;
         let ranges = facts.ranges.iter().map(|(word, &(low, high))| {
-            let own = |cell: &&Cell| plain(&program.cell_name(**cell)) == plain(word);
-            let is_kept = program.kept.iter().any(|cell| own(&cell));
+            let is_kept = proved.ranges.contains(word);
             Fact::Range { word: word.clone(), low, high, is_kept }
         });
         let counts = facts.counts.iter().map(|(at, &(low, high))| {
@@ -161,6 +169,10 @@ impl Fact {
         let points = sides.into_iter().filter_map(|(side, points, by_base)| {
             Some(Fact::Points { side, points: points?, by_base: by_base.clone() })
         });
+        let exclusive = facts.exclusive.iter().enumerate().map(|(at, bits)| Fact::Exclusive {
+            bits: bits.clone(),
+            is_kept: proved.exclusive.contains(&at),
+        });
         let factor = facts.factor.iter().map(|StatedFactor { text, .. }| text.clone());
         ranges
             .chain(counts)
@@ -170,7 +182,7 @@ impl Fact {
             .chain(facts.indirect.clone().map(Fact::Indirect))
             .chain((!facts.external.is_empty()).then(|| Fact::External(facts.external.clone())))
             .chain((!facts.internal.is_empty()).then(|| Fact::Internal(facts.internal.clone())))
-            .chain(facts.exclusive.iter().cloned().map(Fact::Exclusive))
+            .chain(exclusive)
             .chain(facts.download.then_some(Fact::Download))
             .chain(facts.all_clear.then_some(Fact::AllClear))
             .chain(facts.action_order.map(Fact::ActionOrder))
@@ -221,7 +233,7 @@ impl fmt::Display for Fact {
             Fact::Internal(devices) => {
                 write!(f, "nobody but the program writes {}", devices.join(", "))
             }
-            Fact::Exclusive(bits) => {
+            Fact::Exclusive { bits, .. } => {
                 write!(f, "of {} no two are on when a scan starts", bits.join(", "))
             }
             Fact::Download => f.write_str("memory may hold anything when a scan starts"),

@@ -39,6 +39,7 @@ mod own;
 mod pipeline;
 mod power_up;
 mod priced;
+mod proved;
 mod questions;
 mod reachable;
 mod real;

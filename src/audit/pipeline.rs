@@ -10,6 +10,7 @@ use super::model_search::Searched;
 use super::modelling::{fit, keep_in_range, model_of};
 use super::power_up;
 use super::priced::Priced;
+use super::proved::{self, Proved};
 use super::reachable;
 use super::real::{self, Scouted};
 use super::request::{Progress, Request};
@@ -147,7 +148,10 @@ impl Prepared {
         let mut understood = Understood::of(request)?;
         if !request.apart {
             let apart = std::mem::take(&mut understood.program.charts.apart);
-            understood.program.invariants.drain(..apart);
+            let program = &mut understood.program;
+            program.invariants.drain(..apart);
+            let moved = |end: usize| end.saturating_sub(apart);
+            program.exclusive = moved(program.exclusive.start)..moved(program.exclusive.end);
         }
         let settings = passes::Settings { trust: request.trusted(), budget: Some(&budget) };
         let told = |name| (request.progress)(Progress::Stage(name));
@@ -421,8 +425,15 @@ impl Sought<'_> {
             Ok::<_, Failure>((found, run.unwrap_or_default()))
         };
         let (explained, ran) = rayon::join(|| findings.explain(prepared), running);
-        let (found, run) = ran?;
-        let left = stated::left(program, request.facts, &found.left)?;
+        let (mut found, run) = ran?;
+        let mut proved = Proved::default();
+        if request.proves_facts {
+            let least = prices.least_times();
+            let search = real::Search { program, least: &least, limits };
+            proved = proved::proved(&search, request.facts, followed.whole, &mut found)
+                .map_err(Failure::Internal)?;
+        }
+        let left = stated::left(program, request.facts, &found.broken)?;
         let warnings = [&*followed.warnings, &*left].concat();
         let mut opinions = None;
         if request.confirm {
@@ -442,6 +453,7 @@ impl Sought<'_> {
             loops,
             run,
             delays,
+            proved,
         };
         let audit = findings.audit(finished);
         let followed = Followed { model, groups, warnings, cuts, ..followed };

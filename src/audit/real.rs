@@ -4,8 +4,8 @@ use super::modelling::LONGEST_SCAN;
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{
-    AreaKind, Cell, ChoiceId, ChoiceKey, Effect, Number, Program, Step, Witness, WordSource, Write,
-    flow,
+    AreaKind, BitSource, Cell, ChoiceId, ChoiceKey, Effect, Logic, Number, Program, Region, Step,
+    Witness, WordSource, Write, flow,
 };
 use crate::replay::{Free, Real, Why, real};
 use crate::scan::fit::SizeLimits;
@@ -38,14 +38,80 @@ pub struct Found {
     pub witness: Witness,
     /// What all runs taught.
     pub knowledge: Knowledge,
-    /// Of stated ranges that a run's end does not keep, by their places in the program: what was left, and the instruction
-    /// that wrote it.
-    pub left: BTreeMap<usize, Left>,
+    /// What runs break of what is stated.
+    pub broken: Broken,
 }
 
 impl Found {
     fn new(best: Real, witness: Witness, knowledge: Knowledge) -> Found {
-        Found { best, witness, knowledge, left: BTreeMap::new() }
+        Found { best, witness, knowledge, broken: Broken::default() }
+    }
+}
+
+/// What is stated to hold whenever a scan starts and does not hold when a real run ends.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Broken {
+    /// Ranges, by their places in `Program::ranges`.
+    pub left: BTreeMap<usize, Left>,
+    /// Bits that are stated not to be on together, by their places in `Program::invariants`.
+    pub parted: BTreeMap<usize, Parted>,
+}
+
+impl Broken {
+    /// Notes what is stated and a run does not keep; what a program writes of itself comes before what it works out. The
+    /// run may be the scan of this number from power-up on, in which nothing is known of what the outside gives.
+    pub fn note(&mut self, program: &Program, one: &Real, scan: Option<usize>) {
+        if !one.is_possible() {
+            return;
+        }
+        for &(range, value) in &one.left {
+            let cells = &program.ranges[range].cells;
+            let Some(by) =
+                last_to_write(program, one, &|region| cells.iter().any(|&cell| region.holds(cell)))
+            else {
+                continue;
+            };
+            let known = self.left.entry(range).or_insert(Left { value, by, scan });
+            if known.scan.is_none() && !writes_constant(program, known.by) {
+                *known = Left { value, by, scan };
+            }
+        }
+        for &pair in &one.parted {
+            let bits = bits_of(&program.invariants[pair]);
+            let by = bits.iter().filter_map(|bit| {
+                let (BitSource::Cell(cell) | BitSource::WordBit(cell, _)) = *bit else {
+                    return None;
+                };
+                last_to_write(program, one, &|region| region.holds(cell))
+            });
+            let mut by: Vec<usize> = by.collect();
+            by.sort_unstable();
+            by.dedup();
+            if by.is_empty() {
+                continue;
+            }
+            let known = self.parted.entry(pair).or_insert_with(|| Parted { by: by.clone(), scan });
+            if known.scan.is_none() && scan.is_some() {
+                *known = Parted { by, scan };
+            }
+        }
+    }
+}
+
+/// The last instruction of a run that wrote what is asked for.
+fn last_to_write(program: &Program, one: &Real, asked: &dyn Fn(&Region) -> bool) -> Option<usize> {
+    let writes = |at: usize| flow::written(program, at).iter().any(asked);
+    let mut events = one.replay.events.iter().rev();
+    events.find(|event| event.fired && writes(event.instruction)).map(|event| event.instruction)
+}
+
+/// The bits of which it is stated that they are not on together.
+pub fn bits_of(invariant: &Logic) -> Vec<BitSource> {
+    match invariant {
+        Logic::Bit(bit) => vec![*bit],
+        Logic::Not(inner) => bits_of(inner),
+        Logic::All(parts) => parts.iter().flat_map(bits_of).collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -65,6 +131,17 @@ pub struct Left {
     pub value: i64,
     /// The last instruction that wrote it.
     pub by: usize,
+    /// Which scan from power-up on it is that leaves it, whatever the outside gives, if that is known.
+    pub scan: Option<usize>,
+}
+
+/// Two bits that a real run leaves on together, and that are stated never to be so.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parted {
+    /// The last instructions that wrote them.
+    pub by: Vec<usize>,
+    /// As in [`Left`].
+    pub scan: Option<usize>,
 }
 
 /// The search.
@@ -83,7 +160,7 @@ impl Search<'_> {
         let best = self.real(&start)?;
         let mut found = Found::new(best, start, Knowledge::new());
         learn(&mut found.knowledge, &mut found.best);
-        self.note_left(&mut found.left, &found.best);
+        found.broken.note(self.program, &found.best, None);
         let mut gates = 0;
         let goes_on = self.go_on(&mut found, None, &mut gates)?;
         Ok(Scouted { found, goes_on, gates })
@@ -103,7 +180,7 @@ impl Search<'_> {
         let mut one = self.real(dearest)?;
         self.within(&one, upper)?;
         learn(&mut found.knowledge, &mut one);
-        self.note_left(&mut found.left, &one);
+        found.broken.note(self.program, &one, None);
         // Of two that take as long, the model's own is shown.
         let before = std::mem::replace(&mut found.best, one);
         let start = std::mem::replace(&mut found.witness, dearest.clone());
@@ -127,11 +204,11 @@ impl Search<'_> {
         let best = self.real(dearest)?;
         let mut found = Found::new(best, dearest.clone(), knowledge);
         learn(&mut found.knowledge, &mut found.best);
-        self.note_left(&mut found.left, &found.best);
+        found.broken.note(self.program, &found.best, None);
         if !found.best.is_possible() || found.best.replay.total < upper {
             let mut one = self.real(other)?;
             learn(&mut found.knowledge, &mut one);
-            self.note_left(&mut found.left, &one);
+            found.broken.note(self.program, &one, None);
             better(&mut found, one, other.clone());
         }
         self.go_on(&mut found, Some(upper), &mut 0)?;
@@ -187,7 +264,7 @@ impl Search<'_> {
             let start = witness(&model, &assignment);
             let mut one = self.real(&start)?;
             let news = learn(&mut found.knowledge, &mut one);
-            self.note_left(&mut found.left, &one);
+            found.broken.note(self.program, &one, None);
             let total = one.replay.total;
             goes_on = *gates - before <= DEAR || !is_hardly_longer(&one, &found.best);
             // A run that was left for its length is not tried again from other starts: that takes as long each time.
@@ -204,33 +281,8 @@ impl Search<'_> {
         self.limits.deadline.is_some_and(|end| std::time::Instant::now() >= end)
     }
 
-    /// Notes the stated ranges that a scan leaves; what a program writes of itself comes before what it works out.
-    fn note_left(&self, left: &mut BTreeMap<usize, Left>, one: &Real) {
-        if !one.is_possible() {
-            return;
-        }
-        for &(range, value) in &one.left {
-            let cells = &self.program.ranges[range].cells;
-            let writes = |at: usize| {
-                let regions = flow::written(self.program, at);
-                regions.iter().any(|region| cells.iter().any(|&cell| region.holds(cell)))
-            };
-            let last = one
-                .replay
-                .events
-                .iter()
-                .rev()
-                .find(|event| event.fired && writes(event.instruction));
-            let Some(by) = last.map(|event| event.instruction) else { continue };
-            let known = left.entry(range).or_insert(Left { value, by });
-            if !writes_constant(self.program, known.by) {
-                *known = Left { value, by };
-            }
-        }
-    }
-
     /// Makes a real run.
-    fn real(&self, witness: &Witness) -> Result<Real, String> {
+    pub(super) fn real(&self, witness: &Witness) -> Result<Real, String> {
         let counts = counts(self.program);
         let start = || Start { program: self.program, witness, counts: &counts };
         let found = real(self.program, self.least, start, MOST_RUN);
@@ -269,7 +321,7 @@ impl Search<'_> {
     }
 
     /// The dearest scan of a model, if one keeps its constraints, and a bound on what any costs.
-    fn dearest(&self, model: &ScanModel) -> Option<(Assignment, Picos)> {
+    pub(super) fn dearest(&self, model: &ScanModel) -> Option<(Assignment, Picos)> {
         if model.constraints.contains(&Lit::FALSE) {
             // What costs something depends on the unknown, whatever is chosen: there is nothing to search.
             return None;
@@ -319,7 +371,7 @@ fn better(found: &mut Found, one: Real, start: Witness) {
 }
 
 /// Adds what a run taught; whether something was new.
-fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
+pub(super) fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
     let mut news = false;
     for (moment, facts) in std::mem::take(&mut real.learned) {
         let known = knowledge.entry(moment).or_default();
@@ -334,7 +386,7 @@ fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
 }
 
 /// Whether the search may choose a variable's value.
-fn standing(
+pub(super) fn standing(
     program: &Program,
     summary: &BTreeSet<ChoiceId>,
     model: &ScanModel,
@@ -364,7 +416,7 @@ fn standing(
 }
 
 /// The choices of loops that the model summarises: running them tells what they write.
-fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
+pub(super) fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     let choices = program.instructions.iter().flat_map(|one| match &one.step {
         Step::Summary(summary) if summary.iterations.is_some() => {
             summary.exits.iter().map(|exit| exit.0).chain([summary.choice]).collect()

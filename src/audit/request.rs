@@ -45,6 +45,8 @@ pub struct Request<'a> {
     pub task: Option<&'a str>,
     /// Whether that scan is bounded as if no other task interrupted it, whatever is stated.
     pub alone: bool,
+    /// Whether it is asked which facts the program keeps, and which it breaks.
+    pub proves_facts: bool,
     /// Whether relays are kept apart that scans keep apart, where they are trusted.
     pub relays: bool,
     /// The net that the program is the code of, if it is one's: what it knows of relays is asked of the code.
@@ -103,6 +105,7 @@ impl<'a> Request<'a> {
             apart: true,
             task: None,
             alone: false,
+            proves_facts: true,
             relays: true,
             net: None,
             strict_times: false,

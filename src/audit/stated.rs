@@ -1,15 +1,15 @@
 //! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
 
 use super::own::Owners;
-use super::real::{Left, writes_constant};
+use super::real::{Broken, Left, Parted, bits_of, writes_constant};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedCall, plain};
 use crate::base::near;
 use crate::passes::values::{Trust, is_kept, is_ours};
 use crate::program::{
-    AreaId, AreaKind, BitSource, Cell, Logic, Program, Radix, Region, Role, Source, StartRange,
-    WordSource, flow,
+    AreaId, AreaKind, BitSource, BitTarget, Cell, Logic, Program, Radix, Region, Role, Source,
+    StartRange, WordSource, flow,
 };
 use crate::timing::price::own_points;
 use crate::timing::table::Table;
@@ -105,7 +105,9 @@ pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnosti
     if !faults.is_empty() {
         return Err(faults);
     }
+    let first = program.invariants.len();
     program.invariants.extend(stated.into_iter().map(|two| Logic::All(two.to_vec()).not()));
+    program.exclusive = first..program.invariants.len();
     Ok(())
 }
 
@@ -279,29 +281,36 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
     warnings
 }
 
-/// Tells of stated ranges that a scan leaves which nothing known here excludes.
+/// Tells of what is stated to hold whenever a scan starts, and does not hold where a scan ends which nothing known here
+/// excludes.
 ///
 /// # Errors
-/// Those where the program writes a constant outside of the range: such a range does not hold whenever a scan starts.
+/// Where the program writes a constant outside of a range, or a run from power-up leads there whatever the outside gives:
+/// what is stated does not hold whenever a scan starts.
 pub fn left(
     program: &Program,
     facts: &Facts,
-    left: &BTreeMap<usize, Left>,
+    found: &Broken,
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let keys: BTreeMap<String, &String> =
         facts.ranges.keys().map(|key| (plain(key), key)).collect();
     let (mut broken, mut doubtful) = (Vec::new(), Vec::new());
-    for (&range, &Left { value, by }) in left {
+    let wrote = |by: usize| {
+        let at = &program.instructions[by];
+        let file = &at.place.of(&program.files).name;
+        format!("`{}` ({file}:{})", at.text, at.place.line)
+    };
+    let from_power_up =
+        |scan: usize| format!("whatever comes from outside, in scan {scan} from power-up on");
+    for (&range, &Left { value, by, scan }) in &found.left {
         let word = program.cell_name(program.ranges[range].cells[0]);
         // What is trusted was proved.
         let Some(key) = keys.get(&plain(&word)) else { continue };
-        let at = &program.instructions[by];
-        let file = &at.place.of(&program.files).name;
-        let wrote = format!("`{}` ({file}:{})", at.text, at.place.line);
-        let fact = ["ranges", key.as_str()];
-        if writes_constant(program, by) {
+        let (fact, wrote) = (["ranges", key.as_str()], wrote(by));
+        if writes_constant(program, by) || scan.is_some() {
+            let when = scan.map_or(String::new(), |scan| format!(", {}", from_power_up(scan)));
             let message = format!(
-                "the program breaks what is stated: {wrote} leaves {value} in {word} when the scan ends"
+                "the program breaks what is stated: {wrote} leaves {value} in {word} when the scan ends{when}"
             );
             let help = "state a range that holds this, too, or leave it out";
             broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
@@ -314,7 +323,41 @@ pub fn left(
                 .push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help).warning());
         }
     }
+    for (&pair, Parted { by, scan }) in found.parted.iter().take(MOST_TOLD) {
+        let names: Vec<String> = bits_of(&program.invariants[pair])
+            .iter()
+            .filter_map(|bit| bit_name(program, bit))
+            .collect();
+        let (names, by): (String, Vec<String>) =
+            (names.join(" and "), by.iter().map(|&by| wrote(by)).collect());
+        let (by, fact) = (by.join(" and "), ["exclusive", "sets"]);
+        if let Some(scan) = scan {
+            let leave = if by.contains(" and ") { "leave" } else { "leaves" };
+            let message = format!(
+                "the program breaks what is stated: {by} {leave} {names} both on when the scan ends, {}",
+                from_power_up(*scan)
+            );
+            let help = "take one of the two out of the set";
+            broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
+        } else {
+            let message = format!(
+                "a scan that nothing known here excludes ends with {names} both on, by {by}"
+            );
+            let help = "check the set; state also what keeps the program from that, such as inputs that are never on together";
+            doubtful
+                .push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help).warning());
+        }
+    }
     if broken.is_empty() { Ok(doubtful) } else { Err(broken) }
+}
+
+/// A bit's name.
+fn bit_name(program: &Program, bit: &BitSource) -> Option<String> {
+    match *bit {
+        BitSource::Cell(cell) => Some(program.bit_name(BitTarget::Cell(cell))),
+        BitSource::WordBit(cell, bit) => Some(program.bit_name(BitTarget::WordBit(cell, bit))),
+        BitSource::Const(_) | BitSource::Free(_) => None,
+    }
 }
 
 /// Leaves out the ranges of words that the program does not name, nor any range that shares a word with one that it

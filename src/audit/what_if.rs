@@ -162,6 +162,7 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
     let run = |facts: &Facts| {
         let request = Request {
             facts,
+            proves_facts: false,
             trace: false,
             confirm: false,
             response: None,

@@ -428,6 +428,7 @@ impl ProjectOptions {
             apart: true,
             task: self.task.as_deref(),
             alone: false,
+            proves_facts: true,
             relays: true,
             net: None,
             incomplete: false,

@@ -69,6 +69,7 @@ use crate::base::location::Location;
 use crate::base::time::Picos;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Which area of memory, an index into `Program::areas`.
@@ -679,6 +680,8 @@ pub struct Program {
     pub counts: BTreeMap<usize, (i64, i64)>,
     /// What holds in the state in which every scan starts; no choice and no condition occurs in it.
     pub invariants: Vec<Logic>,
+    /// Those of them that the user stated: each that two bits are not on together.
+    pub exclusive: Range<usize>,
     /// What charts among its routines tell.
     pub charts: Charts,
     /// The statements that the instructions came from.

@@ -135,8 +135,8 @@ impl<'p, F: Free> Machine<'p, F> {
         let replay = self.scan();
         let beyond = std::mem::take(&mut self.state.beyond);
         let learned = std::mem::take(&mut self.state.learned);
-        let left = if self.stopped.is_none() { self.state.left_ranges() } else { Vec::new() };
-        (Real { replay, stopped: self.stopped, learned, left, beyond }, self.asked)
+        let (left, parted) = self.left(&replay);
+        (Real { replay, stopped: self.stopped, learned, left, parted, beyond }, self.asked)
     }
 
     /// The same, and the state that the scan leaves. `asked` such loops count as met before: from `MOST_ASKED` on, a
@@ -146,8 +146,24 @@ impl<'p, F: Free> Machine<'p, F> {
         let replay = self.scan();
         let beyond = std::mem::take(&mut self.state.beyond);
         let learned = std::mem::take(&mut self.state.learned);
-        let left = if self.stopped.is_none() { self.state.left_ranges() } else { Vec::new() };
-        (Real { replay, stopped: self.stopped, learned, left, beyond }, self.state)
+        let (left, parted) = self.left(&replay);
+        (Real { replay, stopped: self.stopped, learned, left, parted, beyond }, self.state)
+    }
+
+    /// What the scan's end does not keep of what is stated of starts: ranges and invariants.
+    fn left(&mut self, replay: &Replay) -> (Vec<(usize, i64)>, Vec<usize>) {
+        if self.stopped.is_some() {
+            return (Vec::new(), Vec::new());
+        }
+        let mut parted = Vec::new();
+        for index in self.program.exclusive.clone() {
+            let holds = &self.program.invariants[index];
+            let end = self.state.logic(holds, Truth::TRUE);
+            if !end.value && end.doubt.is_none() && !replay.broken_invariants.contains(&index) {
+                parted.push(index);
+            }
+        }
+        (self.state.left_ranges(), parted)
     }
 
     pub(super) fn scan(&mut self) -> Replay {

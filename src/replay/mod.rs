@@ -66,6 +66,10 @@ pub trait Free {
     }
     /// The choice's value; bit 0 counts if the kind is `Bit`. The kind is no part of the question.
     fn choice(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16;
+    /// Whether nothing is known of what the outside gives.
+    fn is_unseen(&self) -> bool {
+        false
+    }
     /// What the register of the CPU holds that this choice reads, where that is known.
     fn register(&mut self, _choice: ChoiceId) -> Option<u16> {
         None
@@ -149,6 +153,8 @@ pub struct Real {
     /// Indices into `Program::ranges` that the start keeps and the scan's end does not, and what the words hold then; empty
     /// where it is not followed to its end.
     pub left: Vec<(usize, i64)>,
+    /// Those of `Program::exclusive` that the start keeps and the scan's end surely does not; empty likewise.
+    pub parted: Vec<usize>,
     /// Writes of operations that their instruction's effects do not allow: instruction and cell. There must be none.
     pub beyond: Vec<(usize, Cell)>,
 }

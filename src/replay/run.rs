@@ -5,7 +5,7 @@ use super::state::State;
 use super::{Free, Mode, Real};
 use crate::base::time::Times;
 use crate::program::{AreaKind, Cell, ChoiceKey, Program, Region, flow};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What the outside gives in one scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,13 +21,45 @@ pub struct Outside<'p> {
     program: &'p Program,
     /// What the program may write by itself where inputs are.
     written: Vec<Region>,
+    /// Where nothing is known of what the outside gives: the cells that the program writes by themselves.
+    own: Option<BTreeSet<Cell>>,
 }
+
+/// Larger stretches of cells are not taken as the program's own.
+const LARGEST: u32 = 4096;
 
 impl<'p> Outside<'p> {
     /// The program's.
     #[must_use]
     pub fn of(program: &'p Program) -> Outside<'p> {
-        Outside { program, written: written(program) }
+        Outside { program, written: written(program), own: None }
+    }
+
+    /// The program's, where nothing is known of what it gives, nor of any cell that the program does not write by itself.
+    #[must_use]
+    pub fn unseen(program: &'p Program) -> Outside<'p> {
+        let mut own = BTreeSet::new();
+        for region in (0..program.instructions.len()).flat_map(|at| flow::written(program, at)) {
+            if let Region::Range { first, count } = region
+                && count <= LARGEST
+            {
+                own.extend((0..count).map(|n| first.plus(n)));
+            }
+        }
+        Outside { own: Some(own), ..Outside::of(program) }
+    }
+
+    /// A value that is not known: one that is stated to be possible, 0 where that is.
+    fn stated(&self, cell: Cell) -> u16 {
+        let range = self.program.ranges.iter().find(|range| range.cells == [cell]);
+        range.map_or(0, |range| 0.clamp(range.low, range.high) as u16)
+    }
+
+    /// Whether nothing is known of what the cell holds whenever a scan starts, or at power-up.
+    fn hides(&self, cell: Cell, is_first: bool) -> bool {
+        let Some(own) = &self.own else { return false };
+        let is_others = self.program.external.iter().any(|region| region.holds(cell));
+        is_others || self.sets(cell) || is_first && !own.contains(&cell)
     }
 
     /// Whether the outside sets the cell before each scan: an input that the program leaves alone.
@@ -75,7 +107,7 @@ impl<'p> Run<'p> {
 
 impl Free for Start<'_> {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
-        if self.outside.sets(cell) {
+        if self.outside.own.is_none() && self.outside.sets(cell) {
             return self.given.inputs.get(&cell).copied().unwrap_or(0);
         }
         match &mut self.before {
@@ -83,6 +115,7 @@ impl Free for Start<'_> {
                 u16::from(self.before.is_none())
             }
             Some(before) => before.after(cell).0,
+            None if self.outside.hides(cell, true) => self.outside.stated(cell),
             None => 0,
         }
     }
@@ -91,7 +124,13 @@ impl Free for Start<'_> {
         let program = self.outside.program;
         let power_up = &program.power_up;
         let is_in = |regions: &[Region]| regions.iter().any(|region| region.holds(cell));
-        if self.outside.sets(cell) || power_up.first_scan.contains(&cell) {
+        if power_up.first_scan.contains(&cell) {
+            return 0;
+        }
+        if self.outside.hides(cell, self.before.is_none()) {
+            return u16::MAX;
+        }
+        if self.outside.sets(cell) {
             return 0;
         }
         // What others write comes to the program as they please.
@@ -104,6 +143,10 @@ impl Free for Start<'_> {
             None if is_in(&power_up.cleared) => 0,
             None => u16::MAX,
         }
+    }
+
+    fn is_unseen(&self) -> bool {
+        self.outside.own.is_some()
     }
 
     fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {

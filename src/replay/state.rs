@@ -173,13 +173,13 @@ impl<'p, F: Free> State<'p, F> {
             };
         }
         let value = match self.program.kinds.get(&choice) {
-            Some(ChoiceKind::World) => self.free.choice(&key, kind),
+            Some(ChoiceKind::World) => self.given(&key, kind),
             Some(&ChoiceKind::Steady(cell)) => self.read(cell),
             Some(&ChoiceKind::Present { contact, setting }) => {
                 if self.read(contact) & 1 == 1 {
                     setting
                 } else {
-                    Some(self.free.choice(&key, kind)).filter(|&value| value < setting).unwrap_or(0)
+                    Some(self.given(&key, kind)).filter(|&value| value < setting).unwrap_or(0)
                 }
             }
             // It is asked only as a loop's count.
@@ -196,6 +196,14 @@ impl<'p, F: Free> State<'p, F> {
             reads.push(Read::Choice(key, value));
         }
         value
+    }
+
+    /// What the outside gives.
+    fn given(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16 {
+        if self.free.is_unseen() {
+            self.doubt = self.doubt.or(Some(self.at));
+        }
+        self.free.choice(key, kind)
     }
 
     pub(super) fn choose_bit(&mut self, choice: ChoiceId) -> bool {
@@ -259,7 +267,8 @@ impl<'p, F: Free> State<'p, F> {
         let kind = self.program.areas[usize::from(cell.area.0)].kind;
         let (value, doubt, unknown) = match (havoc, held) {
             (Some(havoc), _) => {
-                let (frames, doubt) = (havoc.frames.to_vec(), havoc.doubt);
+                let unseen = self.free.is_unseen().then_some(self.at);
+                let (frames, doubt) = (havoc.frames.to_vec(), havoc.doubt.or(unseen));
                 let key = ChoiceKey { frames, choice: havoc.choice, cell: Some(cell) };
                 (self.free.choice(&key, kind), doubt, u16::MAX)
             }

@@ -6,10 +6,13 @@ use super::memory::Memory;
 pub use super::watch::Breach;
 use super::watch::Watch;
 use super::word::Word;
-use super::{Run, ScanError, Settings, held, number, run};
+use super::{Purpose, Run, ScanError, Settings, held, number, run};
 use crate::base::time::{Picos, Times};
-use crate::program::{ChoiceId, Effect, Indexed, Length, Program, Step, WordSource, Write};
-use crate::scan::model::{Charge, Lit, ScanModel};
+use crate::program::meaning::Knowledge;
+use crate::program::{
+    BitTarget, Cell, ChoiceId, Effect, Indexed, Length, Program, Step, WordSource, Write,
+};
+use crate::scan::model::{Atom, Charge, Lit, Origin, ScanModel, VarId};
 
 /// The scan's model with what breaks something in place of what costs: a charge for each.
 ///
@@ -40,6 +43,123 @@ pub fn scan_model_keeping(
     Ok((model, found.into_iter().map(|(breach, _)| breach).collect()))
 }
 
+/// Something that is stated to hold whenever a scan starts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Stays {
+    /// A number of these words, least first, is in a range.
+    Within(Vec<Cell>, i64, i64),
+    /// No two of these bits are on.
+    Apart(Vec<BitTarget>),
+}
+
+/// What may become of it in a scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stay {
+    /// It does not hold when the scan ends.
+    pub ends: Lit,
+    /// It does not hold then or, of a single word, may not have held at some moment before: if the power fails then, that
+    /// is what a latched word is left with.
+    pub breaks: Lit,
+    /// For each of its bits, or its number: it was off or 0 when the scan started, and is not when it ends.
+    pub moves: Vec<Lit>,
+}
+
+/// A scan's model, without its charges, and what may become of each of these.
+///
+/// # Errors
+/// The same.
+pub fn scan_model_staying(
+    program: &Program,
+    times: &[Times],
+    (knowledge, purpose): (&Knowledge, Purpose),
+    limits: &SizeLimits<'_>,
+    all: &[Stays],
+) -> Result<(ScanModel, Vec<Stay>), ScanError> {
+    let settings = Settings { times, knowledge, purpose, limits };
+    let single = |(place, one): (usize, &Stays)| match one {
+        Stays::Within(cells, low, high) => match cells[..] {
+            [cell] => Some((place, (cell, *low, *high))),
+            _ => None,
+        },
+        Stays::Apart(_) => None,
+    };
+    let watch = Watch::of_words(all.iter().enumerate().filter_map(single));
+    let end = |memory: &mut Memory<'_>| {
+        let watched = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();
+        let stay = |(place, one): (usize, &Stays)| {
+            let mut found = stay(memory, one);
+            if matches!(one, Stays::Within(..)) {
+                // What is not watched may be anything by then.
+                let midst = watched.get(&Breach::Word(place)).copied().unwrap_or(Lit::TRUE);
+                found.breaks = memory.circuit().or(found.ends, midst);
+            }
+            found
+        };
+        all.iter().enumerate().map(stay).collect()
+    };
+    let (mut model, found) = run(program, settings, Some(Box::new(watch)), end)?;
+    model.charges.clear();
+    Ok((model, found))
+}
+
+fn stay(memory: &mut Memory<'_>, one: &Stays) -> Stay {
+    match one {
+        Stays::Within(cells, low, high) => {
+            let end: Vec<Word> = cells.iter().map(|&cell| memory.read_word(cell)).collect();
+            let start: Option<Vec<Word>> =
+                cells.iter().map(|&cell| started(memory, cell)).collect();
+            let Memory { words, model, .. } = memory;
+            let circuit = &mut model.circuit;
+            let ends = !number::within(words, circuit, &end, true, *low, *high);
+            let mut moves = !number::within(words, circuit, &end, true, 0, 0);
+            if let Some(start) = start {
+                let was_zero = number::within(words, circuit, &start, true, 0, 0);
+                moves = circuit.and(was_zero, moves);
+            }
+            Stay { ends, breaks: ends, moves: vec![moves] }
+        }
+        Stays::Apart(bits) => {
+            let end: Vec<Lit> = bits.iter().map(|&bit| held(memory, bit)).collect();
+            let moves = bits.iter().zip(&end).map(|(&bit, &end)| {
+                let was_on = bit_started(memory, bit);
+                memory.circuit().and(!was_on, end)
+            });
+            let moves = moves.collect();
+            let (mut any, mut two) = (Lit::FALSE, Lit::FALSE);
+            for one in end {
+                let both = memory.circuit().and(any, one);
+                two = memory.circuit().or(two, both);
+                any = memory.circuit().or(any, one);
+            }
+            Stay { ends: two, breaks: two, moves }
+        }
+    }
+}
+
+/// The variable that is a cell's value when the scan starts; none where the scan never asks for it.
+fn start_of(memory: &Memory<'_>, cell: Cell) -> Option<VarId> {
+    let at = memory.model.variables.iter().position(|one| one.origin == Origin::Start(cell))?;
+    u32::try_from(at).ok().map(VarId)
+}
+
+/// The word that the scan started with.
+fn started(memory: &mut Memory<'_>, cell: Cell) -> Option<Word> {
+    start_of(memory, cell).map(|variable| memory.words.free(variable))
+}
+
+/// Whether a bit was on when the scan started; where nothing depends on that, it was not.
+fn bit_started(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
+    match bit {
+        BitTarget::Cell(cell) => match start_of(memory, cell) {
+            Some(variable) => memory.circuit().atom(Atom::Bit(variable)),
+            None => Lit::FALSE,
+        },
+        BitTarget::WordBit(cell, bit) => match started(memory, cell) {
+            Some(word) => memory.words.bits(&mut memory.model.circuit, word)[usize::from(bit)],
+            None => Lit::FALSE,
+        },
+    }
+}
 /// All that may be broken, each with where it is.
 fn breaches(program: &Program, memory: &mut Memory<'_>) -> Vec<(Breach, Lit)> {
     let mut all = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();

@@ -42,11 +42,16 @@ struct Watched {
 impl Watch {
     /// Nothing yet.
     pub fn of(program: &Program) -> Watch {
-        let word = |(place, one): (usize, &TrustedRange)| {
-            (one.cell, Watched { place, low: one.low, high: one.high, broken: Lit::FALSE })
-        };
-        let words = program.trusted.iter().enumerate().map(word).collect();
-        Watch { words, others: BTreeMap::new() }
+        let word = |one: &TrustedRange| (one.cell, one.low, one.high);
+        Watch::of_words(program.trusted.iter().map(word).enumerate())
+    }
+
+    /// Nothing yet of words, each with what [`Breach::Word`] calls it, its cell, and its least and largest value. Of several
+    /// that are one cell only the last is watched.
+    pub fn of_words(words: impl Iterator<Item = (usize, (Cell, i64, i64))>) -> Watch {
+        let word =
+            |(place, (cell, low, high))| (cell, Watched { place, low, high, broken: Lit::FALSE });
+        Watch { words: words.map(word).collect(), others: BTreeMap::new() }
     }
 
     /// A word is written where `guard` holds.

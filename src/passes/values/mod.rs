@@ -184,23 +184,26 @@ fn stated(program: &Program, slots: &Slots) -> Vec<Value> {
     start
 }
 
-/// The stated words of which what is stated holds at power-up, if they are cleared then, and into which the program writes
-/// nothing else, from whatever start keeps all of that.
+/// The stated words of which what is stated holds at power-up and into which the program writes nothing else, from whatever
+/// start keeps all of that. Not those of which it is known that others write them, as what the program only ever clears.
 fn keeps(program: &Program, slots: &Slots, written: &[Option<Value>]) -> BTreeSet<Cell> {
     let is_kept = |range: &&StartRange| {
         let [cell] = range.cells[..] else { return false };
         // The first scan after power-up starts from 0.
-        let is_cleared = program.power_up.cleared.iter().any(|region| region.holds(cell));
-        if is_cleared && !(range.low..=range.high).contains(&0) {
+        if !is_ours(program, cell) || !(range.low..=range.high).contains(&0) {
             return false;
         }
         let written = slots.slot(cell).and_then(|slot| written[slot]);
-        written.is_some_and(|written| {
+        written.filter(|written| *written != Value::constant(0)).is_some_and(|written| {
             let (low, high) = written.signed();
             range.low <= low && high <= range.high
         })
     };
-    program.ranges.iter().filter(is_kept).map(|range| range.cells[0]).collect()
+    // A word may be stated by two names.
+    let (kept, others): (Vec<&StartRange>, Vec<&StartRange>) =
+        program.ranges.iter().partition(is_kept);
+    let other = |cell: &Cell| others.iter().any(|range| range.cells == [*cell]);
+    kept.into_iter().map(|range| range.cells[0]).filter(|cell| !other(cell)).collect()
 }
 
 /// Whether nobody but the program has reason to write a cell, which is 0 at power-up.

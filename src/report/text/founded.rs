@@ -116,7 +116,10 @@ fn bound_without(bound: SolvedBound) -> String {
 /// What was stated, and whether the program keeps it.
 pub(super) fn facts(audit: &Audit) -> Vec<String> {
     let told = |fact: &Fact| match fact.status() {
-        Status::Kept => format!("{fact}: the program writes nothing else into it"),
+        Status::Kept => match fact {
+            Fact::Exclusive { .. } => format!("{fact}: the program never leaves two of them on"),
+            _ => format!("{fact}: the program writes nothing else into it"),
+        },
         Status::Unproved => format!("{fact}: nothing here proves it"),
         Status::Stated => fact.to_string(),
     };
