@@ -18,9 +18,6 @@ const COUNT_EFFORT: u64 = 10;
 /// So many literals of a core may turn out to be needed in the search of a case before the others are left as they are.
 const PATIENCE: usize = 30;
 
-/// By how much the strata that a question takes in grow after each yes.
-const MORE_STRATA: usize = 4;
-
 /// A partition while it is worked on apart from the others.
 pub struct Partition {
     /// Its positions in the order of execution.
@@ -61,8 +58,8 @@ impl Partition {
         // The cores found in this stratum, with their weights. They are relaxed only when all soft literals that are
         // left in it can be true together.
         let mut cores: Vec<(Vec<i32>, u64)> = Vec::new();
-        // How many strata the next question takes in: more after each yes, one again after a core. Of the last rounds' many
-        // strata hardly any has one.
+        // How many strata the next question takes in: twice as many after each yes, one again after a core. Of the last
+        // rounds' many strata hardly any has one.
         let mut strata = 1;
         loop {
             search.bounds().count();
@@ -93,7 +90,7 @@ impl Partition {
                             break;
                         };
                         least = next;
-                        strata *= MORE_STRATA;
+                        strata *= 2;
                     }
                     for (core, weight) in cores.drain(..) {
                         self.objective.relax(&core, weight, |formula, literal| {
