@@ -166,13 +166,16 @@ impl Emit<'_> {
             let fires = Logic::cell(memory.steps[step]);
             self.builder.add(Some(key), Vec::new(), Step::Act { fires });
         }
+        // The power may fail in the midst of a scan: then the markings that are kept may be any.
+        let is_retained = self.is_retained(at.instance);
         let hooks: [fn(&crate::iec::chart::Step) -> &Option<Path>; 3] =
             [|step| &step.exit, |step| &step.entry, |step| &step.active];
         for (number, hook) in hooks.into_iter().enumerate() {
             let own: Vec<usize> =
                 (0..chart.steps.len()).filter(|&step| hook(&chart.steps[step]).is_some()).collect();
             let never = vec![Logic::Const(false); own.len()];
-            self.in_turns(&turns::as_drawn(own.len()), &never, &mut |emit, which| {
+            let rounds = turns::of_steps(chart, own.len(), self.all_clear || is_retained);
+            self.in_turns(&rounds, &never, &mut |emit, which| {
                 let step = &chart.steps[own[which]];
                 let Some(path) = hook(step) else { return };
                 let [now, was] =

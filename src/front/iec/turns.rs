@@ -109,10 +109,20 @@ pub(super) fn rounds(chart: &Chart, pou: &Pou, stated: Option<ActionOrder>) -> V
     .collect()
 }
 
-/// In the order of the chart, or any two the other way round.
-pub(super) fn as_drawn(count: usize) -> Vec<Round> {
+/// What so many steps of a chart carry out: in its order, or any two the other way round where two may be active at once.
+/// `may_be_any`: whether the steps that are active may be any, whatever the chart says.
+pub(super) fn of_steps(chart: &Chart, count: usize, may_be_any: bool) -> Vec<Round> {
     let round = |of| Round { order: (0..count).collect(), ended: None, of: Some(of) };
-    vec![round(ActionOrder::Named), round(ActionOrder::Declared)]
+    match is_sequence(chart) && !may_be_any {
+        true => vec![round(ActionOrder::Named)],
+        false => vec![round(ActionOrder::Named), round(ActionOrder::Declared)],
+    }
+}
+
+/// Whether exactly one step is active whatever happens: the chart begins with one, and each transition leads from one to one.
+fn is_sequence(chart: &Chart) -> bool {
+    chart.steps.iter().filter(|step| step.initial).count() == 1
+        && chart.transitions.iter().all(|one| one.from.len() == 1 && one.to.len() == 1)
 }
 
 impl Emit<'_> {
