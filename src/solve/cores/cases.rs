@@ -29,9 +29,8 @@ const TOGETHER: usize = 4;
 /// The decisions that a case's search may take at each partition before the case is split.
 pub const DECISIONS: u64 = 400_000;
 
-/// A case is split before any search where it may cost more than three halves of the best scan ...
-const FAR: u64 = 3;
-const OF: u64 = 2;
+/// A case is split before any search where it may cost more than so many times the best scan ...
+const FAR: u64 = 2;
 
 /// ... unless either value of the best bit leaves more than 49 of 50 parts.
 const WORTH: (u64, u64) = (49, 50);
@@ -82,15 +81,14 @@ pub fn search(
         return Some(objective);
     }
     let candidates = split.candidates();
-    let (most, literals) = split.dearest(&mut trail, &candidates);
-    if most > split.most / 2 {
+    if split.dearest(&candidates) > split.most / 2 {
         return Some(objective);
     }
     bounds.step(|| Step::Cases);
     // One case is searched to the end, so that the others can be held against a good scan.
-    let dearest = Case { literals, upper: most, state: State::New };
+    let (first, most) = split.promising(&mut trail, &candidates);
     let (_, found) =
-        split.search(&dearest, &mut trail, most, Some(ground.sizes.decisions), bounds, &quiet);
+        split.search(&first, &mut trail, most, Some(ground.sizes.decisions), bounds, &quiet);
     bounds.after_case(found);
     let mut open = vec![Case { literals: Vec::new(), upper: split.most, state: State::New }];
     loop {
@@ -195,19 +193,44 @@ impl<'g> Split<'g> {
         ranked.into_iter().take(CANDIDATES).map(|(_, bit, _)| bit).collect()
     }
 
-    /// The case that keeps most at each bit as long as that takes off something: what it leaves, and its literals, which the
-    /// trail holds.
-    fn dearest(&self, trail: &mut Propagator, candidates: &[i32]) -> (u64, Vec<i32>) {
-        let (mut most, mut literals) = (self.most, Vec::new());
-        while let Some((bit, [one, other])) = self.best(trail, candidates, most) {
+    /// What is left where at each bit that value is taken which keeps most, as long as that takes off something.
+    fn dearest(&self, candidates: &[i32]) -> u64 {
+        let mut trail = self.propagator.clone();
+        let mut most = self.most;
+        while let Some((bit, [one, other])) = self.best(&mut trail, candidates, most) {
             let (literal, left) = if one >= other { (bit, one) } else { (-bit, other) };
             if left > most - most / 200 || trail.assume(literal).is_some() {
                 break;
             }
-            literals.push(literal);
             most = left;
         }
-        (most, literals)
+        most
+    }
+
+    /// A case that probably holds a long scan: where at each bit that value is taken of which slices leave most, as long as
+    /// that takes off something. The trail holds its literals then; with it, what all its soft literals cost.
+    fn promising(&self, trail: &mut Propagator, candidates: &[i32]) -> (Case, u64) {
+        let mut case = Case { literals: Vec::new(), upper: self.most, state: State::New };
+        let mut most = self.most;
+        while let Some((bit, lefts)) = self.best(trail, candidates, most) {
+            let mut sides = Vec::new();
+            for (literal, left) in [bit, -bit].into_iter().zip(lefts) {
+                let level = trail.level();
+                if trail.assume(literal).is_none() {
+                    let off = Slices::of(&self.open(trail), trail).off;
+                    sides.push((left - off, literal, left));
+                    trail.back(level);
+                }
+            }
+            let Some((upper, literal, left)) = sides.into_iter().max() else { break };
+            if upper > case.upper / WORTH.1 * WORTH.0 {
+                break;
+            }
+            let _ = trail.assume(literal);
+            case.literals.push(literal);
+            (case.upper, most) = (upper, left);
+        }
+        (case, most)
     }
 
     /// Bounds a case, and searches it or splits it.
@@ -229,7 +252,7 @@ impl<'g> Split<'g> {
             return (Vec::new(), None);
         }
         let best = self.best(&mut trail, candidates, most);
-        let is_far = case.upper * OF > known.lower() * FAR;
+        let is_far = case.upper > known.lower() * FAR;
         let is_worth_it = |left: &[u64; 2]| left.iter().all(|&one| one < most / WORTH.1 * WORTH.0);
         let is_split =
             |left: &[u64; 2]| case.state == State::Searched || is_far && is_worth_it(left);
