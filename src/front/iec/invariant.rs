@@ -1,10 +1,13 @@
 //! What of a chart's memory holds whenever a scan starts: nobody but the chart writes it.
 
 use super::memory::{ActionMemory, Memory, all, any};
-use crate::iec::chart::coactive::{BUDGET, Basis, analyse, apart_while_stored};
+use crate::iec::chart::coactive::{BUDGET, Basis, apart_while_stored, steps_together};
 use crate::iec::chart::{Chart, Qualifier};
 use crate::net::reach::reach;
 use crate::program::{Cell, Logic};
+
+/// How many markings are looked at for what excludes all stored actions of a chart together.
+const STORED_BUDGET: usize = 1_000_000;
 
 /// More markings than this are told by what excludes what, not one by one.
 const MARKINGS: usize = 64;
@@ -32,7 +35,7 @@ pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: b
     for cell in memory.steps.iter().copied().chain(controls) {
         found.push(any([on(memory.started), on(cell).not()]));
     }
-    let analysis = analyse(chart, BUDGET);
+    let analysis = steps_together(chart, BUDGET);
     if !matches!(analysis.basis, Basis::Unsafe(_)) && !all_clear {
         found.extend(markings(chart, memory, &analysis.basis));
         for one in 0..memory.steps.len() {
@@ -42,8 +45,13 @@ pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: b
                 }
             }
         }
+        // Where there are too many markings without stored actions, there are with them.
+        let budget = match analysis.basis {
+            Basis::Markings(_) => BUDGET.min(STORED_BUDGET / memory.actions.len().max(1)),
+            Basis::Invariants(_) | Basis::Unsafe(_) => 0,
+        };
         for (name, action) in chart.actions().iter().zip(&memory.actions) {
-            for step in apart_while_stored(chart, name, BUDGET) {
+            for step in apart_while_stored(chart, name, budget) {
                 let inputs = action.feeds.iter().zip(&action.inputs);
                 // A delay may outlast R.
                 let outlasts = |kind| kind == Qualifier::Sd && action.has_reset();

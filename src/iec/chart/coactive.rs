@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 
 /// How many markings are looked at.
 pub const BUDGET: usize = 100_000;
+/// How many markings are looked at for all pairs of actions together.
+const PAIRS_BUDGET: usize = 1_000_000;
 /// How many rows place invariants may take.
 const ROWS: usize = 5_000;
 
@@ -102,12 +104,26 @@ impl Analysis {
 pub fn analyse(chart: &Chart, budget: usize) -> Analysis {
     let net = chart.net();
     let reached = reach(&net, budget);
-    let (basis, together) = together(&net, &reached);
-    let mut analysis = Analysis { basis, together, pairs: Vec::new(), findings: Vec::new() };
+    let mut analysis = of_steps(&net, &reached);
     findings(chart, &reached, &mut analysis);
     let together = &analysis.together;
+    // Many actions have many pairs, and each is followed by itself.
+    let pairs = chart.actions().len() * (chart.actions().len() + 1) / 2;
+    let budget = budget.min(PAIRS_BUDGET / pairs.max(1));
     analysis.pairs = Pairing { chart, net: &net, reached: &reached, together, budget }.pairs();
     analysis
+}
+
+/// Which steps of a chart can be active together, and nothing of actions or faults.
+#[must_use]
+pub fn steps_together(chart: &Chart, budget: usize) -> Analysis {
+    let net = chart.net();
+    of_steps(&net, &reach(&net, budget))
+}
+
+fn of_steps(net: &Net, reached: &Reached) -> Analysis {
+    let (basis, together) = together(net, reached);
+    Analysis { basis, together, pairs: Vec::new(), findings: Vec::new() }
 }
 
 fn together(net: &Net, reached: &Reached) -> (Basis, Vec<Bits>) {
