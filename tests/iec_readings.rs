@@ -172,6 +172,61 @@ fn actions_may_have_no_final_scan() {
     assert_eq!(of_chart(&text.replace("IF y THEN", "IF y AND S0.X THEN")), (1, 1));
 }
 
+/// What a scan takes at most that has three more stores where this holds behind the call of a chart.
+fn behind_call(transitions: &str, guard: &str) -> u64 {
+    let text = format!(
+        "VAR_GLOBAL y : BOOL; END_VAR
+         FUNCTION_BLOCK chart VAR_INPUT a, b : BOOL; END_VAR {transitions} END_FUNCTION_BLOCK
+         PROGRAM main
+         VAR a AT %IX0.0 : BOOL; b AT %IX0.1 : BOOL; c : chart; x, p0, p5 : BOOL; END_VAR
+         p0 := c.S0.X; p5 := c.S5.X; y := FALSE;
+         c(a := a, b := b);
+         IF {guard} THEN x := TRUE; x := TRUE; x := TRUE; END_IF
+         END_PROGRAM"
+    );
+    bounds(&text, "").0
+}
+
+#[test]
+fn the_time_of_sl_may_end_what_another_step_stores() {
+    let chart = |first: &str| {
+        format!(
+            "INITIAL_STEP S0: END_STEP STEP S1: A({first}); END_STEP
+             STEP S2: A(S); END_STEP STEP S5: A(R); END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S1 TO S2 := b; END_TRANSITION
+             TRANSITION FROM S2 TO S5 := a; END_TRANSITION
+             TRANSITION FROM S5 TO S0 := b; END_TRANSITION
+             ACTION A: y := TRUE; END_ACTION"
+        )
+    };
+    let off = "c.S2.X AND NOT y";
+    for (first, more) in [("SL, T#100ms", true), ("S", false), ("N", false), ("SD, T#100ms", false)]
+    {
+        let without = behind_call(&chart(first), "FALSE");
+        assert_eq!(behind_call(&chart(first), off) > without, more, "{first}");
+    }
+}
+
+#[test]
+fn a_transition_with_a_priority_may_end_its_steps_at_once() {
+    let chart = |priority: &str| {
+        format!(
+            "INITIAL_STEP I: END_STEP STEP S0: END_STEP STEP S1: END_STEP
+             STEP S5: END_STEP STEP S6: END_STEP
+             TRANSITION FROM I TO (S0, S5) := TRUE; END_TRANSITION
+             TRANSITION t1 {priority} FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION t2 FROM S5 TO S6 := NOT S0.X; END_TRANSITION
+             TRANSITION FROM (S1, S6) TO I := b; END_TRANSITION"
+        )
+    };
+    let both = "p0 AND p5 AND c.S1.X AND c.S6.X";
+    for (priority, more) in [("(PRIORITY := 1)", true), ("", false)] {
+        let without = behind_call(&chart(priority), "FALSE");
+        assert_eq!(behind_call(&chart(priority), both) > without, more, "{priority}");
+    }
+}
+
 #[test]
 fn a_boolean_variable_may_stay_as_others_write_it() {
     let text = |before: &str| {

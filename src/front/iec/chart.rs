@@ -126,6 +126,9 @@ impl Emit<'_> {
                     let effects = vec![always(set(memory.clears[number], condition.clone()))];
                     let key = Self::key(&["CLEAR"], "nothing");
                     self.builder.add(Some(key), effects, Step::Act { fires: condition });
+                    if one.has_priority && number + 1 < chart.transitions.len() {
+                        self.flags_end_early(memory, &one.from, memory.clears[number]);
+                    }
                 }
                 Err(fault) => {
                     let place = format!(
@@ -156,6 +159,15 @@ impl Emit<'_> {
         let moves = moves.collect();
         self.write(moves);
         self.times_end(memory);
+    }
+
+    /// On some controllers the steps of a transition that clears by its priority are off at once, for all conditions behind it.
+    fn flags_end_early(&mut self, memory: &Memory, from: &[usize], clears: Cell) {
+        let early = self.differs("a transition with a priority ends its steps at once");
+        let stays = self.keep_bit(all([Logic::cell(clears), early]).not());
+        let flags = from.iter().map(|&step| memory.steps[step]);
+        let ends = flags.map(|flag| set(flag, all([Logic::cell(flag), stays.clone()])));
+        self.write(ends.collect());
     }
 
     /// Steps, then what they carry out as they end, as they begin and while they are active, then actions.

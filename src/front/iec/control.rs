@@ -70,6 +70,10 @@ impl Emit<'_> {
         let (mut levels, mut stored, mut offs) = (Vec::new(), vec![now(action.stored)], Vec::new());
         let mut pulses = Vec::new();
         let mut keep = Vec::new();
+        let limits: Vec<(Cell, Logic)> = Self::shared_limits(action)
+            .map(|input| input.over)
+            .map(|over| (over, self.keep_bit(now(over))))
+            .collect();
         for (feed, input) in action.feeds.iter().zip(&action.inputs) {
             keep.push(set(input.was, memory.active(&feed.steps)));
             let resets = action.has_reset().then_some(&reset);
@@ -83,6 +87,9 @@ impl Emit<'_> {
             offs.push(given.off);
         }
         self.write(changes);
+        if !limits.is_empty() {
+            self.limits_end_all(action, &limits);
+        }
         // Where several blocks that do not store name the action, on some controllers the last one has its way.
         let blocks: usize = action.feeds.iter().map(|feed| feed.steps.len()).sum();
         let overruled = match blocks {
@@ -112,6 +119,39 @@ impl Emit<'_> {
         let stays_on = all([on.clone(), was_on, unstored.not()]);
         let may_stay = all([any([stays_off, stays_on]), pulse.clone().not()]);
         Output { on: any([on, pulse]), runs, may_stay }
+    }
+
+    /// The inputs with SL of an action that others store as well.
+    fn shared_limits(action: &ActionMemory) -> impl Iterator<Item = &InputMemory> {
+        let stores = action.feeds.iter().filter(|feed| feed.qualifier.is_stored()).count();
+        let inputs = action.feeds.iter().zip(&action.inputs);
+        inputs
+            .filter(move |(feed, _)| stores > 1 && feed.qualifier == Qualifier::Sl)
+            .map(|(_, input)| input)
+    }
+
+    /// On some controllers an action has one store, which is empty when the time of SL is over, whoever filled it. `limits`:
+    /// whether each time is over, and whether it was in the scan before.
+    fn limits_end_all(&mut self, action: &ActionMemory, limits: &[(Cell, Logic)]) {
+        let one = self.differs("an action has one store, which ends with the time of SL");
+        let ends = limits.iter().map(|(over, was)| all([now(*over), was.clone().not()]));
+        let ends = self.keep_bit(all([one, any(ends)]));
+        let goes_on = |cell: Cell| set(cell, all([now(cell), ends.clone().not()]));
+        let mut changes = vec![goes_on(action.stored)];
+        for (feed, input) in action.feeds.iter().zip(&action.inputs) {
+            match feed.qualifier {
+                // What is over is off, and does not come on again while its step is active.
+                Qualifier::Sl => {
+                    let over = any([now(input.over), all([now(input.stored), ends.clone()])]);
+                    changes.push(set(input.over, over));
+                }
+                Qualifier::Sd | Qualifier::Ds => {
+                    changes.extend([goes_on(input.stored), goes_on(input.over)]);
+                }
+                _ => {}
+            }
+        }
+        self.write(changes);
     }
 
     /// What an input of an action's control gives, and what it remembers. `reset`: whether R is on, if there is one.
