@@ -5,19 +5,23 @@ use super::Value;
 use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
 use super::request::{Progress, Request};
-use crate::base::time::Picos;
+use super::solved_bound::SolvedBound;
 use crate::program::Program;
+use std::time::Duration;
 
 /// What charts' co-activity does to the bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Coactivity {
     /// The bound if steps and stored actions did not exclude each other.
-    pub without: Picos,
+    pub without: SolvedBound,
     /// The steps that are active and the actions that are on when the longest scan starts.
     pub active: Vec<String>,
 }
 
-/// Adds to an audit the bound without what charts keep apart: that of a whole audit, which has the time limit for itself.
+/// So much of the time limit this may take where the audit before left over less: a tenth.
+const LEAST_SHARE: u32 = 10;
+
+/// Adds to an audit the bound without what charts keep apart: that of a whole audit, which has the time that is left over.
 /// Nothing is added without charts, where only a limit is asked for, and where nothing is bounded.
 ///
 /// # Errors
@@ -40,8 +44,15 @@ fn of(
         return Ok(None);
     }
     (request.progress)(Progress::Stage("solving without co-activity"));
-    let all =
-        Request { apart: false, proves_facts: false, confirm: false, trace: false, ..*request };
+    let left = |limit: Duration| limit.saturating_sub(found.elapsed).max(limit / LEAST_SHARE);
+    let all = Request {
+        apart: false,
+        proves_facts: false,
+        confirm: false,
+        trace: false,
+        time_limit: request.time_limit.map(left),
+        ..*request
+    };
     let without = audit(&all)?;
     if !without.unbounded.is_empty() {
         return Ok(None);
@@ -51,6 +62,8 @@ fn of(
     let on = found.witness.iter().filter(|one| one.at_start && one.value == Value::Bit(true));
     let active = on.filter(|one| names.contains(&one.name)).map(|one| one.name.clone());
     // Where time ran out, the second bound may be the lower one.
-    let without = without.bound.upper.max(found.bound.upper);
+    let upper = without.bound.upper.max(found.bound.upper);
+    let is_over = all.time_limit.is_some_and(|limit| without.elapsed >= limit);
+    let without = SolvedBound { upper, cut: is_over || !without.cuts.is_empty() };
     Ok(Some(Coactivity { without, active: active.collect() }))
 }

@@ -3,6 +3,7 @@
 use crate::audit::{self, TaskUse};
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::ops::Not;
 
 /// A task of a project that has several.
 #[derive(Serialize, JsonSchema)]
@@ -41,12 +42,18 @@ pub(super) fn task(one: &TaskUse) -> Task<'_> {
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Coactivity<'a> {
     without_ps: u64,
+    #[serde(skip_serializing_if = "Not::not")]
+    cut: bool,
     active: &'a [String],
 }
 
 impl Coactivity<'_> {
     pub(super) fn of(found: &audit::Coactivity) -> Coactivity<'_> {
-        Coactivity { without_ps: found.without.0, active: &found.active }
+        Coactivity {
+            without_ps: found.without.upper.0,
+            cut: found.without.cut,
+            active: &found.active,
+        }
     }
 }
 

@@ -59,17 +59,19 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
         ),
     );
     if let Some(found) = &audit.coactivity {
-        let saved = found.without.checked_sub(bound.upper).unwrap_or(Picos::ZERO);
+        let without = found.without.upper;
+        let saved = without.checked_sub(bound.upper).unwrap_or(Picos::ZERO);
+        let most = if found.without.cut { "at most " } else { "" };
         let active = match found.active.is_empty() {
             true => "no step is active and no action on".to_owned(),
             false => format!("active and on are {}", found.active.join(", ")),
         };
         row(
             "without charts",
-            time(found.without),
+            time(without),
             format!(
-                "if their steps and stored actions did not exclude each other: co-activity takes off {saved} ({}); when the longest scan starts, {active}",
-                Share::of(saved, found.without)
+                "if their steps and stored actions did not exclude each other: co-activity takes off {most}{saved} ({}); when the longest scan starts, {active}",
+                Share::of(saved, without)
             ),
         );
     }
