@@ -1,21 +1,25 @@
 //! Functions: the standard's, and the project's own.
 
 use super::emit::{Emit, Place, What};
-use super::expr::{common, read, row};
+use super::expr::{common, row};
 use super::open::{beyond, complement, opened};
 use super::resolve::{Context, Found, unknown};
-use super::types::{ANY_UNIT, DINT, Kind, Ty, elementary, holding, is_elementary};
+use super::types::{
+    ANY_UNIT, DINT, Kind, Refers, Ty, elementary, holding, is_elementary, lineage,
+};
 use super::value::Value;
+use super::walk::{Walk, Way};
 use super::whole::Whole;
 use super::within::{shown, works};
-use crate::iec::ast::{Argument, Expr, Operator, Path};
+use crate::base::code::Code;
+use crate::iec::ast::{Argument, Expr, Operator, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Section, Variable, same, show};
 use crate::program::{
     Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
 };
 
-impl Emit<'_> {
+impl<'p> Emit<'p> {
     /// The result of a function or a method.
     pub(super) fn function(
         &mut self,
@@ -24,6 +28,9 @@ impl Emit<'_> {
         given: &[Argument],
         line: u32,
     ) -> Result<Value, Fault> {
+        if let Some(value) = self.function_through(at, path, given, line)? {
+            return Ok(value);
+        }
         if let Some(name) = path.as_name() {
             let own = self
                 .project
@@ -38,14 +45,66 @@ impl Emit<'_> {
             }
             return self.standard(at, name, given, line);
         }
-        if let Some((owner, name)) = path.split_last()
-            && let Found::Place(place) = self.find(at, &owner, line)?
-            && let Ty::Block(pou, _) = place.ty
-        {
-            let instance = self.instance(&place, pou);
-            return self.method(at, instance, name, given, line);
+        if let Some((owner, name)) = path.split_last() {
+            let found = self.find(at, &owner, line)?;
+            if let Some(instance) = self.instance_at(&found) {
+                return self.method(at, instance, name, given, line);
+            }
         }
         Err(unknown(line, &show::path(path)))
+    }
+
+    /// What a call through a reference, of what a property gives or of what the base has gives; addresses of variables.
+    fn function_through(
+        &mut self,
+        at: &Context,
+        path: &Path,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Option<Value>, Fault> {
+        if same(&path.first, "SUPER") {
+            let mut names = path.rest.iter().filter(|part| **part != Part::Dereference);
+            let (Some(Part::Name(name)), None) = (names.next(), names.next()) else {
+                return Err(unknown(line, &show::path(path)));
+            };
+            return self.inherited(at, name, given, line).map(Some);
+        }
+        if let (Some(name), [Argument { value: Expr::Variable(of), is_output: false, .. }]) =
+            (path.as_name(), given)
+        {
+            let is_own = self.project.pous.iter().any(|pou| same(&pou.name, name));
+            match name.to_ascii_uppercase().as_str() {
+                _ if is_own => {}
+                "ADR" | "REF" => return self.address_of(at, of, line).map(Some),
+                "__ISVALIDREF" => {
+                    let word = self.address(at, &given[0].value, Refers::Reference, line)?;
+                    let none = Value::Constant(0);
+                    return self.combined(Operator::NotEqual, word, none, line).map(Some);
+                }
+                _ => {}
+            }
+        }
+        let act = &mut |emit: &mut Self, path: Path| emit.function(at, &path, given, line);
+        match self.walk(at, path, true) {
+            Walk::Way(Way::Referred(way)) if !way.rest.is_empty() => {
+                for one in given {
+                    if self.order_matters(at, &Expr::Variable(way.before.clone()), &one.value) {
+                        let what = format!(
+                            "which variable {} means may change before it is called",
+                            show::path(&way.before)
+                        );
+                        let help = "assign the arguments to variables of their own before";
+                        return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
+                    }
+                }
+                self.each_target(at, &way, line, act).map(Some)
+            }
+            Walk::Way(Way::Property(property)) if !property.rest.is_empty() => {
+                let found = self.through_property(at, &property, line, act)?;
+                Ok(Some(self.frozen(found)))
+            }
+            _ => Ok(None),
+        }
     }
 
     /// A function of the project's: its variables are its own, and begin anew at each call.
@@ -75,7 +134,7 @@ impl Emit<'_> {
         self.has_one_name(at, None, &own.variables, given, line)?;
         let enabled = self.begin_enabled(at, &place, given, line)?;
         self.hand_over(at, &place, &own.variables, given, line)?;
-        let inner = Context { instance, locals: None };
+        let inner = Context { instance, locals: None, unit: pou };
         self.begin_anew(&inner, &place, &own.variables, given, line)?;
         self.begin_result(&inner, &place, own, line)?;
         self.call(Logic::Const(true), instance, What::Body, "CAL");
@@ -95,27 +154,52 @@ impl Emit<'_> {
         given: &[Argument],
         line: u32,
     ) -> Result<Value, Fault> {
-        let Some(method) = self.method_of(instance, name) else {
+        self.method_from(at, instance, None, name, given, line)
+    }
+
+    /// Carries out the method that the base has (`SUPER^.m()`).
+    pub(super) fn inherited(
+        &mut self,
+        at: &Context,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let base = self.base(at, line)?;
+        self.method_from(at, at.instance, Some(base), name, given, line)
+    }
+
+    /// Carries out the method of an instance, or the one that a unit has which it extends.
+    pub(super) fn method_from(
+        &mut self,
+        at: &Context,
+        instance: usize,
+        from: Option<usize>,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let own = from.unwrap_or(self.instances[instance].pou);
+        let Some((unit, method)) = self.method_in(own, name) else {
             return Err(unknown(line, &format!("{}.{name}", self.instances[instance].place.name)));
         };
-        let method = method.clone();
-        let place = self.method_place(instance, &method.name)?;
+        let place = self.method_place_of(instance, from, &method.name)?;
         let owner = self.instances[instance].place.name.clone();
         self.has_one_name(at, Some(&owner), &method.variables, given, line)?;
         let enabled = self.begin_enabled(at, &place, given, line)?;
         self.hand_over(at, &place, &method.variables, given, line)?;
-        let inner = Context { instance, locals: Some(place.clone()) };
+        let inner = Context { instance, locals: Some(place.clone()), unit };
         self.begin_anew(&inner, &place, &method.variables, given, line)?;
-        self.begin_result(&inner, &place, &method, line)?;
-        self.call(
-            Logic::Const(true),
-            instance,
-            What::Method(method.name.to_ascii_uppercase()),
-            "CAL",
-        );
+        self.begin_result(&inner, &place, method, line)?;
+        let upper = method.name.to_ascii_uppercase();
+        let what = match from {
+            Some(from) => What::Inherited(from, upper),
+            None => What::Method(upper),
+        };
+        self.call(Logic::Const(true), instance, what, "CAL");
         self.take_back(at, &place, &method.variables, given, line)?;
         let result = match method.result {
-            Some(_) => self.result(&place, &method.name, line)?,
+            Some(_) => self.result(&place, method.result_name(), line)?,
             None => Value::Any,
         };
         let enable = self.end_enabled(at, &place, enabled, given, line)?;
@@ -123,16 +207,40 @@ impl Emit<'_> {
         self.result_if(enable, result, line)
     }
 
+    /// The method that a unit has or inherits, and the unit that declares it.
+    fn method_in(&self, unit: usize, name: &str) -> Option<(usize, &'p Pou)> {
+        let all = &self.project.pous;
+        lineage(self.project, unit).into_iter().find_map(|pou| {
+            let method = pou.methods.iter().find(|method| same(&method.name, name))?;
+            Some((all.iter().position(|one| std::ptr::eq(one, pou))?, method))
+        })
+    }
+
     /// The variables of a method of an instance.
     pub(super) fn method_place(&mut self, instance: usize, name: &str) -> Result<Place, Fault> {
-        let key = format!("{}.{name}()", self.instances[instance].place.name);
+        self.method_place_of(instance, None, name)
+    }
+
+    /// The same of the method that a unit has which the instance's extends.
+    pub(super) fn method_place_of(
+        &mut self,
+        instance: usize,
+        from: Option<usize>,
+        name: &str,
+    ) -> Result<Place, Fault> {
+        let own = from.unwrap_or(self.instances[instance].pou);
+        let Some((unit, method)) = self.method_in(own, name) else {
+            return Err(unknown(0, name));
+        };
+        let of = match from {
+            Some(_) => format!("{}::", self.project.pous[unit].name),
+            None => String::new(),
+        };
+        let key = format!("{}.{of}{}()", self.instances[instance].place.name, method.name);
         if let Some(known) = self.globals.get(&key.to_ascii_uppercase()) {
             return Ok(known.clone());
         }
-        let Some(method) = self.method_of(instance, name).cloned() else {
-            return Err(unknown(0, name));
-        };
-        let parts = self.types.variables(&method)?;
+        let parts = self.types.variables(method)?;
         let place = self.variable(&key, Ty::Parts(parts), method.line)?;
         self.globals.insert(key.to_ascii_uppercase(), place.clone());
         Ok(place)
@@ -142,7 +250,9 @@ impl Emit<'_> {
         let own = Self::part(place, name).ok_or_else(|| unknown(line, name))?;
         let Some(cell) = own.tag.cell() else { return Ok(Value::Any) };
         // It is kept, since another call may follow in the same expression.
-        Ok(match read(cell, &own.ty) {
+        let value = self.read_of(cell, &own.ty);
+        Ok(match value {
+            Value::Address(..) => self.frozen(value),
             Value::Bit(logic) => Value::Bit(self.keep_bit(logic)),
             Value::Number(kind, number) => {
                 let zero = super::value::constant(0, kind.words());
@@ -180,7 +290,7 @@ impl Emit<'_> {
             let Some(from) = Self::part(place, name) else { continue };
             let begin = self.builder.next();
             if let Some(cell) = from.tag.cell() {
-                let mut value = read(cell, &from.ty);
+                let mut value = self.read_of(cell, &from.ty);
                 if let (Value::Bit(logic), true) = (&value, negated) {
                     value = Value::Bit(logic.clone().not());
                 }
@@ -211,11 +321,21 @@ impl Emit<'_> {
         let begins = |one: &&Variable| match one.section {
             Section::Local | Section::Temp | Section::Output => !one.constant,
             Section::Input => !is_given(&one.name),
-            Section::InOut | Section::External | Section::Global => false,
+            Section::InOut
+            | Section::External
+            | Section::Global
+            | Section::Static
+            | Section::Instance => false,
         };
         for one in variables.iter().filter(begins) {
             let Some(part) = Self::part(place, &one.name) else { continue };
             let value = match &one.initial {
+                initial if matches!(part.ty, Ty::Reference(..)) => match (initial, &part.ty) {
+                    (Some(initial), Ty::Reference(kind, _)) => {
+                        self.address(at, initial, *kind, line)?
+                    }
+                    _ => Value::Constant(0),
+                },
                 Some(initial) => self.constant(at, initial).map_or(Value::Any, Value::Constant),
                 None if is_elementary(one) => Value::Constant(0),
                 None => self.types.first_named(&one.of).map_or(Value::Any, Value::Constant),
@@ -242,7 +362,7 @@ impl Emit<'_> {
     ) -> Result<(), Fault> {
         let Some(ty) = &of.result else { return Ok(()) };
         let result = Variable {
-            name: of.name.clone(),
+            name: of.result_name().to_owned(),
             section: Section::Local,
             of: ty.clone(),
             initial: None,

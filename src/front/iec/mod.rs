@@ -6,6 +6,7 @@
 
 mod address;
 mod arithmetic;
+mod begin;
 mod block;
 mod by_reference;
 mod chart;
@@ -24,6 +25,7 @@ mod memory;
 mod open;
 mod operands;
 mod reach;
+mod refer;
 mod resolve;
 mod retained;
 mod selected;
@@ -34,6 +36,7 @@ mod timer;
 mod turns;
 mod types;
 mod value;
+mod walk;
 mod whole;
 mod within;
 
@@ -96,6 +99,7 @@ impl Front for Iec {
                     continue;
                 }
             };
+            options.begins_with_more |= text.contains("call_after_");
             options.actions_first |= text.contains("3s-software.com");
             match iec::read(&input.name, &text) {
                 Ok(more) => project.join(more),

@@ -3,7 +3,7 @@
 use super::emit::Emit;
 use super::resolve::{Context, Found};
 use super::types::lineage;
-use super::within::{calls, variables};
+use super::within::{calls, names_property, variables};
 use crate::iec::ast::{Argument, Expr, Kind as Statements, Part, Path, Statement};
 use crate::iec::chart::Target;
 use crate::iec::fault::Fault;
@@ -85,6 +85,7 @@ fn paths<'p>(code: Code<'p>, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
         }
         match &one.kind {
             Statements::Assign(target, _)
+            | Statements::Refer(target, _)
             | Statements::Latch(target, ..)
             | Statements::For(target, ..) => of_path(target, Use::Write, see),
             Statements::Call(target, given) | Statements::CallIf(_, target, given) => {
@@ -96,6 +97,7 @@ fn paths<'p>(code: Code<'p>, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
         match &one.kind {
             Statements::CallIf(value, ..)
             | Statements::Assign(_, value)
+            | Statements::Refer(_, value)
             | Statements::Latch(_, _, value)
             | Statements::Case(value, ..)
             | Statements::While(value, _)
@@ -218,12 +220,17 @@ impl Emit<'_> {
     /// Whether statements, or what they call, may write a variable.
     pub(super) fn may_write(&self, at: &Context, body: &[Statement], variable: &Path) -> bool {
         let variable = &without_this(variable);
-        // Which element an index means may change.
-        if variable.rest.iter().any(|part| matches!(part, Part::Index(_) | Part::Dereference)) {
+        // Which element an index means may change, and what a reference means.
+        if variable.rest.iter().any(|part| matches!(part, Part::Index(_) | Part::Dereference))
+            || self.is_referring(variable)
+        {
             return true;
         }
+        let is_taken = self.is_taken_at(at, variable);
         let (mut writes, mut called) = (self.writes_beside(body, variable), false);
         paths(Code::Statements(body), &mut |path, used| {
+            writes |= is_taken && self.changes(used) && self.is_referring(path);
+            called |= names_property(self.project, path);
             writes |= self.changes(used) && overlap(path, variable);
             // An instance writes its own variables.
             let is_owner = same(&path.first, &variable.first) && !variable.rest.is_empty();
@@ -238,8 +245,8 @@ impl Emit<'_> {
         }
         let is_local =
             at.locals.as_ref().is_some_and(|place| Self::part(place, &variable.first).is_some());
-        // What is a routine's own, nothing that it calls can reach.
-        if !called || is_local {
+        // What is a routine's own, nothing that it calls can reach, unless its address is taken.
+        if !called || (is_local && !is_taken) {
             return false;
         }
         let own = lineage(self.project, self.instances[at.instance].pou);
@@ -254,6 +261,7 @@ impl Emit<'_> {
                 paths(code, &mut |path, used| {
                     let part = |name: &str| names(path).skip(1).any(|one| same(one, name));
                     let reaches = (by_name && overlap(path, variable))
+                        || (is_taken && self.is_referring(path))
                         || names(variable).any(part)
                         || names(variable).skip(1).any(|name| same(&path.first, name));
                     found |= self.changes(used) && reaches;
@@ -274,6 +282,13 @@ impl Emit<'_> {
             let methods = project.pous.iter().flat_map(|pou| &pou.methods);
             units.chain(methods).filter(|pou| same(&pou.name, last)).collect()
         };
+        let accessors = |path: &Path| -> Vec<&Pou> {
+            let methods = project.pous.iter().flat_map(|pou| &pou.methods);
+            let is = |one: &&Pou| {
+                one.property().is_some_and(|own| names(path).any(|name| same(name, own)))
+            };
+            methods.filter(is).collect()
+        };
         let hands = |used: Use<'_>| match used {
             Use::Handed(name, Some(to)) => {
                 let both = |one: &&Variable| {
@@ -283,9 +298,12 @@ impl Emit<'_> {
             }
             used => self.changes(used),
         };
-        of_expr(expr, &mut |path, used| match used {
-            Use::Call => open.extend(called(path)),
-            used => acts |= hands(used),
+        of_expr(expr, &mut |path, used| {
+            open.extend(accessors(path));
+            match used {
+                Use::Call => open.extend(called(path)),
+                used => acts |= hands(used),
+            }
         });
         let mut seen: Vec<&Pou> = Vec::new();
         while let (Some(pou), false) = (open.pop(), acts) {
@@ -296,11 +314,12 @@ impl Emit<'_> {
             // Its own variables begin anew with every call.
             let is_own = |path: &Path| {
                 let mut own = pou.variables.iter().filter(|one| same(&one.name, &path.first));
-                own.next().map_or(same(&pou.name, &path.first), |one| {
+                own.next().map_or(same(pou.result_name(), &path.first), |one| {
                     !matches!(one.section, Section::External | Section::InOut)
-                })
+                }) && !self.is_referring(path)
             };
             for code in code(pou, true) {
+                paths(code, &mut |path, _| open.extend(accessors(path)));
                 paths(code, &mut |path, used| match used {
                     Use::Call => {
                         let more = called(path);
@@ -314,6 +333,38 @@ impl Emit<'_> {
             }
         }
         acts
+    }
+
+    /// Whether a path may lead through a reference, a pointer or an interface: one of its names is that of one somewhere.
+    pub(super) fn is_referring(&self, path: &Path) -> bool {
+        self.references.has_any()
+            && (path.rest.contains(&Part::Dereference) && !same(&path.first, "THIS")
+                || names(path).any(|name| self.is_reference_name(name)))
+    }
+
+    /// Whether an address is taken by which a variable can be reached: its own, that of a part, or of what it stands in.
+    fn is_taken_at(&self, at: &Context, variable: &Path) -> bool {
+        let is_local =
+            at.locals.as_ref().is_some_and(|place| Self::part(place, &variable.first).is_some());
+        let owner = &self.instances[at.instance].place.name;
+        self.is_taken(names(variable)) || (!is_local && self.is_taken_around(owner))
+    }
+
+    fn is_reference_name(&self, name: &str) -> bool {
+        let methods = || self.project.pous.iter().flat_map(|pou| &pou.methods);
+        let units = self.project.pous.iter().chain(methods());
+        let parts = self.project.types.iter().filter_map(|one| match &one.of {
+            TypeRef::Struct(parts) => Some(parts),
+            _ => None,
+        });
+        let globals = self.project.globals.iter().map(|(_, list)| list);
+        let mut all = units.map(|pou| &pou.variables).chain(parts).chain(globals).flatten();
+        let named = |one: &Variable| same(&one.name, name);
+        all.any(|one| named(one) && super::refer::is_reference(self.project, &one.of))
+            || methods().any(|one| {
+                let is = |of| super::refer::is_reference(self.project, of);
+                same(one.result_name(), name) && one.result.as_ref().is_some_and(is)
+            })
     }
 
     /// Whether a unit knows a variable, an action or a program by the first name of a path.
@@ -423,6 +474,9 @@ impl Emit<'_> {
     /// name than the one that it has here.
     pub(super) fn is_reached(&self, at: &Context, path: &Path, by_programs: bool) -> bool {
         let path = without_this(path);
+        if self.is_referring(&path) || self.is_taken_at(at, &path) {
+            return true;
+        }
         let pou = &self.project.pous[self.instances[at.instance].pou];
         let own = lineage(self.project, self.instances[at.instance].pou);
         let is_local =
@@ -457,7 +511,7 @@ impl Emit<'_> {
             .iter()
             .flat_map(|pou| {
                 let actions = pou.actions.iter().map(|one| one.name.as_str());
-                actions.chain(pou.methods.iter().map(|one| one.name.as_str()))
+                actions.chain(pou.methods.iter().map(crate::iec::Pou::result_name))
             })
             .collect();
         let is_routine = |path: &Path| {
@@ -555,7 +609,9 @@ fn expressions(one: &Statement, see: &mut dyn FnMut(&Expr)) {
             given(all);
             see(condition);
         }
-        Statements::Assign(_, value) | Statements::Latch(_, _, value) => see(value),
+        Statements::Assign(_, value)
+        | Statements::Refer(_, value)
+        | Statements::Latch(_, _, value) => see(value),
         Statements::If(arms, _) => arms.iter().for_each(|(condition, _)| see(condition)),
         Statements::Case(of, ..) => see(of),
         Statements::For(_, from, to, by, _) => {

@@ -43,7 +43,9 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<Option<Whole>, Fault> {
         match expr {
-            Expr::Variable(path) if !path.first.is_empty() => self.whole(at, path, line),
+            Expr::Variable(path) if !path.first.is_empty() && !self.is_single(at, path) => {
+                self.whole(at, path, line)
+            }
             _ => Ok(None),
         }
     }
@@ -81,6 +83,10 @@ impl Emit<'_> {
             Value::Number(kind, number) => {
                 let words = self.copied(number, kind.words());
                 Value::Number(kind, crate::program::Number::Words(words))
+            }
+            Value::Address(number, can) => {
+                let words = self.copied(number, 1);
+                Value::Address(crate::program::Number::Words(words), can)
             }
             Value::Open(kind, number, beyond) => {
                 let words = self.copied(number, kind.words());

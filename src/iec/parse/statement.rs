@@ -81,6 +81,14 @@ fn assignment(cursor: &mut Cursor) -> Result<Kind, Fault> {
         cursor.sign(";")?;
         return Ok(Kind::Assign(target, value));
     }
+    // `r REF= a;`
+    if cursor.is_word("REF") && matches!(cursor.second(), Token::Sign("=")) {
+        cursor.next();
+        cursor.next();
+        let value = expression(cursor)?;
+        cursor.sign(";")?;
+        return Ok(Kind::Refer(target, value));
+    }
     for (word, set) in [("S", true), ("R", false)] {
         // CODESYS: `a S= b;`
         if cursor.is_word(word) && matches!(cursor.second(), Token::Sign("=")) {
