@@ -2,8 +2,8 @@
 
 use super::emit::Emit;
 use super::open::{complement, joined, opened, parted};
-use super::resolve::{Context, Element, Found};
 use super::refer::WORD;
+use super::resolve::{Context, Element, Found};
 use super::types::{ANY_UNIT, DINT, Kind, Refers, Ty, holding};
 use super::value::{Value, constant, real, wrapped};
 use super::walk::{Walk, Way};
@@ -41,6 +41,19 @@ fn address_word(value: &Value) -> Option<Number> {
         Value::Address(number, _) => Some(number.clone()),
         Value::Constant(0) => Some(constant(0, 1)),
         _ => None,
+    }
+}
+
+/// `NOT 1` is no truth value beside a whole number.
+fn masked(expr: &Expr, value: Value, beside: &Value) -> Value {
+    match (expr, value, beside) {
+        (Expr::Not(inner), Value::Any, Value::Number(Kind::Whole { .. }, _)) => match **inner {
+            Expr::Literal(Literal::Int(number @ (0 | 1), None)) => {
+                Value::Constant(if number == 0 { -1 } else { -2 })
+            }
+            _ => Value::Any,
+        },
+        (_, value, _) => value,
     }
 }
 
@@ -207,6 +220,8 @@ impl Emit<'_> {
                     }
                 }
                 let two = emit.open_value(at, second, line)?;
+                let (one, two) = (masked(first, one, &two), two);
+                let (one, two) = (one.clone(), masked(second, two, &one));
                 let (one, two) = if turned { (two, one) } else { (one, two) };
                 emit.combined(operator, one, two, line)
             });
@@ -572,7 +587,8 @@ impl Emit<'_> {
                 return done.map(|_| ());
             }
             Walk::Way(Way::Property(_)) => {
-                let what = format!("{} is a property, which is not followed here", show::path(target));
+                let what =
+                    format!("{} is a property, which is not followed here", show::path(target));
                 let help = "take the result into a variable, and assign that to the property";
                 return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
             }
@@ -735,7 +751,9 @@ impl Emit<'_> {
         match value {
             Value::Bit(logic) => Ok(logic),
             Value::Constant(value) => Ok(Logic::Const(value != 0)),
-            Value::Any | Value::Address(..) => Ok(self.any_bit("a value that is not followed: it may be true or false")),
+            Value::Any | Value::Address(..) => {
+                Ok(self.any_bit("a value that is not followed: it may be true or false"))
+            }
             Value::Number(..) | Value::Open(..) => {
                 Err(Fault::new(line, "a number stands where a truth value is asked for")
                     .code(Code::Operand))

@@ -4,14 +4,11 @@ use super::emit::{Emit, Place, What};
 use super::expr::{common, row};
 use super::open::{beyond, complement, opened};
 use super::resolve::{Context, Found, unknown};
-use super::types::{
-    ANY_UNIT, DINT, Kind, Refers, Ty, elementary, holding, is_elementary, lineage,
-};
+use super::types::{ANY_UNIT, DINT, Kind, Refers, Ty, elementary, holding, is_elementary, lineage};
 use super::value::Value;
 use super::walk::{Walk, Way};
 use super::whole::Whole;
 use super::within::{shown, works};
-use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Operator, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Section, Variable, same, show};
@@ -76,6 +73,11 @@ impl<'p> Emit<'p> {
             match name.to_ascii_uppercase().as_str() {
                 _ if is_own => {}
                 "ADR" | "REF" => return self.address_of(at, of, line).map(Some),
+                "SIZEOF" | "LOWER_BOUND" | "UPPER_BOUND" => {
+                    if let Some(found) = self.measured(at, name, of, 1) {
+                        return Ok(Some(found));
+                    }
+                }
                 "__ISVALIDREF" => {
                     let word = self.address(at, &given[0].value, Refers::Reference, line)?;
                     let none = Value::Constant(0);
@@ -84,18 +86,18 @@ impl<'p> Emit<'p> {
                 _ => {}
             }
         }
+        if let (Some(name), [Argument { value: Expr::Variable(of), .. }, which]) =
+            (path.as_name(), given)
+            && let Some(which) = self.constant(at, &which.value)
+            && let Some(found) = self.measured(at, name, of, which)
+        {
+            return Ok(Some(found));
+        }
         let act = &mut |emit: &mut Self, path: Path| emit.function(at, &path, given, line);
         match self.walk(at, path, true) {
             Walk::Way(Way::Referred(way)) if !way.rest.is_empty() => {
                 for one in given {
-                    if self.order_matters(at, &Expr::Variable(way.before.clone()), &one.value) {
-                        let what = format!(
-                            "which variable {} means may change before it is called",
-                            show::path(&way.before)
-                        );
-                        let help = "assign the arguments to variables of their own before";
-                        return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
-                    }
+                    self.stays(at, &way, &one.value, line)?;
                 }
                 self.each_target(at, &way, line, act).map(Some)
             }
@@ -105,6 +107,27 @@ impl<'p> Emit<'p> {
             }
             _ => Ok(None),
         }
+    }
+
+    /// How large a variable is, or where one of the dimensions of an array begins or ends.
+    fn measured(&mut self, at: &Context, name: &str, of: &Path, which: i64) -> Option<Value> {
+        let Walk::Type(ty) = self.walk(at, of, true) else { return None };
+        let bound = |high: bool| match &ty {
+            Ty::Array { dimensions, .. } => {
+                let at = usize::try_from(which - 1).ok()?;
+                let (low, most) = dimensions.get(at)?;
+                Some(if high { *most } else { *low })
+            }
+            _ => None,
+        };
+        let found = match name.to_ascii_uppercase().as_str() {
+            "SIZEOF" => bytes(&ty)?,
+            "LOWER_BOUND" => bound(false)?,
+            "UPPER_BOUND" => bound(true)?,
+            _ => return None,
+        };
+        self.cost(&["FUNCTION"], "special");
+        Some(Value::Constant(found))
     }
 
     /// A function of the project's: its variables are its own, and begin anew at each call.
@@ -740,6 +763,20 @@ impl<'p> Emit<'p> {
     }
 }
 
+/// How many bytes a variable of a type takes, where no controller adds any between its parts.
+fn bytes(ty: &Ty) -> Option<i64> {
+    match ty {
+        Ty::Bit => Some(1),
+        Ty::Number(Kind::Whole { bits, .. }) => Some(i64::from(bits / 8)),
+        Ty::Number(Kind::Real | Kind::Time) => Some(4),
+        Ty::Array { dimensions, of } => {
+            let counts = dimensions.iter().map(|(low, high)| high - low + 1);
+            { counts }.try_fold(bytes(of)?, i64::checked_mul)
+        }
+        _ => None,
+    }
+}
+
 /// Whether it is a duration. What number it is as another type hangs on the unit: milliseconds or seconds.
 fn is_time(ty: &Ty) -> bool {
     matches!(ty, Ty::Number(Kind::Time))
@@ -842,4 +879,6 @@ const FOLLOWED_NOT: &[&str] = &[
     "SIZEOF",
     "ABS",
     "CONCAT_DATE_TOD",
+    "TIME",
+    "LTIME",
 ];

@@ -111,6 +111,7 @@ impl Front for Iec {
         if !faults.is_empty() {
             return Err(faults);
         }
+        project.inherit_parts();
         let dialect =
             DIALECTS.iter().find(|own| own.name == dialect.name).map_or(XML, |own| own.name);
         Ok(Box::new(Source { dialect, project, options }))
