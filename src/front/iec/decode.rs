@@ -1,7 +1,8 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
 use super::emit::{Emit, Place, What};
-use super::refer::{self, References};
+use super::refer;
+use super::references::References;
 use super::resolve::full_name;
 use super::types::{Kind, Ty, is_elementary, lineage};
 use crate::base::code::Code;

@@ -4,76 +4,18 @@
 //! through a reference is done to each of them that it can mean, behind a test of the word; if there is one, without a test.
 
 use super::emit::{Emit, Place};
+use super::references::{Referred, WORD, Walk, Way};
 use super::resolve::{Context, Found};
-use super::types::{DINT, Kind, Refers, Ty, lineage, same_type};
+use super::types::{DINT, Refers, Ty, lineage, same_type};
 use super::value::{Value, constant};
-use super::walk::{Walk, Way};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Literal, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Project, Section, TypeRef, Variable, same, show};
 use crate::program::{Compare, Logic, Number, Reading, Relation};
-use std::collections::{BTreeMap, BTreeSet};
 
 /// More variables than this, one reference is not taken to mean.
 const MOST: usize = 64;
-
-/// The kind of the word that a reference is.
-pub(super) const WORD: Kind = Kind::Whole { bits: 16, signed: false };
-
-/// What is known of references from one time to the next that a project is put together.
-#[derive(Default)]
-pub(super) struct References {
-    /// The variables whose addresses are taken; the word for each is its number here, from 1.
-    targets: Vec<Place>,
-    numbers: BTreeMap<String, usize>,
-    /// All variables in the order in which they were first asked for: they lie where they lay.
-    variables: Vec<Place>,
-    asked: BTreeSet<String>,
-    /// What references mean while something is done through them, by names that begin with `^`.
-    bound: BTreeMap<String, Place>,
-    next: u32,
-    /// What of that which begins before the first scan is not followed, with its file.
-    pub(super) faults: Vec<(usize, Fault)>,
-    /// Whether this is not the last time, and what begins before the first scan is put together, too.
-    pub(super) is_draft: bool,
-}
-
-impl References {
-    /// Begins anew with the variables where they are.
-    pub(super) fn again(self, is_draft: bool) -> References {
-        let faults = if is_draft { Vec::new() } else { self.faults };
-        References { asked: BTreeSet::new(), bound: BTreeMap::new(), faults, is_draft, ..self }
-    }
-
-    /// Whether there are any.
-    pub(super) fn has_any(&self) -> bool {
-        self.is_draft || !self.targets.is_empty()
-    }
-
-    pub(super) fn count(&self) -> usize {
-        self.targets.len()
-    }
-
-    pub(super) fn variables(&self) -> &[Place] {
-        &self.variables
-    }
-
-    /// The variable of this name, if it is known, and whether it was asked for before.
-    pub(super) fn variable(&mut self, name: &str) -> (Option<Place>, bool) {
-        let is_again = !self.asked.insert(name.to_owned());
-        (self.variables.iter().find(|one| one.name == name).cloned(), is_again)
-    }
-
-    pub(super) fn add_variable(&mut self, place: &Place) {
-        self.variables.push(place.clone());
-    }
-
-    /// What a name that begins with `^` means now.
-    pub(super) fn meant(&self, name: &str) -> Option<&Place> {
-        self.bound.get(name)
-    }
-}
 
 /// Whether a project has references, pointers or interfaces.
 pub(super) fn has_any(project: &Project) -> bool {
@@ -384,7 +326,7 @@ impl Emit<'_> {
     pub(super) fn each_target(
         &mut self,
         at: &Context,
-        way: &super::walk::Referred,
+        way: &Referred,
         line: u32,
         act: &mut dyn FnMut(&mut Self, Path) -> Result<Value, Fault>,
     ) -> Result<Value, Fault> {
@@ -443,7 +385,7 @@ impl Emit<'_> {
     pub(super) fn stays(
         &mut self,
         at: &Context,
-        way: &super::walk::Referred,
+        way: &Referred,
         value: &Expr,
         line: u32,
     ) -> Result<(), Fault> {
@@ -467,7 +409,7 @@ impl Emit<'_> {
     fn each_element(
         &mut self,
         at: &Context,
-        way: &super::walk::Referred,
+        way: &Referred,
         (index, low, high): (&Expr, i64, i64),
         line: u32,
         act: &mut dyn FnMut(&mut Self, Path) -> Result<Value, Fault>,

@@ -1,9 +1,9 @@
 //! What names stand for.
 
 use super::emit::{Emit, Place, What};
+use super::references::{Walk, Way};
 use super::types::{Kind, Ty, elementary, holding, is_elementary, layout, lineage};
 use super::value::{Value, constant};
-use super::walk::{Walk, Way};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Literal, Part, Path};
 use crate::iec::fault::Fault;

@@ -2,10 +2,10 @@
 
 use super::emit::{Emit, Instance, Place, What};
 use super::memory::set;
+use super::references::{Walk, Way};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, lineage};
 use super::value::{Value, constant};
-use super::walk::{Walk, Way};
 use crate::base::code::Code;
 use crate::iec::ast::{
     Argument, Expr, Kind as Statements, Literal, Operator, Part, Path, Selector, Statement, visit,

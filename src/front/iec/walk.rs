@@ -1,6 +1,7 @@
 //! Where a path leads by its types alone: to a variable, through a reference, or to a property.
 
 use super::emit::{Emit, Place};
+use super::references::{Property, Referred, Walk, Way};
 use super::resolve::Context;
 use super::types::{Refers, Ty, lineage};
 use super::value::Value;
@@ -9,37 +10,6 @@ use crate::iec::ast::{Argument, Expr, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{TypeRef, getter, same, setter, show};
 use std::sync::Arc;
-
-/// What a path leads through: the reference that comes first in it.
-pub(super) struct Referred {
-    pub(super) before: Path,
-    pub(super) rest: Vec<Part>,
-    pub(super) kind: Refers,
-    pub(super) of: Arc<TypeRef>,
-    /// Where it is an instance of an array whose number is worked out: the number, the least and the largest.
-    pub(super) among: Option<(Expr, i64, i64)>,
-}
-
-/// What a path leads to: the property that comes first in it.
-pub(super) struct Property {
-    /// The instance; nothing for the one whose code this is.
-    pub(super) owner: Option<Path>,
-    /// The unit whose it is, where that is not the instance's own (`SUPER^`).
-    pub(super) base: Option<usize>,
-    pub(super) name: String,
-    pub(super) rest: Vec<Part>,
-}
-
-pub(super) enum Way {
-    Referred(Referred),
-    Property(Property),
-}
-
-pub(super) enum Walk {
-    Way(Way),
-    Type(Ty),
-    Unknown,
-}
 
 impl Emit<'_> {
     /// Where a path leads. `to_end`: a reference at its end stands for what it refers to.
