@@ -235,7 +235,8 @@ fn declares(variables: &[Variable], name: &str) -> bool {
 impl Emit<'_> {
     /// Whether statements, or what they call, may write a variable.
     pub(super) fn may_write(&self, at: &Context, body: &[Statement], variable: &Path) -> bool {
-        self.is_referring(&without_this(variable)) || self.may_write_itself(at, body, variable)
+        self.is_reference_at(at, &without_this(variable))
+            || self.may_write_itself(at, body, variable)
     }
 
     /// The same of a variable that is no reference, or of the word that a reference is: not of what it means.
@@ -376,6 +377,18 @@ impl Emit<'_> {
             at.locals.as_ref().is_some_and(|place| Self::part(place, &variable.first).is_some());
         let owner = &self.instances[at.instance].place.name;
         self.is_taken(names(variable)) || (!is_local && self.is_taken_around(owner))
+    }
+
+    /// The same of a path in code of an instance, which knows its own variables.
+    fn is_reference_at(&self, at: &Context, path: &Path) -> bool {
+        let own = at.locals.as_ref().and_then(|place| Self::part(place, &path.first));
+        let own = own.or_else(|| Self::part(&self.instances[at.instance].place, &path.first));
+        match own {
+            Some(place) if path.rest.is_empty() => {
+                matches!(place.ty, super::types::Ty::Reference(..))
+            }
+            _ => self.is_referring(path),
+        }
     }
 
     fn is_reference_name(&self, name: &str) -> bool {

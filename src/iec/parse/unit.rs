@@ -319,7 +319,7 @@ fn move_out(
         return Ok(());
     }
     let (moved, own): (Vec<_>, Vec<_>) =
-        pou.variables.drain(..).partition(|one| names.iter().any(|name| *name == one.name));
+        pou.variables.drain(..).partition(|one| names.contains(&one.name));
     pou.variables = own;
     let mut global = Vec::new();
     for one in moved {
