@@ -255,6 +255,8 @@ pub struct Selector {
 pub enum Kind {
     /// `target := value;`
     Assign(Path, Expr),
+    /// `reference REF= variable;`
+    Refer(Path, Expr),
     /// `instance(arguments);`, also of an action, a method or a function.
     Call(Path, Vec<Argument>),
     /// A call under a condition: a block with EN, `CALC`.
@@ -321,7 +323,8 @@ pub fn paths_of(expr: &mut Expr, see: &mut dyn FnMut(&mut Path)) {
     }
 }
 
-fn path_of(path: &mut Path, see: &mut dyn FnMut(&mut Path)) {
+/// Shows a path and those in its indices, to be changed.
+pub fn path_of(path: &mut Path, see: &mut dyn FnMut(&mut Path)) {
     for part in &mut path.rest {
         if let Part::Index(indices) = part {
             indices.iter_mut().for_each(|index| paths_of(index, see));
@@ -338,7 +341,9 @@ pub fn change(
 ) {
     for statement in statements {
         match &mut statement.kind {
-            Kind::Assign(target, value) | Kind::Latch(target, _, value) => {
+            Kind::Assign(target, value)
+            | Kind::Refer(target, value)
+            | Kind::Latch(target, _, value) => {
                 path(target);
                 expr(value);
             }

@@ -32,8 +32,10 @@ pub enum TypeRef {
     Enumeration(Vec<(String, Option<Expr>)>, Option<Box<TypeRef>>),
     /// A range of a type's numbers, which a variable may leave at run time; it begins with one of them.
     Subrange(Box<TypeRef>, Box<(Expr, Expr)>),
-    /// A reference or pointer to something.
+    /// A pointer to something (`POINTER TO`, `REF_TO`).
     Pointer(Box<TypeRef>),
+    /// A reference, which stands for what it refers to (`REFERENCE TO`).
+    Reference(Box<TypeRef>),
 }
 
 /// In which section a variable is declared.
@@ -53,6 +55,10 @@ pub enum Section {
     External,
     /// `VAR_GLOBAL`
     Global,
+    /// `VAR_STAT`: one for all instances.
+    Static,
+    /// `VAR_INST`, of a method: one for each instance.
+    Instance,
 }
 
 /// A variable.
@@ -85,6 +91,8 @@ pub enum PouKind {
     FunctionBlock,
     /// A function, or a method of a function block.
     Function,
+    /// An interface, which function blocks implement.
+    Interface,
 }
 
 /// A language of the standard.
@@ -164,6 +172,8 @@ pub struct Pou {
     pub kind: PouKind,
     /// The function block that it extends.
     pub extends: Option<String>,
+    /// The interfaces that it implements, or extends where it is one itself.
+    pub implements: Vec<String>,
     /// The type of its result, of a function.
     pub result: Option<TypeRef>,
     /// Its variables.
@@ -174,7 +184,7 @@ pub struct Pou {
     pub actions: Vec<Named>,
     /// Its named transitions.
     pub transitions: Vec<Named>,
-    /// Its methods.
+    /// Its methods, and what its properties read and write ([`getter`], [`setter`]).
     pub methods: Vec<Pou>,
     /// The file, an index into the files that were read.
     pub file: usize,
@@ -182,7 +192,31 @@ pub struct Pou {
     pub line: u32,
 }
 
+/// The name of the method that reads a property.
+#[must_use]
+pub fn getter(property: &str) -> String {
+    format!("{property}.Get")
+}
+
+/// The name of the method that writes a property.
+#[must_use]
+pub fn setter(property: &str) -> String {
+    format!("{property}.Set")
+}
+
 impl Pou {
+    /// The variable that holds its result: its name, or that of the property that it reads.
+    #[must_use]
+    pub fn result_name(&self) -> &str {
+        self.name.split_once('.').map_or(&self.name, |(property, _)| property)
+    }
+
+    /// The property that it reads or writes, of a method.
+    #[must_use]
+    pub fn property(&self) -> Option<&str> {
+        self.name.split_once('.').map(|(property, _)| property)
+    }
+
     /// Its charts: that of the body, those of actions and of methods, each with the name of what it belongs to.
     #[must_use]
     pub fn charts(&self) -> Vec<(String, &Chart)> {
@@ -216,6 +250,8 @@ impl Pou {
 pub struct TypeDeclaration {
     /// Its name.
     pub name: String,
+    /// The structure that it extends.
+    pub extends: Option<String>,
     /// What it is.
     pub of: TypeRef,
     /// What a variable of it holds at first.
@@ -307,6 +343,35 @@ impl Project {
             match self.tasks.iter_mut().find(is_same) {
                 Some(own) => own.instances.extend(task.instances),
                 None => self.tasks.push(task),
+            }
+        }
+    }
+
+    /// Gives structures the parts of those that they extend, when all files are read.
+    pub fn inherit_parts(&mut self) {
+        // Each time one more stands above.
+        for _ in 0..self.types.len() {
+            let whole: Vec<(String, Vec<Variable>)> = self
+                .types
+                .iter()
+                .filter(|one| one.extends.is_none())
+                .filter_map(|one| match &one.of {
+                    TypeRef::Struct(parts) => Some((one.name.clone(), parts.clone())),
+                    _ => None,
+                })
+                .collect();
+            let mut is_done = true;
+            for one in &mut self.types {
+                let Some(base) = &one.extends else { continue };
+                let base = whole.iter().find(|(name, _)| same(name, base));
+                if let (Some((_, parts)), TypeRef::Struct(own)) = (base, &mut one.of) {
+                    own.splice(0..0, parts.clone());
+                    one.extends = None;
+                    is_done = false;
+                }
+            }
+            if is_done {
+                break;
             }
         }
     }

@@ -184,6 +184,9 @@ fn statement(text: &mut String, kind: &Kind, level: usize) {
         Kind::Label(label) => {
             let _ = writeln!(text, "{pad}{label}:");
         }
+        Kind::Refer(target, value) => {
+            let _ = writeln!(text, "{pad}{} REF= {};", path(target), expr(value));
+        }
         Kind::Latch(target, value, condition) => {
             let value = if *value { "TRUE" } else { "FALSE" };
             under(text, condition, &format!("{} := {value};", path(target)));

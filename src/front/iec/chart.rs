@@ -34,7 +34,9 @@ impl Emit<'_> {
         let owner = &self.instances[instance].place.name;
         let name = match what {
             What::Body => owner.clone(),
-            What::Action(action) | What::Method(action) => format!("{owner}.{action}"),
+            What::Action(action) | What::Method(action) | What::Inherited(_, action) => {
+                format!("{owner}.{action}")
+            }
         };
         let tag = self.hidden(&name, layout(chart))?;
         self.charts.insert((instance, what.clone()), tag.clone());

@@ -40,7 +40,8 @@ impl Emit<'_> {
             let told = format!("the program of {} has no {kind} {name}", place.name);
             return Err(Fault::new(line, told).code(Code::UnknownName).text(&name).help(help));
         };
-        let at = Context { instance, locals: None };
+        let unit = self.instances[instance].pou;
+        let at = Context { instance, locals: None, unit };
         let outside = match &one.value {
             Expr::Variable(path) => self.outside(&at, path, line)?,
             Expr::Literal(_) | Expr::Negate(_) if !one.is_output => {

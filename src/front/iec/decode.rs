@@ -1,6 +1,8 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
 use super::emit::{Emit, Place, What};
+use super::refer;
+use super::references::References;
 use super::resolve::full_name;
 use super::types::{Kind, Ty, is_elementary, lineage};
 use crate::base::code::Code;
@@ -16,6 +18,8 @@ use std::collections::BTreeSet;
 /// What is asked of the way in which charts are carried out.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Options {
+    /// Whether methods are carried out before the first scan that no block names (`call_after_init` of CODESYS).
+    pub begins_with_more: bool,
     /// Whether actions come before transitions, as CODESYS and TwinCAT have it.
     pub actions_first: bool,
 }
@@ -34,12 +38,66 @@ pub fn decode(
     options: Options,
     asked: &front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
+    if !refer::has_any(project) {
+        return put_together(project, dialect, options, asked, None).map(|(_, found)| found)?;
+    }
+    // What references can mean is known when all is put together.
+    let mut known = References::default().again(true);
+    for _ in 0..MOST_ROUNDS {
+        let count = known.count();
+        known = put_together(project, dialect, options, asked, Some(known))?.0;
+        if known.count() == count {
+            let last = Some(known.again(false));
+            let (known, found) = put_together(project, dialect, options, asked, last)?;
+            if known.count() == count || found.is_err() {
+                return found;
+            }
+            break;
+        }
+        known = known.again(true);
+    }
+    let told = "which variables references can mean is not found in time";
+    let help = "let references mean fewer variables";
+    Err(vec![Fault::new(1, told).code(Code::NotModelled).help(help).in_file(&project.files[0])])
+}
+
+/// What a project means, or why it means nothing.
+type Meant = Result<Program, Vec<Diagnostic>>;
+
+/// How often a project is put together until it is known which variables references can mean.
+const MOST_ROUNDS: u32 = 50;
+
+/// Puts a project together, with what is known of its references, if it has any; what is found of these then. Before the last
+/// time what it means is of no account.
+fn put_together(
+    project: &Project,
+    dialect: &str,
+    options: Options,
+    asked: &front::Options<'_>,
+    references: Option<References>,
+) -> Result<(References, Meant), Vec<Diagnostic>> {
     let mut emit = Emit::new(project, dialect);
+    if let Some(references) = references {
+        let file = project.files.first().map_or("", String::as_str);
+        emit.begin_with(references).map_err(|fault| vec![fault.in_file(file)])?;
+    }
+    let found = emitted(&mut emit, options, asked);
+    let references = std::mem::take(&mut emit.references);
+    Ok((references, found))
+}
+
+fn emitted(
+    emit: &mut Emit<'_>,
+    options: Options,
+    asked: &front::Options<'_>,
+) -> Result<Program, Vec<Diagnostic>> {
+    let project = emit.project;
     emit.actions_first = options.actions_first;
+    emit.begins_with_more = options.begins_with_more;
     emit.all_clear = asked.facts.all_clear;
     emit.action_order = asked.facts.action_order;
     emit.others_write = asked.others_write;
-    let mut tasks = tasks(project, &mut emit);
+    let mut tasks = tasks(project, emit);
     let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));
     if let Some(at) = tasks.iter().position(is_asked) {
         let own = tasks.remove(at);
@@ -54,18 +112,25 @@ pub fn decode(
         emit.task = number;
         emit.routines.clear();
         for (name, of) in &task.instances {
-            program(&mut emit, task, name, of);
+            program(emit, task, name, of);
         }
         let last = if number == 0 { Step::End } else { Step::Return };
         emit.builder.add(None, Vec::new(), last);
         if number == 0 {
             main.end = emit.builder.next();
         }
-        routines(&mut emit);
+        routines(emit);
     }
-    one_name_each(&tasks, &mut emit);
-    changed_by_others(&mut emit, &entries);
-    let shared = super::address::share(&mut emit);
+    if emit.references.is_draft {
+        emit.begin_references();
+        routines(emit);
+        return Ok(Program::default());
+    }
+    let begun = std::mem::take(&mut emit.references.faults);
+    emit.faults.extend(begun);
+    one_name_each(&tasks, emit);
+    changed_by_others(emit, &entries);
+    let shared = super::address::share(emit);
     emit.settle();
     if !emit.faults.is_empty() {
         let name = |file: usize| project.files.get(file).map_or("", String::as_str);
@@ -79,12 +144,11 @@ pub fn decode(
         told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
         return Err(told);
     }
-    let mut known = power_up(&mut emit);
+    let mut known = power_up(emit);
     // What shares memory begins with what either of them declares.
     known.cleared.retain(|own| !shared.iter().any(|one| flow::meet(*own, *one)));
     emit.program().power_up = known;
-    let Emit { builder, .. } = emit;
-    let mut program = builder.program;
+    let mut program = std::mem::take(&mut emit.builder.program);
     program.mains = vec![main];
     if tasks.len() > 1 {
         program.tasks = tasks.iter().map(known_task).collect();
@@ -263,6 +327,12 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
         ..PowerUp::default()
     };
     let project = emit.project;
+    // What methods that are carried out before the first scan leave is not followed.
+    if emit.begins_with_more || begins_with_method(project) {
+        let globals = emit.globals.values().filter(|place| place.name.starts_with("%I"));
+        known.inputs.extend(globals.flat_map(|place| place.tag.regions()));
+        return known;
+    }
     // What an instance's declaration gives to its parts is not followed: then no instance is known to begin with 0.
     let gives = |one: &Variable| {
         let is_literal = |initial: &Expr| matches!(initial, Expr::Literal(_));
@@ -313,6 +383,13 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
         known.inputs.extend(place.tag.regions());
     }
     known
+}
+
+/// Whether a block has a method that is carried out when its instances begin.
+fn begins_with_method(project: &Project) -> bool {
+    let begins = ["FB_Init", "FB_Reinit"];
+    let mut methods = project.pous.iter().flat_map(|pou| &pou.methods);
+    methods.any(|one| begins.iter().any(|name| same(name, &one.name)))
 }
 
 /// What stands in an instance, a structure or an array that survives a loss of power does so, too.

@@ -1,5 +1,6 @@
 //! What all parts of a program have in common while its instructions are put together: memory, instances, routines.
 
+pub(super) use super::references::{Place, References};
 use super::tally::Tally;
 use super::types::{Kind, Ty, Types, first_name, layout};
 use super::value::Value;
@@ -21,20 +22,15 @@ const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
 const HIDDEN: [AreaId; 2] = [AreaId(2), AreaId(3)];
 const BETWEEN: [AreaId; 2] = [AreaId(4), AreaId(5)];
 
-/// A variable, or a part of one, and what it holds.
-#[derive(Debug, Clone)]
-pub(super) struct Place {
-    pub(super) name: String,
-    pub(super) tag: Tag,
-    pub(super) ty: Ty,
-}
-
 /// What of an instance is carried out.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum What {
     Body,
     Action(String),
     Method(String),
+    /// The method of this name that the unit of this number has or inherits, whatever the instance's own unit has; without a
+    /// name its body.
+    Inherited(usize, String),
 }
 
 /// The most instances of function blocks in one variable.
@@ -99,6 +95,9 @@ pub(super) struct Emit<'p> {
     pub(super) presets_left: BTreeSet<Cell>,
     /// The times of steps that are asked for.
     pub(super) times_read: BTreeSet<Cell>,
+    pub(super) references: References,
+    /// Whether variables have to lie in the same places the next time.
+    keeps_places: bool,
     between: [u32; 2],
     pub(super) file: usize,
     /// How many tasks there are.
@@ -107,6 +106,8 @@ pub(super) struct Emit<'p> {
     pub(super) task: usize,
     /// Whether charts carry out actions before they look at transitions.
     pub(super) actions_first: bool,
+    /// Whether methods are carried out before the first scan that no block names.
+    pub(super) begins_with_more: bool,
     /// Whether of transitions that compete and of which one has no priority, all clear that are true.
     pub(super) all_clear: bool,
     /// In which order charts carry out actions, as the user states.
@@ -145,11 +146,14 @@ impl<'p> Emit<'p> {
             returned: BTreeMap::new(),
             presets_left: BTreeSet::new(),
             times_read: BTreeSet::new(),
+            references: References::default(),
+            keeps_places: false,
             between: [0, 0],
             file: 0,
             tasks: 1,
             task: 0,
             actions_first: false,
+            begins_with_more: false,
             all_clear: false,
             action_order: None,
             others_write: true,
@@ -168,16 +172,53 @@ impl<'p> Emit<'p> {
             let help = format!("a variable or a program may hold {MOST_INSTANCES}");
             return Err(Fault::new(line, what).code(Code::TooLarge).help(help));
         }
-        let tag = self.program().tags.add(VARIABLES, name, layout(&ty));
-        let tag = tag.ok_or_else(|| {
+        let (known, is_again) = self.references.variable(name);
+        if let Some(known) = known {
+            if is_again {
+                let what = format!("there are two variables {name}");
+                let help = "give one of them another name: references tell them apart by it";
+                return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
+            }
+            return Ok(known);
+        }
+        let place = Place { name: name.to_owned(), tag: self.placed(name, &ty, line)?, ty };
+        if self.keeps_places {
+            self.references.add_variable(&place);
+        }
+        Ok(place)
+    }
+
+    fn placed(&mut self, name: &str, ty: &Ty, line: u32) -> Result<Tag, Fault> {
+        self.program().tags.add(VARIABLES, name, layout(ty)).ok_or_else(|| {
             Fault::new(line, format!("there is no room for {name}")).code(Code::TooLarge)
-        })?;
-        Ok(Place { name: name.to_owned(), tag, ty })
+        })
+    }
+
+    /// Begins with what is known of references; variables lie where they lay.
+    pub(super) fn begin_with(&mut self, references: References) -> Result<(), Fault> {
+        self.keeps_places = true;
+        for place in references.variables() {
+            self.placed(&place.name, &place.ty, 1)?;
+        }
+        self.references = references;
+        Ok(())
     }
 
     /// Memory of a chart.
     pub(super) fn hidden(&mut self, name: &str, of: crate::program::Type) -> Option<Tag> {
         self.program().tags.add(HIDDEN, name, of)
+    }
+
+    /// The type of the part of this name.
+    pub(super) fn part_type(place: &Place, name: &str) -> Option<Ty> {
+        let (Ty::Parts(parts) | Ty::Standard(_, parts) | Ty::Block(_, parts)) = &place.ty else {
+            return None;
+        };
+        let name = match &place.ty {
+            Ty::Standard(kind, _) => first_name(kind, name),
+            _ => name,
+        };
+        parts.iter().find(|(own, _)| crate::iec::same(own, name)).map(|(_, ty)| ty.clone())
     }
 
     /// The part of this name, in upper or lower case.

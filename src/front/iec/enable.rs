@@ -160,7 +160,7 @@ impl Emit<'_> {
                 let kind = holding(DINT, *value);
                 Value::Number(kind, self.any_number(kind, why))
             }
-            Value::Any | Value::Open(..) => return Ok(Value::Any),
+            Value::Any | Value::Open(..) | Value::Address(..) => return Ok(Value::Any),
         };
         self.chosen(condition, result, other, line)
     }

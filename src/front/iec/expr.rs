@@ -2,8 +2,10 @@
 
 use super::emit::Emit;
 use super::open::{complement, joined, opened, parted};
+use super::references::WORD;
+use super::references::{Walk, Way};
 use super::resolve::{Context, Element, Found};
-use super::types::{ANY_UNIT, DINT, Kind, Ty, holding};
+use super::types::{ANY_UNIT, DINT, Kind, Refers, Ty, holding};
 use super::value::{Value, constant, real, wrapped};
 use super::within::shown;
 use crate::base::code::Code;
@@ -11,7 +13,7 @@ use crate::front::builder::always;
 use crate::iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path};
 use crate::iec::fault::Fault;
 use crate::iec::parse::MERGED;
-use crate::iec::show;
+use crate::iec::{same, show};
 use crate::program::meaning::{Count, Meaning, Operand as Input, Operation, Shape, Target};
 use crate::program::{
     BitSource, BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation, Step,
@@ -27,6 +29,31 @@ pub(super) fn read(cell: Cell, ty: &Ty) -> Value {
             Value::Number(*kind, Number::Words(words.collect()))
         }
         _ => Value::Any,
+    }
+}
+
+/// What is told where addresses are compared that are no variables' own.
+const ADDRESSES: &str = "a comparison of addresses may come out either way";
+
+/// The word of a reference, of one that is compared with nothing, too.
+fn address_word(value: &Value) -> Option<Number> {
+    match value {
+        Value::Address(number, _) => Some(number.clone()),
+        Value::Constant(0) => Some(constant(0, 1)),
+        _ => None,
+    }
+}
+
+/// `NOT 1` is no truth value beside a whole number.
+fn masked(expr: &Expr, value: Value, beside: &Value) -> Value {
+    match (expr, value, beside) {
+        (Expr::Not(inner), Value::Any, Value::Number(Kind::Whole { .. }, _)) => match **inner {
+            Expr::Literal(Literal::Int(number @ (0 | 1), None)) => {
+                Value::Constant(if number == 0 { -1 } else { -2 })
+            }
+            _ => Value::Any,
+        },
+        (_, value, _) => value,
     }
 }
 
@@ -116,7 +143,22 @@ impl Emit<'_> {
     }
 
     fn variable_value(&mut self, at: &Context, path: &Path, line: u32) -> Result<Value, Fault> {
-        let found = self.find(at, path, line)?;
+        if same(&path.first, "THIS") && path.rest.is_empty() {
+            return self.address(at, &Expr::Variable(path.clone()), Refers::Pointer, line);
+        }
+        match self.walk(at, path, true) {
+            Walk::Way(Way::Referred(way)) => {
+                return self.each_target(at, &way, line, &mut |emit, path| {
+                    emit.variable_value(at, &path, line)
+                });
+            }
+            Walk::Way(Way::Property(property)) => return self.property_value(at, &property, line),
+            Walk::Unknown if path.as_name().is_some_and(|name| same(name, "NULL")) => {
+                return Ok(Value::Constant(0));
+            }
+            _ => {}
+        }
+        let found = self.find_plain(at, path, line)?;
         if !matches!(found, Found::Value(_)) {
             self.cost(&["LD"], "contact");
         }
@@ -124,7 +166,7 @@ impl Emit<'_> {
             Found::Value(value) => value,
             Found::WordBit(cell, bit, _) => Value::Bit(Logic::Bit(BitSource::WordBit(cell, bit))),
             Found::Place(place) => match place.tag.cell() {
-                Some(cell) => read(cell, &place.ty),
+                Some(cell) => self.read_of(cell, &place.ty),
                 None => Value::Any,
             },
             Found::Element(element) => self.element(&element),
@@ -133,10 +175,9 @@ impl Emit<'_> {
     }
 
     /// The value of an element whose number is worked out.
-    fn element(&mut self, element: &Element) -> Value {
-        let (Some(address), true) =
-            (element.address(), matches!(element.place.ty, Ty::Bit | Ty::Number(_)))
-        else {
+    pub(super) fn element(&mut self, element: &Element) -> Value {
+        let is_one = matches!(element.place.ty, Ty::Bit | Ty::Number(_) | Ty::Reference(..));
+        let (Some(address), true) = (element.address(), is_one) else {
             return Value::Any;
         };
         let words = match element.place.ty {
@@ -147,6 +188,10 @@ impl Emit<'_> {
         if let Ty::Number(kind) = element.place.ty {
             let number = self.worked_out(words, Some((Operation::Copy, vec![run], words)));
             return Value::Number(kind, number);
+        }
+        if let Ty::Reference(kind, of) = element.place.ty.clone() {
+            let number = self.worked_out(words, Some((Operation::Copy, vec![run], words)));
+            return Value::Address(number, self.candidates(kind, &of));
         }
         let (cell, choice) = (self.bit_between(), self.builder.choice());
         let outputs = vec![Target::Bits(vec![BitTarget::Cell(cell)])];
@@ -175,6 +220,8 @@ impl Emit<'_> {
                     }
                 }
                 let two = emit.open_value(at, second, line)?;
+                let (one, two) = (masked(first, one, &two), two);
+                let (one, two) = (one.clone(), masked(second, two, &one));
                 let (one, two) = if turned { (two, one) } else { (one, two) };
                 emit.combined(operator, one, two, line)
             });
@@ -268,6 +315,14 @@ impl Emit<'_> {
             }
             other => other,
         };
+        if let (Some(relation @ (Relation::Equal | Relation::NotEqual)), Some(left), Some(right)) =
+            (relation, address_word(&one), address_word(&two))
+            && matches!((&one, &two), (Value::Address(..), _) | (_, Value::Address(..)))
+        {
+            self.cost(&[row(operator, Some(WORD)), row(operator, None)], "compare");
+            let compare = Compare { relation, reading: Reading::Unsigned, left, right };
+            return Ok(Value::Bit(Logic::Compare(Box::new(compare))));
+        }
         // A quotient shows all bits of what is divided.
         let (one, two) = match operator {
             O::Divide | O::Modulo | O::Power => (self.settled(one), self.settled(two)),
@@ -305,6 +360,10 @@ impl Emit<'_> {
                 let one = (self.constant_as(kind, one), None);
                 let two = self.operand((own, two, also), kind, relation);
                 self.numbers(operator, relation, kind, one, two)
+            }
+            (Value::Address(..), _) | (_, Value::Address(..)) if relation.is_some() => {
+                self.cost(&[row(operator, Some(WORD)), row(operator, None)], "compare");
+                Ok(Value::Bit(self.any_bit(ADDRESSES)))
             }
             (Value::Number(one, _), Value::Number(two, _))
                 if relation.is_some() && (one == Kind::Time) != (two == Kind::Time) =>
@@ -427,7 +486,7 @@ impl Emit<'_> {
         match self.value(at, expr, line)? {
             Value::Bit(logic) => Ok(logic),
             Value::Constant(value) => Ok(Logic::Const(value != 0)),
-            Value::Any => {
+            Value::Any | Value::Address(..) => {
                 Ok(self.any_bit("a condition that is not followed: it may be true or false"))
             }
             Value::Number(..) | Value::Open(..) => {
@@ -464,7 +523,7 @@ impl Emit<'_> {
                 Ok(self.operand((from, number, Some(beyond)), kind, None).0)
             }
             Value::Constant(value) => Ok(self.constant_as(kind, value)),
-            Value::Any => {
+            Value::Any | Value::Address(..) => {
                 Ok(self.any_number(kind, "a value that is not followed: it may be any number"))
             }
             Value::Bit(logic) => {
@@ -517,7 +576,25 @@ impl Emit<'_> {
             self.kept.insert(target.first.clone(), kept);
             return Ok(());
         }
-        let found = self.find(at, target, line)?;
+        // A reference is given back as it is, all else goes to what it refers to.
+        let to_end = !matches!(value, Value::Address(..));
+        match self.walk(at, target, to_end) {
+            Walk::Way(Way::Referred(way)) => {
+                let done = self.each_target(at, &way, line, &mut |emit, path| {
+                    emit.assign_of(at, &path, of, value.clone(), line)?;
+                    Ok(Value::Any)
+                });
+                return done.map(|_| ());
+            }
+            Walk::Way(Way::Property(_)) => {
+                let what =
+                    format!("{} is a property, which is not followed here", show::path(target));
+                let help = "take the result into a variable, and assign that to the property";
+                return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
+            }
+            _ => {}
+        }
+        let found = self.find_plain(at, target, line)?;
         self.assign_found(found, of, value, line)
     }
 
@@ -542,67 +619,6 @@ impl Emit<'_> {
         let effects = writes.into_iter().map(always).collect();
         self.builder.add(Some(Self::key(&["ST"], "move")), effects, Step::Nothing);
         Ok(())
-    }
-
-    /// A value as it is now, in cells of its own. `merges`: another way may come to where it is kept with one that does not
-    /// fit its type.
-    pub(super) fn stored(&mut self, value: Value, merges: bool) -> Value {
-        match value {
-            Value::Number(kind @ Kind::Whole { .. }, number) if merges => {
-                self.kept_open(kind, number, Logic::Const(false))
-            }
-            Value::Open(kind, number, beyond) => self.kept_open(kind, number, beyond),
-            Value::Bit(logic) => {
-                let cell = self.bit_between();
-                self.write(vec![Write::Bit(BitTarget::Cell(cell), logic)]);
-                Value::Bit(Logic::cell(cell))
-            }
-            Value::Constant(value) => {
-                let words = self.copied(constant(value, 2), 2);
-                Value::Number(DINT, Number::Words(words))
-            }
-            Value::Number(kind, number) => {
-                let words = self.copied(number, kind.words());
-                Value::Number(kind, Number::Words(words))
-            }
-            other => other,
-        }
-    }
-
-    /// Writes a value to where another way has kept one for the same purpose; any value, if they are not of one kind.
-    pub(super) fn merged(&mut self, known: Value, value: Value) -> Value {
-        match (&known, value.clone()) {
-            (Value::Bit(Logic::Bit(BitSource::Cell(cell))), Value::Bit(logic)) => {
-                self.write(vec![Write::Bit(BitTarget::Cell(*cell), logic)]);
-                known
-            }
-            (
-                Value::Open(kind, Number::Words(words), Logic::Bit(BitSource::Cell(cell))),
-                Value::Number(own, _) | Value::Open(own, ..),
-            ) if *kind == own => {
-                let (value, beyond) = parted(value);
-                let beyond = beyond.unwrap_or(Logic::Const(false));
-                self.write(vec![Write::Bit(BitTarget::Cell(*cell), beyond)]);
-                self.merged(Value::Number(*kind, Number::Words(words.clone())), value);
-                known
-            }
-            (Value::Number(kind, Number::Words(words)), Value::Number(own, number))
-                if *kind == own =>
-            {
-                let target = |word: &WordSource| match word {
-                    WordSource::Cell(cell) => Some(WordTarget::Cell(*cell)),
-                    _ => None,
-                };
-                match words.iter().map(target).collect() {
-                    Some(targets) => {
-                        self.write(vec![Write::Words(targets, number)]);
-                        known
-                    }
-                    None => Value::Any,
-                }
-            }
-            _ => Value::Any,
-        }
     }
 
     /// The words of a number as they are now.
@@ -643,7 +659,11 @@ impl Emit<'_> {
                 let targets = (0..kind.words()).map(|at| WordTarget::Cell(cell.plus(at))).collect();
                 vec![Write::Words(targets, number)]
             }
-            (Ty::Text | Ty::Pointer, _) => Vec::new(),
+            (Ty::Reference(..), Some(cell)) => {
+                let number = self.reference_word(&place, value, line)?;
+                vec![Write::Words(vec![WordTarget::Cell(cell)], number)]
+            }
+            (Ty::Text, _) => Vec::new(),
             _ => {
                 let choice = self.builder.choice();
                 let at = self.builder.next();
@@ -659,7 +679,9 @@ impl Emit<'_> {
         match value {
             Value::Bit(logic) => Ok(logic),
             Value::Constant(value) => Ok(Logic::Const(value != 0)),
-            Value::Any => Ok(self.any_bit("a value that is not followed: it may be true or false")),
+            Value::Any | Value::Address(..) => {
+                Ok(self.any_bit("a value that is not followed: it may be true or false"))
+            }
             Value::Number(..) | Value::Open(..) => {
                 Err(Fault::new(line, "a number stands where a truth value is asked for")
                     .code(Code::Operand))
@@ -689,6 +711,7 @@ impl Emit<'_> {
                 let number = self.as_number(value, kind, line)?;
                 Input::Number(number)
             }
+            Ty::Reference(..) => Input::Number(self.reference_word(&element.place, value, line)?),
             _ => return Ok(Vec::new()),
         };
         let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };

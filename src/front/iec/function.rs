@@ -1,7 +1,7 @@
 //! Functions: the standard's, and the project's own.
 
 use super::emit::{Emit, Place, What};
-use super::expr::{common, read, row};
+use super::expr::{common, row};
 use super::open::{beyond, complement, opened};
 use super::resolve::{Context, Found, unknown};
 use super::types::{ANY_UNIT, DINT, Kind, Ty, elementary, holding, is_elementary};
@@ -15,7 +15,7 @@ use crate::program::{
     Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
 };
 
-impl Emit<'_> {
+impl<'p> Emit<'p> {
     /// The result of a function or a method.
     pub(super) fn function(
         &mut self,
@@ -24,6 +24,9 @@ impl Emit<'_> {
         given: &[Argument],
         line: u32,
     ) -> Result<Value, Fault> {
+        if let Some(value) = self.function_through(at, path, given, line)? {
+            return Ok(value);
+        }
         if let Some(name) = path.as_name() {
             let own = self
                 .project
@@ -38,12 +41,11 @@ impl Emit<'_> {
             }
             return self.standard(at, name, given, line);
         }
-        if let Some((owner, name)) = path.split_last()
-            && let Found::Place(place) = self.find(at, &owner, line)?
-            && let Ty::Block(pou, _) = place.ty
-        {
-            let instance = self.instance(&place, pou);
-            return self.method(at, instance, name, given, line);
+        if let Some((owner, name)) = path.split_last() {
+            let found = self.find(at, &owner, line)?;
+            if let Some(instance) = self.instance_at(&found) {
+                return self.method(at, instance, name, given, line);
+            }
         }
         Err(unknown(line, &show::path(path)))
     }
@@ -75,7 +77,7 @@ impl Emit<'_> {
         self.has_one_name(at, None, &own.variables, given, line)?;
         let enabled = self.begin_enabled(at, &place, given, line)?;
         self.hand_over(at, &place, &own.variables, given, line)?;
-        let inner = Context { instance, locals: None };
+        let inner = Context { instance, locals: None, unit: pou };
         self.begin_anew(&inner, &place, &own.variables, given, line)?;
         self.begin_result(&inner, &place, own, line)?;
         self.call(Logic::Const(true), instance, What::Body, "CAL");
@@ -86,63 +88,13 @@ impl Emit<'_> {
         self.result_if(enable, result, line)
     }
 
-    /// Carries out a method.
-    pub(super) fn method(
-        &mut self,
-        at: &Context,
-        instance: usize,
-        name: &str,
-        given: &[Argument],
-        line: u32,
-    ) -> Result<Value, Fault> {
-        let Some(method) = self.method_of(instance, name) else {
-            return Err(unknown(line, &format!("{}.{name}", self.instances[instance].place.name)));
-        };
-        let method = method.clone();
-        let place = self.method_place(instance, &method.name)?;
-        let owner = self.instances[instance].place.name.clone();
-        self.has_one_name(at, Some(&owner), &method.variables, given, line)?;
-        let enabled = self.begin_enabled(at, &place, given, line)?;
-        self.hand_over(at, &place, &method.variables, given, line)?;
-        let inner = Context { instance, locals: Some(place.clone()) };
-        self.begin_anew(&inner, &place, &method.variables, given, line)?;
-        self.begin_result(&inner, &place, &method, line)?;
-        self.call(
-            Logic::Const(true),
-            instance,
-            What::Method(method.name.to_ascii_uppercase()),
-            "CAL",
-        );
-        self.take_back(at, &place, &method.variables, given, line)?;
-        let result = match method.result {
-            Some(_) => self.result(&place, &method.name, line)?,
-            None => Value::Any,
-        };
-        let enable = self.end_enabled(at, &place, enabled, given, line)?;
-        self.open_outputs(at, enable.as_ref(), given, line)?;
-        self.result_if(enable, result, line)
-    }
-
-    /// The variables of a method of an instance.
-    pub(super) fn method_place(&mut self, instance: usize, name: &str) -> Result<Place, Fault> {
-        let key = format!("{}.{name}()", self.instances[instance].place.name);
-        if let Some(known) = self.globals.get(&key.to_ascii_uppercase()) {
-            return Ok(known.clone());
-        }
-        let Some(method) = self.method_of(instance, name).cloned() else {
-            return Err(unknown(0, name));
-        };
-        let parts = self.types.variables(&method)?;
-        let place = self.variable(&key, Ty::Parts(parts), method.line)?;
-        self.globals.insert(key.to_ascii_uppercase(), place.clone());
-        Ok(place)
-    }
-
-    fn result(&mut self, place: &Place, name: &str, line: u32) -> Result<Value, Fault> {
+    pub(super) fn result(&mut self, place: &Place, name: &str, line: u32) -> Result<Value, Fault> {
         let own = Self::part(place, name).ok_or_else(|| unknown(line, name))?;
         let Some(cell) = own.tag.cell() else { return Ok(Value::Any) };
         // It is kept, since another call may follow in the same expression.
-        Ok(match read(cell, &own.ty) {
+        let value = self.read_of(cell, &own.ty);
+        Ok(match value {
+            Value::Address(..) => self.frozen(value),
             Value::Bit(logic) => Value::Bit(self.keep_bit(logic)),
             Value::Number(kind, number) => {
                 let zero = super::value::constant(0, kind.words());
@@ -180,7 +132,7 @@ impl Emit<'_> {
             let Some(from) = Self::part(place, name) else { continue };
             let begin = self.builder.next();
             if let Some(cell) = from.tag.cell() {
-                let mut value = read(cell, &from.ty);
+                let mut value = self.read_of(cell, &from.ty);
                 if let (Value::Bit(logic), true) = (&value, negated) {
                     value = Value::Bit(logic.clone().not());
                 }
@@ -211,11 +163,21 @@ impl Emit<'_> {
         let begins = |one: &&Variable| match one.section {
             Section::Local | Section::Temp | Section::Output => !one.constant,
             Section::Input => !is_given(&one.name),
-            Section::InOut | Section::External | Section::Global => false,
+            Section::InOut
+            | Section::External
+            | Section::Global
+            | Section::Static
+            | Section::Instance => false,
         };
         for one in variables.iter().filter(begins) {
             let Some(part) = Self::part(place, &one.name) else { continue };
             let value = match &one.initial {
+                initial if matches!(part.ty, Ty::Reference(..)) => match (initial, &part.ty) {
+                    (Some(initial), Ty::Reference(kind, _)) => {
+                        self.address(at, initial, *kind, line)?
+                    }
+                    _ => Value::Constant(0),
+                },
                 Some(initial) => self.constant(at, initial).map_or(Value::Any, Value::Constant),
                 None if is_elementary(one) => Value::Constant(0),
                 None => self.types.first_named(&one.of).map_or(Value::Any, Value::Constant),
@@ -233,7 +195,7 @@ impl Emit<'_> {
     }
 
     /// The result begins with what its type begins with.
-    fn begin_result(
+    pub(super) fn begin_result(
         &mut self,
         at: &Context,
         place: &Place,
@@ -242,7 +204,7 @@ impl Emit<'_> {
     ) -> Result<(), Fault> {
         let Some(ty) = &of.result else { return Ok(()) };
         let result = Variable {
-            name: of.name.clone(),
+            name: of.result_name().to_owned(),
             section: Section::Local,
             of: ty.clone(),
             initial: None,
@@ -722,4 +684,6 @@ const FOLLOWED_NOT: &[&str] = &[
     "SIZEOF",
     "ABS",
     "CONCAT_DATE_TOD",
+    "TIME",
+    "LTIME",
 ];

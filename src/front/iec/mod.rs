@@ -6,6 +6,7 @@
 
 mod address;
 mod arithmetic;
+mod begin;
 mod block;
 mod by_reference;
 mod chart;
@@ -21,9 +22,12 @@ mod function;
 mod invariant;
 mod loops;
 mod memory;
+mod method;
 mod open;
 mod operands;
 mod reach;
+mod refer;
+mod references;
 mod resolve;
 mod retained;
 mod selected;
@@ -34,6 +38,7 @@ mod timer;
 mod turns;
 mod types;
 mod value;
+mod walk;
 mod whole;
 mod within;
 
@@ -96,6 +101,7 @@ impl Front for Iec {
                     continue;
                 }
             };
+            options.begins_with_more |= text.contains("call_after_");
             options.actions_first |= text.contains("3s-software.com");
             match iec::read(&input.name, &text) {
                 Ok(more) => project.join(more),
@@ -107,6 +113,7 @@ impl Front for Iec {
         if !faults.is_empty() {
             return Err(faults);
         }
+        project.inherit_parts();
         let dialect =
             DIALECTS.iter().find(|own| own.name == dialect.name).map_or(XML, |own| own.name);
         Ok(Box::new(Source { dialect, project, options }))

@@ -37,7 +37,7 @@ pub(super) fn complement(value: Value) -> Value {
     match value {
         Value::Bit(logic) => Value::Bit(logic.not()),
         // Of 0 and 1 it is not told whether a bit or a number is meant.
-        Value::Constant(0 | 1) | Value::Any | Value::Open(..) => Value::Any,
+        Value::Constant(0 | 1) | Value::Any | Value::Open(..) | Value::Address(..) => Value::Any,
         Value::Constant(value) => Value::Constant(!value),
         Value::Number(kind, number) => {
             let ones = constant(-1, kind.words());

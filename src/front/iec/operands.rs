@@ -5,6 +5,7 @@
 use super::emit::{Emit, Place};
 use super::function::{is_handed, parameters};
 use super::resolve::{Context, Found, unknown};
+use super::types::Ty;
 use super::value::Value;
 use super::whole::Whole;
 use super::within::{each_deep, shown};
@@ -175,6 +176,11 @@ impl Emit<'_> {
         for group in [one_way, both] {
             if !calls_any {
                 for (target, value) in group {
+                    if let Ty::Reference(kind, _) = target.ty {
+                        let found = self.address(at, value, kind, line)?;
+                        values.push((target, found));
+                        continue;
+                    }
                     if let Some(from) = self.whole_value(at, value, line)? {
                         wholes.push((from, Whole::Place(target)));
                         continue;
@@ -189,9 +195,11 @@ impl Emit<'_> {
                 *value = self.frozen(earlier);
             }
             let exprs: Vec<&Expr> = group.iter().map(|(_, value)| *value).collect();
-            let found = self.operands(at, &exprs, line, &mut |emit, which| {
-                emit.open_value(at, exprs[which], line)
-            })?;
+            let found =
+                self.operands(at, &exprs, line, &mut |emit, which| match group[which].0.ty {
+                    Ty::Reference(kind, _) => emit.address(at, exprs[which], kind, line),
+                    _ => emit.open_value(at, exprs[which], line),
+                })?;
             for ((target, value), found) in group.into_iter().zip(found) {
                 values.push((target.clone(), shown(value, found, &target.ty)));
             }

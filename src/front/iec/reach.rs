@@ -3,7 +3,7 @@
 use super::emit::Emit;
 use super::resolve::{Context, Found};
 use super::types::lineage;
-use super::within::{calls, variables};
+use super::within::{calls, names_property, variables};
 use crate::iec::ast::{Argument, Expr, Kind as Statements, Part, Path, Statement};
 use crate::iec::chart::Target;
 use crate::iec::fault::Fault;
@@ -28,8 +28,23 @@ enum Code<'p> {
     Action(&'p Path),
 }
 
+/// The same, each with the variables of the method that it stands in.
+fn code_with(pou: &Pou, with_body: bool) -> Vec<(Code<'_>, &[Variable])> {
+    let methods = pou.methods.iter().map(|method| (code(method, true), &method.variables[..]));
+    let own = code_beside(pou, with_body);
+    let all = std::iter::once((own, &[][..])).chain(methods);
+    all.flat_map(|(all, hidden)| all.into_iter().map(move |one| (one, hidden))).collect()
+}
+
 /// The code of a unit's actions, methods and charts, and that of its body, if it is asked for.
 fn code(pou: &Pou, with_body: bool) -> Vec<Code<'_>> {
+    let mut found = code_beside(pou, with_body);
+    found.extend(pou.methods.iter().flat_map(|method| code(method, true)));
+    found
+}
+
+/// The same without that of its methods.
+fn code_beside(pou: &Pou, with_body: bool) -> Vec<Code<'_>> {
     fn of<'p>(body: &'p Body, found: &mut Vec<Code<'p>>) {
         match body {
             Body::Code(_, statements) => found.push(Code::Statements(statements)),
@@ -53,7 +68,6 @@ fn code(pou: &Pou, with_body: bool) -> Vec<Code<'_>> {
     for one in pou.actions.iter().chain(&pou.transitions) {
         of(&one.body, &mut found);
     }
-    found.extend(pou.methods.iter().flat_map(|method| code(method, true)));
     found
 }
 
@@ -85,6 +99,7 @@ fn paths<'p>(code: Code<'p>, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
         }
         match &one.kind {
             Statements::Assign(target, _)
+            | Statements::Refer(target, _)
             | Statements::Latch(target, ..)
             | Statements::For(target, ..) => of_path(target, Use::Write, see),
             Statements::Call(target, given) | Statements::CallIf(_, target, given) => {
@@ -96,6 +111,7 @@ fn paths<'p>(code: Code<'p>, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
         match &one.kind {
             Statements::CallIf(value, ..)
             | Statements::Assign(_, value)
+            | Statements::Refer(_, value)
             | Statements::Latch(_, _, value)
             | Statements::Case(value, ..)
             | Statements::While(value, _)
@@ -170,11 +186,13 @@ fn names(path: &Path) -> impl DoubleEndedIterator<Item = &str> {
     std::iter::once(path.first.as_str()).chain(parts)
 }
 
-/// A path without THIS in front of it.
+/// A path without THIS or SUPER in front of it.
 fn without_this(path: &Path) -> Path {
     let is_name = |part: &Part| matches!(part, Part::Name(_));
     match path.rest.iter().position(is_name).map(|at| path.rest.split_at(at)) {
-        Some((_, [Part::Name(first), rest @ ..])) if same(&path.first, "THIS") => {
+        Some((_, [Part::Name(first), rest @ ..]))
+            if ["THIS", "SUPER"].iter().any(|own| same(own, &path.first)) =>
+        {
             Path { first: first.clone(), rest: rest.to_vec() }
         }
         _ => path.clone(),
@@ -217,13 +235,27 @@ fn declares(variables: &[Variable], name: &str) -> bool {
 impl Emit<'_> {
     /// Whether statements, or what they call, may write a variable.
     pub(super) fn may_write(&self, at: &Context, body: &[Statement], variable: &Path) -> bool {
+        self.is_reference_at(at, &without_this(variable))
+            || self.may_write_itself(at, body, variable)
+    }
+
+    /// The same of a variable that is no reference, or of the word that a reference is: not of what it means.
+    pub(super) fn may_write_itself(
+        &self,
+        at: &Context,
+        body: &[Statement],
+        variable: &Path,
+    ) -> bool {
         let variable = &without_this(variable);
         // Which element an index means may change.
         if variable.rest.iter().any(|part| matches!(part, Part::Index(_) | Part::Dereference)) {
             return true;
         }
+        let is_taken = self.is_taken_at(at, variable);
         let (mut writes, mut called) = (self.writes_beside(body, variable), false);
         paths(Code::Statements(body), &mut |path, used| {
+            writes |= is_taken && self.changes(used) && self.is_referring(path);
+            called |= names_property(self.project, path);
             writes |= self.changes(used) && overlap(path, variable);
             // An instance writes its own variables.
             let is_owner = same(&path.first, &variable.first) && !variable.rest.is_empty();
@@ -238,8 +270,8 @@ impl Emit<'_> {
         }
         let is_local =
             at.locals.as_ref().is_some_and(|place| Self::part(place, &variable.first).is_some());
-        // What is a routine's own, nothing that it calls can reach.
-        if !called || is_local {
+        // What is a routine's own, nothing that it calls can reach, unless its address is taken.
+        if !called || (is_local && !is_taken) {
             return false;
         }
         let own = lineage(self.project, self.instances[at.instance].pou);
@@ -247,13 +279,18 @@ impl Emit<'_> {
         self.project.pous.iter().any(|pou| {
             // Nothing that is called carries out the body of the same instance. Its own actions and methods name the variable
             // as it does, other units through its instance.
+            // But that of a unit which its own extends (`SUPER^()`).
             let related = own.iter().any(|one| same(&one.name, &pou.name));
+            let is_first = own.first().is_some_and(|one| same(&one.name, &pou.name));
             let by_name = related || !is_own;
-            code(pou, !related).into_iter().any(|code| {
+            code_with(pou, !is_first).into_iter().any(|(code, hidden)| {
                 let mut found = false;
                 paths(code, &mut |path, used| {
                     let part = |name: &str| names(path).skip(1).any(|one| same(one, name));
-                    let reaches = (by_name && overlap(path, variable))
+                    // What a method declares itself is no variable of another's.
+                    let is_hidden = declares(hidden, &path.first);
+                    let reaches = (by_name && !is_hidden && overlap(path, variable))
+                        || (is_taken && self.is_referring(path))
                         || names(variable).any(part)
                         || names(variable).skip(1).any(|name| same(&path.first, name));
                     found |= self.changes(used) && reaches;
@@ -274,6 +311,13 @@ impl Emit<'_> {
             let methods = project.pous.iter().flat_map(|pou| &pou.methods);
             units.chain(methods).filter(|pou| same(&pou.name, last)).collect()
         };
+        let accessors = |path: &Path| -> Vec<&Pou> {
+            let methods = project.pous.iter().flat_map(|pou| &pou.methods);
+            let is = |one: &&Pou| {
+                one.property().is_some_and(|own| names(path).any(|name| same(name, own)))
+            };
+            methods.filter(is).collect()
+        };
         let hands = |used: Use<'_>| match used {
             Use::Handed(name, Some(to)) => {
                 let both = |one: &&Variable| {
@@ -283,9 +327,12 @@ impl Emit<'_> {
             }
             used => self.changes(used),
         };
-        of_expr(expr, &mut |path, used| match used {
-            Use::Call => open.extend(called(path)),
-            used => acts |= hands(used),
+        of_expr(expr, &mut |path, used| {
+            open.extend(accessors(path));
+            match used {
+                Use::Call => open.extend(called(path)),
+                used => acts |= hands(used),
+            }
         });
         let mut seen: Vec<&Pou> = Vec::new();
         while let (Some(pou), false) = (open.pop(), acts) {
@@ -296,11 +343,12 @@ impl Emit<'_> {
             // Its own variables begin anew with every call.
             let is_own = |path: &Path| {
                 let mut own = pou.variables.iter().filter(|one| same(&one.name, &path.first));
-                own.next().map_or(same(&pou.name, &path.first), |one| {
+                own.next().map_or(same(pou.result_name(), &path.first), |one| {
                     !matches!(one.section, Section::External | Section::InOut)
-                })
+                }) && !self.is_referring(path)
             };
             for code in code(pou, true) {
+                paths(code, &mut |path, _| open.extend(accessors(path)));
                 paths(code, &mut |path, used| match used {
                     Use::Call => {
                         let more = called(path);
@@ -314,6 +362,50 @@ impl Emit<'_> {
             }
         }
         acts
+    }
+
+    /// Whether a path may lead through a reference, a pointer or an interface: one of its names is that of one somewhere.
+    pub(super) fn is_referring(&self, path: &Path) -> bool {
+        self.references.has_any()
+            && (path.rest.contains(&Part::Dereference) && !same(&path.first, "THIS")
+                || names(path).any(|name| self.is_reference_name(name)))
+    }
+
+    /// Whether an address is taken by which a variable can be reached: its own, that of a part, or of what it stands in.
+    fn is_taken_at(&self, at: &Context, variable: &Path) -> bool {
+        let is_local =
+            at.locals.as_ref().is_some_and(|place| Self::part(place, &variable.first).is_some());
+        let owner = &self.instances[at.instance].place.name;
+        self.is_taken(names(variable)) || (!is_local && self.is_taken_around(owner))
+    }
+
+    /// The same of a path in code of an instance, which knows its own variables.
+    fn is_reference_at(&self, at: &Context, path: &Path) -> bool {
+        let own = at.locals.as_ref().and_then(|place| Self::part(place, &path.first));
+        let own = own.or_else(|| Self::part(&self.instances[at.instance].place, &path.first));
+        match own {
+            Some(place) if path.rest.is_empty() => {
+                matches!(place.ty, super::types::Ty::Reference(..))
+            }
+            _ => self.is_referring(path),
+        }
+    }
+
+    fn is_reference_name(&self, name: &str) -> bool {
+        let methods = || self.project.pous.iter().flat_map(|pou| &pou.methods);
+        let units = self.project.pous.iter().chain(methods());
+        let parts = self.project.types.iter().filter_map(|one| match &one.of {
+            TypeRef::Struct(parts) => Some(parts),
+            _ => None,
+        });
+        let globals = self.project.globals.iter().map(|(_, list)| list);
+        let mut all = units.map(|pou| &pou.variables).chain(parts).chain(globals).flatten();
+        let named = |one: &Variable| same(&one.name, name);
+        all.any(|one| named(one) && super::refer::is_reference(self.project, &one.of))
+            || methods().any(|one| {
+                let is = |of| super::refer::is_reference(self.project, of);
+                same(one.result_name(), name) && one.result.as_ref().is_some_and(is)
+            })
     }
 
     /// Whether a unit knows a variable, an action or a program by the first name of a path.
@@ -423,6 +515,9 @@ impl Emit<'_> {
     /// name than the one that it has here.
     pub(super) fn is_reached(&self, at: &Context, path: &Path, by_programs: bool) -> bool {
         let path = without_this(path);
+        if self.is_referring(&path) || self.is_taken_at(at, &path) {
+            return true;
+        }
         let pou = &self.project.pous[self.instances[at.instance].pou];
         let own = lineage(self.project, self.instances[at.instance].pou);
         let is_local =
@@ -457,7 +552,7 @@ impl Emit<'_> {
             .iter()
             .flat_map(|pou| {
                 let actions = pou.actions.iter().map(|one| one.name.as_str());
-                actions.chain(pou.methods.iter().map(|one| one.name.as_str()))
+                actions.chain(pou.methods.iter().map(crate::iec::Pou::result_name))
             })
             .collect();
         let is_routine = |path: &Path| {
@@ -555,7 +650,9 @@ fn expressions(one: &Statement, see: &mut dyn FnMut(&Expr)) {
             given(all);
             see(condition);
         }
-        Statements::Assign(_, value) | Statements::Latch(_, _, value) => see(value),
+        Statements::Assign(_, value)
+        | Statements::Refer(_, value)
+        | Statements::Latch(_, _, value) => see(value),
         Statements::If(arms, _) => arms.iter().for_each(|(condition, _)| see(condition)),
         Statements::Case(of, ..) => see(of),
         Statements::For(_, from, to, by, _) => {

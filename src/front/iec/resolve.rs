@@ -1,6 +1,7 @@
 //! What names stand for.
 
 use super::emit::{Emit, Place, What};
+use super::references::{Walk, Way};
 use super::types::{Kind, Ty, elementary, holding, is_elementary, layout, lineage};
 use super::value::{Value, constant};
 use crate::base::code::Code;
@@ -16,6 +17,8 @@ pub(super) struct Context {
     pub(super) instance: usize,
     /// The variables of the method or function that is carried out.
     pub(super) locals: Option<Place>,
+    /// The unit whose code it is: that of the instance, or one that it extends.
+    pub(super) unit: usize,
 }
 
 /// An element of an array whose number is worked out.
@@ -88,13 +91,41 @@ fn elementary_of(one: &Variable) -> Option<Ty> {
 }
 
 impl<'p> Emit<'p> {
-    /// What a path stands for.
+    /// What a path stands for, through references that can mean one variable alone.
     pub(super) fn find(&mut self, at: &Context, path: &Path, line: u32) -> Result<Found, Fault> {
+        let Walk::Way(Way::Referred(way)) = self.walk(at, path, true) else {
+            return self.find_plain(at, path, line);
+        };
+        let can = self.candidates(way.kind, &way.of);
+        let ([only], None) = (&can[..], &way.among) else {
+            let what = format!(
+                "{} may mean one of several variables, which is not followed here",
+                show::path(path)
+            );
+            let help = "assign it to a variable of its own before, or call it in a statement";
+            return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
+        };
+        let place = self.target_at(*only);
+        self.with_name(place, &show::path(&way.before), |emit, first| {
+            emit.find(at, &Path { first, rest: way.rest }, line)
+        })
+    }
+
+    /// What a path stands for, no reference being followed.
+    pub(super) fn find_plain(
+        &mut self,
+        at: &Context,
+        path: &Path,
+        line: u32,
+    ) -> Result<Found, Fault> {
+        if let Some(place) = self.references.meant(&path.first).cloned() {
+            return self.follow(at, Found::Place(place), &path.rest, path, line);
+        }
         if let Some(kept) = self.kept.get(&path.first).filter(|_| path.rest.is_empty()) {
             return Ok(Found::Value(kept.clone()));
         }
         let rest = &path.rest[..];
-        if same(&path.first, "THIS") {
+        if ["THIS", "SUPER"].iter().any(|own| same(own, &path.first)) {
             let place = self.instances[at.instance].place.clone();
             let behind =
                 rest.iter().position(|part| *part != Part::Dereference).unwrap_or(rest.len());
@@ -156,7 +187,7 @@ impl<'p> Emit<'p> {
     }
 
     /// The instance of a program that is named by its type.
-    fn program_place(&mut self, name: &str) -> Option<Place> {
+    pub(super) fn program_place(&mut self, name: &str) -> Option<Place> {
         let own = self.by_name.get(&name.to_ascii_uppercase()).copied();
         let own = own.or_else(|| {
             let is = |one: &super::emit::Instance| {
@@ -279,7 +310,7 @@ impl<'p> Emit<'p> {
     }
 
     /// A global variable: of a list, or the first of all of its name.
-    fn global(&mut self, list: Option<&str>, name: &str) -> Option<Place> {
+    pub(super) fn global(&mut self, list: Option<&str>, name: &str) -> Option<Place> {
         let all = self
             .project
             .globals

@@ -157,7 +157,7 @@ fn kind_of(values: &[Value]) -> Option<Kind> {
             (None, Value::Constant(value)) => holding(DINT, *value),
             (Some(own), Value::Number(kind, _)) => common(own, *kind),
             (Some(own), Value::Constant(value)) => holding(own, *value),
-            (_, Value::Bit(_) | Value::Open(..) | Value::Any) => return None,
+            (_, Value::Bit(_) | Value::Open(..) | Value::Address(..) | Value::Any) => return None,
         });
     }
     found

@@ -2,6 +2,7 @@
 
 use super::emit::{Emit, Instance, Place, What};
 use super::memory::set;
+use super::references::{Walk, Way};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, lineage};
 use super::value::{Value, constant};
@@ -51,10 +52,15 @@ impl<'p> Emit<'p> {
             What::Action(name) => {
                 all.into_iter().find_map(|pou| Some((pou, &pou.action(name)?.body)))
             }
-            What::Method(name) => all.into_iter().find_map(|pou| {
-                let method = pou.methods.iter().find(|method| same(&method.name, name))?;
-                Some((pou, &method.body))
-            }),
+            What::Method(name) => all.into_iter().find_map(|pou| method_in(pou, name)),
+            What::Inherited(from, name) => {
+                let mut all = lineage(self.project, *from).into_iter();
+                if name.is_empty() {
+                    let bodies = all.map(|pou| (pou, &pou.body));
+                    return { bodies }.find(|(_, body)| !is_empty(body));
+                }
+                all.find_map(|pou| method_in(pou, name))
+            }
         }
     }
 
@@ -78,9 +84,14 @@ impl<'p> Emit<'p> {
         self.landing();
         let locals = match what {
             What::Method(name) => self.method_place(instance, name).ok(),
+            What::Inherited(from, name) if !name.is_empty() => {
+                self.method_place_of(instance, Some(*from), name).ok()
+            }
             _ => None,
         };
-        let context = Context { instance, locals };
+        let own = self.project.pous.iter().position(|one| std::ptr::eq(one, pou));
+        let unit = own.unwrap_or(self.instances[instance].pou);
+        let context = Context { instance, locals, unit };
         if *what == What::Body {
             self.begin_temporary(&context);
         }
@@ -184,8 +195,36 @@ impl<'p> Emit<'p> {
     fn statement(&mut self, at: &Context, one: &Statement, ways: &mut Ways) -> Result<(), Fault> {
         let line = one.line;
         match &one.kind {
+            Statements::Refer(target, value) => self.referred(at, target, value, line),
             Statements::Assign(target, value) => {
                 let is_kept = target.first.starts_with('~');
+                let walk = if is_kept { Walk::Unknown } else { self.walk(at, target, true) };
+                match walk {
+                    Walk::Way(way) => return self.assigned_through(at, way, value, line),
+                    Walk::Type(Ty::Reference(kind, _)) => {
+                        if self.moves_element(at, target, value) {
+                            let what = show::path(target);
+                            return Err(super::refer::moves(line, &what));
+                        }
+                        let found = self.address(at, value, kind, line)?;
+                        let place = self.find_plain(at, target, line)?;
+                        return self.assign_found(place, None, found, line);
+                    }
+                    _ => {}
+                }
+                if let Expr::Variable(from) = value
+                    && !is_kept
+                    && !self.is_single(at, from)
+                    && let Walk::Way(Way::Referred(way)) = self.walk(at, from, true)
+                {
+                    // A structure or an array.
+                    let done = self.each_target(at, &way, line, &mut |emit, path| {
+                        let kind = Statements::Assign(target.clone(), Expr::Variable(path));
+                        emit.statement(at, &Statement { line, kind }, &mut Ways::default())?;
+                        Ok(Value::Any)
+                    });
+                    return done.map(|_| ());
+                }
                 if !is_kept
                     && let Some(from) = self.whole_value(at, value, line)?
                     && let Some(to) = self.whole(at, target, line)?
@@ -200,6 +239,26 @@ impl<'p> Emit<'p> {
                 self.assign_of(at, target, Some(value), found, line)
             }
             Statements::Latch(target, set, condition) => {
+                match self.walk(at, target, true) {
+                    Walk::Way(Way::Referred(way)) => {
+                        let done = self.each_target(at, &way, line, &mut |emit, path| {
+                            let kind = Statements::Latch(path, *set, condition.clone());
+                            emit.statement(at, &Statement { line, kind }, ways)?;
+                            Ok(Value::Any)
+                        });
+                        return done.map(|_| ());
+                    }
+                    Walk::Way(Way::Property(property)) => {
+                        // A property is written where the condition holds.
+                        let fires = self.bit(at, condition, line)?;
+                        let skip = self.jump(fires.not(), Some(Self::key(&["JMP"], "jump")));
+                        let done = self.property_written(at, &property, &Expr::bool(*set), line);
+                        self.land(skip);
+                        self.landing();
+                        return done;
+                    }
+                    _ => {}
+                }
                 let found = self.find(at, target, line)?;
                 if let Found::Place(place) = &found
                     && matches!(place.ty, Ty::Standard(..) | Ty::Block(..))
@@ -382,8 +441,146 @@ impl<'p> Emit<'p> {
         (0..kind.words()).map(|at| WordSource::Cell(first.plus(at))).collect()
     }
 
+    /// Assigns to what a path leads to through references, or to a property.
+    fn assigned_through(
+        &mut self,
+        at: &Context,
+        way: Way,
+        value: &Expr,
+        line: u32,
+    ) -> Result<(), Fault> {
+        match way {
+            Way::Property(property) if property.rest.is_empty() => {
+                self.property_written(at, &property, value, line)
+            }
+            Way::Property(property) => {
+                let done = self.through_property(at, &property, line, &mut |emit, path| {
+                    let kind = Statements::Assign(path, value.clone());
+                    emit.statement(at, &Statement { line, kind }, &mut Ways::default())?;
+                    Ok(Value::Any)
+                });
+                done.map(|_| ())
+            }
+            Way::Referred(way) => {
+                self.stays(at, &way, value, line)?;
+                let done = self.each_target(at, &way, line, &mut |emit, path| {
+                    let kind = Statements::Assign(path, value.clone());
+                    emit.statement(at, &Statement { line, kind }, &mut Ways::default())?;
+                    Ok(Value::Any)
+                });
+                done.map(|_| ())
+            }
+        }
+    }
+
+    /// `REF=`
+    fn referred(
+        &mut self,
+        at: &Context,
+        target: &Path,
+        value: &Expr,
+        line: u32,
+    ) -> Result<(), Fault> {
+        match self.walk(at, target, false) {
+            Walk::Way(Way::Referred(way)) => {
+                let done = self.each_target(at, &way, line, &mut |emit, path| {
+                    emit.referred(at, &path, value, line)?;
+                    Ok(Value::Any)
+                });
+                done.map(|_| ())
+            }
+            Walk::Type(Ty::Reference(kind, _)) => {
+                let found = self.address(at, value, kind, line)?;
+                let place = self.find_plain(at, target, line)?;
+                self.assign_found(place, None, found, line)
+            }
+            _ => {
+                let what = format!("{} is no reference", show::path(target));
+                Err(Fault::new(line, what).code(Code::Operand))
+            }
+        }
+    }
+
+    /// A call through a reference, of what a property gives, or of what the base has (`SUPER^`). Whether it is such a call.
+    fn called_through(
+        &mut self,
+        at: &Context,
+        target: &Path,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<bool, Fault> {
+        if same(&target.first, "SUPER") {
+            let names: Vec<&Part> =
+                target.rest.iter().filter(|part| **part != Part::Dereference).collect();
+            return match names[..] {
+                [] => self.base_called(at, given, line).map(|()| true),
+                [Part::Name(name)] => self.inherited(at, name, given, line).map(|_| true),
+                _ => Err(unknown(line, &show::path(target))),
+            };
+        }
+        match self.walk(at, target, true) {
+            Walk::Way(Way::Referred(way)) => {
+                for one in given {
+                    self.stays(at, &way, &one.value, line)?;
+                }
+                self.each_target(at, &way, line, &mut |emit, path| {
+                    emit.called(at, &path, given, line)?;
+                    Ok(Value::Any)
+                })?;
+            }
+            Walk::Way(Way::Property(property)) if !property.rest.is_empty() => {
+                self.through_property(at, &property, line, &mut |emit, path| {
+                    emit.called(at, &path, given, line)?;
+                    Ok(Value::Any)
+                })?;
+            }
+            Walk::Way(Way::Property(property)) => {
+                let why = "whether a property that stands alone is read: it may, or not";
+                let reads = self.any_bit(why);
+                let skip = self.jump(reads.not(), None);
+                let done = self.property_value(at, &property, line);
+                self.land(skip);
+                self.landing();
+                done?;
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// `SUPER^();` carries out the body of the base.
+    fn base_called(&mut self, at: &Context, given: &[Argument], line: u32) -> Result<(), Fault> {
+        let base = self.base(at, line)?;
+        let place = self.instances[at.instance].place.clone();
+        let all = lineage(self.project, base);
+        let variables: Vec<_> =
+            all.into_iter().rev().flat_map(|pou| pou.variables.clone()).collect();
+        self.has_one_name(at, Some(&place.name), &variables, given, line)?;
+        self.hand_over(at, &place, &variables, given, line)?;
+        let what = What::Inherited(base, String::new());
+        if self.body(at.instance, &what).is_some() {
+            self.call(Logic::Const(true), at.instance, what, "CAL");
+        } else {
+            self.cost(&["CAL"], "call");
+        }
+        self.take_back(at, &place, &variables, given, line)
+    }
+
+    /// The unit that the one whose code this is extends.
+    pub(super) fn base(&self, at: &Context, line: u32) -> Result<usize, Fault> {
+        let own = &self.project.pous[at.unit];
+        let base = own
+            .extends
+            .as_ref()
+            .and_then(|base| self.project.pous.iter().position(|pou| same(&pou.name, base)));
+        base.ok_or_else(|| {
+            let help = "give the file that declares what it extends";
+            unknown(line, "SUPER^").help(help)
+        })
+    }
+
     /// A call as a statement.
-    fn called(
+    pub(super) fn called(
         &mut self,
         at: &Context,
         target: &Path,
@@ -406,7 +603,9 @@ impl<'p> Emit<'p> {
                 return self.method(at, at.instance, name, given, line).map(|_| ());
             }
         }
-        if self.one_of_called(at, target, given, line)? {
+        if self.called_through(at, target, given, line)?
+            || self.one_of_called(at, target, given, line)?
+        {
             return Ok(());
         }
         let place = self.find(at, target, line);
@@ -538,6 +737,7 @@ impl<'p> Emit<'p> {
                 let enable = self.end_enabled(at, place, enabled, given, line)?;
                 self.open_outputs(at, enable.as_ref(), given, line)
             }
+            Ty::Reference(..) | Ty::Bit | Ty::Number(_) => Ok(()),
             _ => match self.by_name.get(&place.name.to_ascii_uppercase()).copied() {
                 Some(instance) => {
                     self.hand_over(at, place, &[], given, line)?;
@@ -567,6 +767,11 @@ fn named(kind: &str, given: &[Argument]) -> Vec<Argument> {
         ..one.clone()
     };
     given.iter().enumerate().map(with).collect()
+}
+
+fn method_in<'p>(pou: &'p Pou, name: &str) -> Option<(&'p Pou, &'p Body)> {
+    let method = pou.methods.iter().find(|method| same(&method.name, name))?;
+    Some((pou, &method.body))
 }
 
 fn is_empty(body: &Body) -> bool {

@@ -50,8 +50,19 @@ pub(super) enum Ty {
     /// An instance of a function block: the standard's, by name, or one of the project's.
     Standard(&'static str, Arc<[(String, Ty)]>),
     Block(usize, Arc<[(String, Ty)]>),
-    /// A reference, which is not followed.
+    /// A word that says which variable is meant.
+    Reference(Refers, Arc<TypeRef>),
+}
+
+/// How something refers to a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Refers {
+    /// `POINTER TO`: `p^` is the variable.
     Pointer,
+    /// `REFERENCE TO`: its name is the variable.
+    Reference,
+    /// An interface: its name stands for the instance.
+    Interface,
 }
 
 /// What is told where a time is a number of another type.
@@ -213,7 +224,10 @@ impl<'p> Types<'p> {
     fn resolve_here(&mut self, of: &TypeRef, line: u32) -> Result<Ty, Fault> {
         match of {
             TypeRef::Text => Ok(Ty::Text),
-            TypeRef::Pointer(_) => Ok(Ty::Pointer),
+            TypeRef::Pointer(of) => Ok(Ty::Reference(Refers::Pointer, Arc::new((**of).clone()))),
+            TypeRef::Reference(of) => {
+                Ok(Ty::Reference(Refers::Reference, Arc::new((**of).clone())))
+            }
             TypeRef::Enumeration(_, base) => match base {
                 Some(base) => self.resolve(base, line),
                 None => Ok(Ty::Number(INT)),
@@ -249,6 +263,11 @@ impl<'p> Types<'p> {
         let block = |pou: &Pou| same(&pou.name, name) && pou.kind == PouKind::FunctionBlock;
         if let Some(at) = self.project.pous.iter().position(block) {
             return self.instance(at).map(|parts| Ty::Block(at, parts));
+        }
+        let interface = |pou: &Pou| same(&pou.name, name) && pou.kind == PouKind::Interface;
+        if let Some(own) = self.project.pous.iter().find(|pou| interface(pou)) {
+            let of = TypeRef::Named(own.name.clone());
+            return Ok(Ty::Reference(Refers::Interface, Arc::new(of)));
         }
         if let Some(own) = self.project.types.iter().find(|one| same(&one.name, name)) {
             return self.resolve(&own.of, line);
@@ -307,7 +326,7 @@ impl<'p> Types<'p> {
     pub(super) fn variables(&mut self, pou: &Pou) -> Result<Arc<[(String, Ty)]>, Fault> {
         let mut parts = self.parts(pou.variables.iter().filter(|one| is_kept(one)))?.to_vec();
         if let Some(result) = &pou.result {
-            parts.push((pou.name.clone(), self.resolve(result, pou.line)?));
+            parts.push((pou.result_name().to_owned(), self.resolve(result, pou.line)?));
         }
         Ok(parts.into())
     }
@@ -410,13 +429,36 @@ pub(super) fn lineage(project: &Project, at: usize) -> Vec<&Pou> {
     found
 }
 
+/// Whether two types are the same.
+pub(super) fn same_type(one: &Ty, other: &Ty) -> bool {
+    let parts = |one: &[(String, Ty)], other: &[(String, Ty)]| {
+        one.len() == other.len()
+            && one
+                .iter()
+                .zip(other)
+                .all(|((name, ty), (own, of))| same(name, own) && same_type(ty, of))
+    };
+    match (one, other) {
+        (Ty::Bit, Ty::Bit) | (Ty::Text, Ty::Text) => true,
+        (Ty::Number(one), Ty::Number(other)) => one == other,
+        (Ty::Array { dimensions, of }, Ty::Array { dimensions: own, of: also }) => {
+            dimensions == own && same_type(of, also)
+        }
+        (Ty::Parts(one), Ty::Parts(other)) => parts(one, other),
+        (Ty::Standard(one, _), Ty::Standard(other, _)) => one == other,
+        (Ty::Block(one, _), Ty::Block(other, _)) => one == other,
+        (Ty::Reference(kind, of), Ty::Reference(own, also)) => kind == own && of == also,
+        _ => false,
+    }
+}
+
 /// How a type is laid out.
 pub(super) fn layout(ty: &Ty) -> Type {
     match ty {
         Ty::Bit => Type::Bit,
         Ty::Number(kind) => Type::Words(kind.words()),
         // One word stands for what is not followed.
-        Ty::Text | Ty::Pointer => Type::Words(1),
+        Ty::Text | Ty::Reference(..) => Type::Words(1),
         Ty::Array { dimensions, of } => {
             dimensions.iter().rev().fold(layout(of), |of, (low, high)| {
                 let count = u32::try_from(high - low + 1).unwrap_or(u32::MAX);

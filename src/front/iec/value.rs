@@ -13,6 +13,8 @@ pub(super) enum Value {
     Open(Kind, Number, Logic),
     /// A whole constant that has no type of its own yet.
     Constant(i64),
+    /// The word of a reference, and the indices of the variables that it can mean.
+    Address(Number, Vec<usize>),
     /// Text, or what is not followed at all.
     Any,
 }

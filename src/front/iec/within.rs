@@ -108,7 +108,13 @@ impl Emit<'_> {
 pub(super) fn calls(project: &Project, one: &Expr) -> bool {
     let mut found = false;
     each_deep(one, &mut |one| {
-        let Expr::Call(path, _) = one else { return };
+        let path = match one {
+            Expr::Call(path, _) => path,
+            // A property is read by a method.
+            Expr::Variable(path) => return found |= names_property(project, path),
+            _ => return,
+        };
+        found |= names_property(project, path);
         let last = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
         found |= project.pous.iter().any(|pou| {
             let is_function = pou.kind == PouKind::Function && same(&pou.name, last);
@@ -116,4 +122,15 @@ pub(super) fn calls(project: &Project, one: &Expr) -> bool {
         });
     });
     found
+}
+
+/// Whether a path has the name of a property, of whichever unit.
+pub(super) fn names_property(project: &Project, path: &Path) -> bool {
+    let parts = path.rest.iter().filter_map(|part| match part {
+        Part::Name(name) => Some(name.as_str()),
+        _ => None,
+    });
+    let mut names = std::iter::once(path.first.as_str()).chain(parts);
+    let methods = || project.pous.iter().flat_map(|pou| &pou.methods);
+    names.any(|name| methods().any(|one| one.property().is_some_and(|own| same(own, name))))
 }

@@ -1,7 +1,7 @@
 //! Declarations of variables and types.
 
 use super::cursor::Cursor;
-use super::expression::expression;
+use super::expression::{arguments, expression};
 use crate::iec::ast::{Argument, Expr, Literal, Path};
 use crate::iec::fault::Fault;
 use crate::iec::lexer::Token;
@@ -18,6 +18,8 @@ pub(super) fn section(cursor: &mut Cursor) -> Option<Section> {
         "VAR_IN_OUT" => Section::InOut,
         "VAR_EXTERNAL" => Section::External,
         "VAR_GLOBAL" => Section::Global,
+        "VAR_STAT" => Section::Static,
+        "VAR_INST" => Section::Instance,
         _ => return None,
     };
     cursor.next();
@@ -50,7 +52,14 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
         cursor.sign(":")?;
         let of = cursor.deeper(type_ref)?;
         let edge = edge(cursor);
-        let initial = if cursor.take_sign(":=") { Some(cursor.deeper(initial)?) } else { None };
+        let initial = if cursor.is_sign("(") {
+            // What its method FB_Init is handed.
+            Some(Expr::Call(Path::name(CONSTRUCTED), cursor.deeper(arguments)?))
+        } else if cursor.take_sign(":=") || refers(cursor) {
+            Some(cursor.deeper(initial)?)
+        } else {
+            None
+        };
         cursor.sign(";")?;
         for name in names {
             let own = Variable {
@@ -78,6 +87,19 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
     Ok(found)
 }
 
+/// Whether `REF=` comes next; it is taken.
+fn refers(cursor: &mut Cursor) -> bool {
+    let is = cursor.is_word("REF") && matches!(cursor.second(), Token::Sign("="));
+    if is {
+        cursor.next();
+        cursor.next();
+    }
+    is
+}
+
+/// The name under which a declaration keeps what an instance's FB_Init is handed: `b : B(x := 1)`.
+pub const CONSTRUCTED: &str = "~constructed";
+
 fn direct(cursor: &mut Cursor) -> Result<String, Fault> {
     match cursor.next() {
         Token::Direct(text) => Ok(text.to_ascii_uppercase()),
@@ -91,6 +113,10 @@ fn direct(cursor: &mut Cursor) -> Result<String, Fault> {
 /// What a variable holds at first. What stands in brackets for arrays and structures is taken as it is.
 fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
     let place = cursor.place();
+    if let Some(listed) = listed(cursor) {
+        return Ok(listed);
+    }
+    cursor.back_to(place);
     if cursor.is_sign("[") || cursor.is_sign("(") {
         let close = if cursor.is_sign("[") { "]" } else { ")" };
         let open = if close == "]" { "[" } else { "(" };
@@ -124,6 +150,43 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
         return Ok(Expr::Call(Path::name("~initial"), Vec::new()));
     }
     expression(cursor)
+}
+
+/// The name under which a declaration keeps the values of an array's elements: `a : ARRAY[1..2] OF INT := [1, 2]`.
+pub const LISTED: &str = "~listed";
+
+/// Values of elements, or of named parts, one by one.
+fn listed(cursor: &mut Cursor) -> Option<Expr> {
+    let is_parts = cursor.is_sign("(") && is_enumeration(cursor);
+    if is_parts && !names_parts(cursor) || !is_parts && !cursor.is_sign("[") {
+        return None;
+    }
+    cursor.next();
+    let close = if is_parts { ")" } else { "]" };
+    let mut found = Vec::new();
+    while !cursor.take_sign(close) {
+        let mut name = None;
+        if is_parts {
+            name = Some(cursor.name("a part's name").ok()?);
+            cursor.sign(":=").ok()?;
+        }
+        let value = cursor.deeper(initial).ok()?;
+        found.push(Argument { name, is_output: false, value });
+        if !cursor.take_sign(",") && !cursor.is_sign(close) {
+            return None;
+        }
+    }
+    let kind = if is_parts { CONSTRUCTED } else { LISTED };
+    Some(Expr::Call(Path::name(kind), found))
+}
+
+/// Whether a name and its value stand in the bracket that comes next.
+fn names_parts(cursor: &mut Cursor) -> bool {
+    let place = cursor.place();
+    cursor.next();
+    let is = cursor.name("a name").is_ok() && cursor.is_sign(":=");
+    cursor.back_to(place);
+    is
 }
 
 /// A type.
@@ -184,9 +247,13 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
         let base = cursor.is_one_of(NUMBERS).then(|| cursor.name("a type")).transpose()?;
         return Ok(TypeRef::Enumeration(values, base.map(|base| Box::new(TypeRef::Named(base)))));
     }
-    if cursor.take_word("POINTER") || cursor.take_word("REFERENCE") {
+    if cursor.take_word("POINTER") {
         cursor.word("TO")?;
         return Ok(TypeRef::Pointer(Box::new(cursor.deeper(type_ref)?)));
+    }
+    if cursor.take_word("REFERENCE") {
+        cursor.word("TO")?;
+        return Ok(TypeRef::Reference(Box::new(cursor.deeper(type_ref)?)));
     }
     if cursor.take_word("REF_TO") {
         return Ok(TypeRef::Pointer(Box::new(cursor.deeper(type_ref)?)));
@@ -206,6 +273,9 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
     }
     // Named values with the type of their numbers in front.
     if cursor.is_sign("(") && is_enumeration(cursor) {
+        if !NUMBERS.iter().any(|number| same(number, &name)) {
+            return Ok(TypeRef::Named(name));
+        }
         return match type_ref(cursor)? {
             TypeRef::Enumeration(values, _) => {
                 Ok(TypeRef::Enumeration(values, Some(Box::new(TypeRef::Named(name)))))
@@ -264,14 +334,15 @@ pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<TypeDeclaration>, Fault> 
     let mut found = Vec::new();
     while !cursor.take_word("END_TYPE") {
         let name = cursor.name("a type's name or END_TYPE")?;
-        if cursor.take_word("EXTENDS") {
-            cursor.name("a type's name")?;
-        }
+        let extends = match cursor.take_word("EXTENDS") {
+            true => Some(cursor.name("a type's name")?),
+            false => None,
+        };
         cursor.sign(":")?;
         let of = type_ref(cursor)?;
         let start = if cursor.take_sign(":=") { Some(initial(cursor)?) } else { None };
         cursor.take_sign(";");
-        found.push(TypeDeclaration { name, of, initial: start });
+        found.push(TypeDeclaration { name, extends, of, initial: start });
     }
     Ok(found)
 }

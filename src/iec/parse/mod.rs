@@ -10,10 +10,55 @@ mod unit;
 
 use super::ast::{Expr, Statement};
 use super::fault::Fault;
-use super::{Project, TypeRef, Variable};
+use super::{Body, Pou, PouKind, Project, Section, TypeRef, Variable};
 use cursor::Cursor;
+pub use declaration::{CONSTRUCTED, LISTED};
 pub use expression::duration;
 pub use il::MERGED;
+
+/// A method without a body and variables.
+pub(super) fn method(name: &str, result: Option<TypeRef>, line: u32) -> Pou {
+    Pou {
+        name: name.to_owned(),
+        kind: PouKind::Function,
+        extends: None,
+        implements: Vec::new(),
+        result,
+        variables: Vec::new(),
+        body: Body::empty(),
+        actions: Vec::new(),
+        transitions: Vec::new(),
+        methods: Vec::new(),
+        file: 0,
+        line,
+    }
+}
+
+/// The method that reads (or writes) a property, without its body. What is written is an input of the property's name.
+pub(super) fn accessor(property: &str, of: &TypeRef, reads: bool, line: u32) -> Pou {
+    if reads {
+        return method(&super::getter(property), Some(of.clone()), line);
+    }
+    let value = Variable {
+        name: property.to_owned(),
+        section: Section::Input,
+        of: of.clone(),
+        initial: None,
+        at: None,
+        constant: false,
+        retain: false,
+        line,
+    };
+    Pou { variables: vec![value], ..method(&super::setter(property), None, line) }
+}
+
+/// Gives VAR_STAT and VAR_INST of a unit a place of their own.
+///
+/// # Errors
+/// Where that is not followed.
+pub(super) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
+    unit::apart(project, pou)
+}
 
 /// Reads an expression that begins at a line.
 ///

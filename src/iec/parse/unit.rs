@@ -12,8 +12,16 @@ use crate::iec::{
     Body, Connected, Language, Named, Pou, PouKind, Project, Section, Task, Variable, same,
 };
 
-const BEGIN: &[&str] =
-    &["PROGRAM", "FUNCTION_BLOCK", "FUNCTION", "TYPE", "CONFIGURATION", "VAR_GLOBAL", "RESOURCE"];
+const BEGIN: &[&str] = &[
+    "PROGRAM",
+    "FUNCTION_BLOCK",
+    "FUNCTION",
+    "INTERFACE",
+    "TYPE",
+    "CONFIGURATION",
+    "VAR_GLOBAL",
+    "RESOURCE",
+];
 
 /// Whether a text begins as a file of units does.
 pub(super) fn begins(text: &str) -> bool {
@@ -43,6 +51,7 @@ pub(super) fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
                 "END_PROGRAM",
                 "END_FUNCTION_BLOCK",
                 "END_FUNCTION",
+                "END_INTERFACE",
                 "END_TYPE",
                 "END_CONFIGURATION",
             ];
@@ -78,26 +87,37 @@ fn unit(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
             (PouKind::FunctionBlock, "END_FUNCTION_BLOCK")
         }
         Token::Word(word) if same(&word, "FUNCTION") => (PouKind::Function, "END_FUNCTION"),
+        Token::Word(word) if same(&word, "INTERFACE") => (PouKind::Interface, "END_INTERFACE"),
         _ => {
-            let help = "write PROGRAM, FUNCTION_BLOCK, FUNCTION, TYPE, VAR_GLOBAL or CONFIGURATION";
+            let help = "write PROGRAM, FUNCTION_BLOCK, FUNCTION, INTERFACE, TYPE, VAR_GLOBAL or CONFIGURATION";
             return Err(Fault::new(line, "no unit begins here").help(help));
         }
     };
-    let pou = pou(cursor, kind, end, line)?;
+    let mut pou = pou(cursor, kind, end, line)?;
+    apart(project, &mut pou)?;
     project.pous.push(pou);
     Ok(())
 }
 
-/// What may stand between METHOD and its name.
+/// What may stand between METHOD, PROPERTY or FUNCTION_BLOCK and its name.
 const MODIFIERS: &[&str] =
     &["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "FINAL", "ABSTRACT", "OVERRIDE"];
 
+fn modifiers(cursor: &mut Cursor) {
+    // A modifier alone is the unit's name.
+    while cursor.is_one_of(MODIFIERS) && matches!(cursor.second(), Token::Word(_)) {
+        cursor.next();
+    }
+}
+
 fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, Fault> {
+    modifiers(cursor);
     let name = cursor.name("a unit's name")?;
     let mut pou = Pou {
         name,
         kind,
         extends: None,
+        implements: Vec::new(),
         result: None,
         variables: Vec::new(),
         body: Body::empty(),
@@ -107,8 +127,13 @@ fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, 
         file: 0,
         line,
     };
-    if cursor.take_word("EXTENDS") {
-        pou.extends = Some(cursor.name("a function block's name")?);
+    if kind == PouKind::Interface && cursor.is_word("EXTENDS") {
+        pou.implements = named_list(cursor)?;
+    } else if cursor.take_word("EXTENDS") {
+        pou.extends = Some(qualified(cursor)?);
+    }
+    if cursor.is_word("IMPLEMENTS") {
+        pou.implements = named_list(cursor)?;
     }
     if cursor.take_sign(":") {
         pou.result = Some(super::declaration::type_ref(cursor)?);
@@ -118,15 +143,15 @@ fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, 
     while let Some(section) = section(cursor) {
         pou.variables.extend(variables(cursor, section).map_err(within)?);
     }
-    if cursor.is_word("VAR_STAT") || cursor.is_word("VAR_INST") {
-        let fault = Fault::new(cursor.line(), "VAR_STAT and VAR_INST are not followed");
-        return Err(within(
-            fault.help("declare the variables as VAR of a function block, or VAR_GLOBAL"),
-        ));
+    if kind != PouKind::Function {
+        methods(cursor, &mut pou).map_err(within)?;
     }
-    methods(cursor, &mut pou).map_err(within)?;
-    body(cursor, &mut pou, end).map_err(within)?;
-    methods(cursor, &mut pou).map_err(within)?;
+    if kind != PouKind::Interface {
+        body(cursor, &mut pou, end).map_err(within)?;
+    }
+    if kind != PouKind::Function {
+        methods(cursor, &mut pou).map_err(within)?;
+    }
     cursor.word(end).map_err(within)?;
     edges(&mut pou).map_err(within)?;
     Ok(pou)
@@ -158,15 +183,187 @@ fn edges(pou: &mut Pou) -> Result<(), Fault> {
     Ok(())
 }
 
-/// `METHOD PUBLIC name : type ... END_METHOD`, of a function block.
+/// The name of a unit, which a library's may stand before.
+fn qualified(cursor: &mut Cursor) -> Result<String, Fault> {
+    let mut name = cursor.name("a unit's name")?;
+    while cursor.take_sign(".") {
+        name = cursor.name("a unit's name")?;
+    }
+    Ok(name)
+}
+
+/// `IMPLEMENTS a, b`
+fn named_list(cursor: &mut Cursor) -> Result<Vec<String>, Fault> {
+    cursor.next();
+    let mut found = vec![qualified(cursor)?];
+    while cursor.take_sign(",") {
+        found.push(qualified(cursor)?);
+    }
+    Ok(found)
+}
+
+/// `METHOD PUBLIC name : type ... END_METHOD` and `PROPERTY name : type ... END_PROPERTY`.
 fn methods(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
-    while pou.kind == PouKind::FunctionBlock && cursor.is_word("METHOD") {
+    loop {
         let line = cursor.line();
-        cursor.word("METHOD")?;
-        while MODIFIERS.iter().any(|word| cursor.take_word(word)) {}
-        let method = self::pou(cursor, PouKind::Function, "END_METHOD", line)?;
+        if cursor.take_word("METHOD") {
+            let kind = PouKind::Function;
+            let method = match pou.kind {
+                PouKind::Interface => signature(cursor, line)?,
+                _ => self::pou(cursor, kind, "END_METHOD", line)?,
+            };
+            pou.methods.push(method);
+        } else if cursor.take_word("PROPERTY") {
+            property(cursor, pou)?;
+        } else {
+            return Ok(());
+        }
+    }
+}
+
+/// A method of an interface, which has no body; END_METHOD may be missing.
+fn signature(cursor: &mut Cursor, line: u32) -> Result<Pou, Fault> {
+    modifiers(cursor);
+    let name = cursor.name("a method's name")?;
+    let mut method = super::method(&name, None, line);
+    if cursor.take_sign(":") {
+        method.result = Some(super::declaration::type_ref(cursor)?);
+    }
+    cursor.take_sign(";");
+    while let Some(section) = section(cursor) {
+        method.variables.extend(variables(cursor, section)?);
+    }
+    cursor.take_word("END_METHOD");
+    Ok(method)
+}
+
+/// `PROPERTY PUBLIC name : type GET ... END_GET SET ... END_SET END_PROPERTY`: what reads it and what writes it are methods.
+fn property(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
+    modifiers(cursor);
+    let name = cursor.name("a property's name")?;
+    cursor.sign(":")?;
+    let of = super::declaration::type_ref(cursor)?;
+    cursor.take_sign(";");
+    // Variables of the property itself are those of both.
+    let mut common = Vec::new();
+    while let Some(section) = section(cursor) {
+        common.extend(variables(cursor, section)?);
+    }
+    let is_interface = pou.kind == PouKind::Interface;
+    while cursor.is_one_of(&["GET", "SET", "PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"]) {
+        modifiers(cursor);
+        let line = cursor.line();
+        let reads = cursor.is_word("GET");
+        let end = if reads { "END_GET" } else { "END_SET" };
+        if !reads && !cursor.is_word("SET") {
+            return Err(cursor.unexpected("GET or SET"));
+        }
+        cursor.next();
+        let mut method = super::accessor(&name, &of, reads, line);
+        method.variables.extend(common.clone());
+        while let Some(section) = section(cursor) {
+            method.variables.extend(variables(cursor, section)?);
+        }
+        if is_interface {
+            cursor.take_sign(";");
+            cursor.take_word(end);
+        } else {
+            body(cursor, &mut method, end)?;
+            cursor.word(end)?;
+        }
         pou.methods.push(method);
     }
+    if is_interface && !cursor.is_word("END_PROPERTY") {
+        return Ok(());
+    }
+    cursor.word("END_PROPERTY")
+}
+
+/// Variables of which there is one for all instances (VAR_STAT) become global ones, those of a method of which there is one for
+/// each instance (VAR_INST) those of its unit, each under a name that nothing else has.
+pub(super) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
+    let unit = pou.name.clone();
+    let mut methods = std::mem::take(&mut pou.methods);
+    let found = methods.iter_mut().try_for_each(|method| {
+        let owner = format!("{unit}.{}", method.name);
+        move_out(project, &owner, method, Some(&mut pou.variables))
+    });
+    pou.methods = methods;
+    found.and_then(|()| {
+        let all = pou.clone();
+        move_out(project, &unit, pou, None)?;
+        // Methods name the variables of their unit, too.
+        let names = apart_of(&all);
+        for method in &mut pou.methods {
+            let hidden = |name: &str| method.variables.iter().any(|one| same(&one.name, name));
+            let own: Vec<_> = names.iter().filter(|name| !hidden(name)).cloned().collect();
+            rename(&mut method.body, &unit, &own)?;
+        }
+        Ok(())
+    })
+}
+
+fn apart_of(pou: &Pou) -> Vec<String> {
+    let own = |one: &&Variable| matches!(one.section, Section::Static | Section::Instance);
+    pou.variables.iter().filter(own).map(|one| one.name.clone()).collect()
+}
+
+fn move_out(
+    project: &mut Project,
+    owner: &str,
+    pou: &mut Pou,
+    mut instance: Option<&mut Vec<Variable>>,
+) -> Result<(), Fault> {
+    let names = apart_of(pou);
+    if names.is_empty() {
+        return Ok(());
+    }
+    let (moved, own): (Vec<_>, Vec<_>) =
+        pou.variables.drain(..).partition(|one| names.contains(&one.name));
+    pou.variables = own;
+    let mut global = Vec::new();
+    for one in moved {
+        let is_static = one.section == Section::Static;
+        let named = Variable { name: format!("{owner}.{}", one.name), ..one };
+        match &mut instance {
+            Some(list) if !is_static => list.push(Variable { section: Section::Local, ..named }),
+            _ => global.push(Variable { section: Section::Global, ..named }),
+        }
+    }
+    if !global.is_empty() {
+        project.globals.push((String::new(), global));
+    }
+    rename(&mut pou.body, owner, &names)?;
+    for action in &mut pou.actions {
+        rename(&mut action.body, owner, &names)?;
+    }
+    Ok(())
+}
+
+/// Gives variables in code the names that they have elsewhere.
+fn rename(body: &mut Body, owner: &str, names: &[String]) -> Result<(), Fault> {
+    if names.is_empty() {
+        return Ok(());
+    }
+    let statements = match body {
+        Body::Code(_, statements) => statements,
+        Body::Unread(..) => return Ok(()),
+        Body::Chart(_) => {
+            let what = "VAR_STAT and VAR_INST of what has a chart are not followed";
+            let help = "declare the variables as VAR, or VAR_GLOBAL";
+            return Err(Fault::new(0, what).within(owner).help(help));
+        }
+    };
+    let change = |path: &mut Path| {
+        if let Some(own) = names.iter().find(|own| same(own, &path.first)) {
+            path.first = format!("{owner}.{own}");
+        }
+    };
+    crate::iec::ast::change(
+        statements,
+        &mut |expr| crate::iec::ast::paths_of(expr, &mut |path| change(path)),
+        &mut |path| crate::iec::ast::path_of(path, &mut |path| change(path)),
+    );
     Ok(())
 }
 
@@ -180,7 +377,8 @@ fn body(cursor: &mut Cursor, pou: &mut Pou, end: &str) -> Result<(), Fault> {
     if il::begins(cursor) {
         pou.body = Body::Code(Language::Il, il::instructions(cursor)?);
     } else {
-        pou.body = Body::Code(Language::St, statements(cursor, &[end, "ACTION", "METHOD"])?);
+        pou.body =
+            Body::Code(Language::St, statements(cursor, &[end, "ACTION", "METHOD", "PROPERTY"])?);
     }
     while cursor.is_word("ACTION") {
         pou.actions.push(action(cursor)?);

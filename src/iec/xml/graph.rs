@@ -319,6 +319,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         let mut found = handed.into_iter().any(|(_, name)| reads(value, name));
         visit(&self.statements[since..], &mut |one| match &one.kind {
             Kind::Assign(target, _)
+            | Kind::Refer(target, _)
             | Kind::Latch(target, ..)
             | Kind::Call(target, _)
             | Kind::CallIf(_, target, _) => {

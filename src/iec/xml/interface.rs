@@ -1,7 +1,7 @@
 //! Variables and types.
 
 use super::node::{Text, child, children, elements, is};
-use crate::iec::ast::{Expr, Path};
+use crate::iec::ast::{Argument, Expr, Path};
 use crate::iec::{Section, TypeRef, Variable, parse, same};
 use roxmltree::Node;
 
@@ -31,7 +31,8 @@ pub(super) fn list_of(text: &Text, list: Node<'_, '_>, section: Section) -> Vec<
             let line = text.line(one);
             let of = child(one, "type").map(|of| type_ref(text, of));
             let simple = child(one, "initialValue").and_then(|node| elements(node).next());
-            let initial = simple.map(|value| initial(value, line));
+            let initial =
+                simple.map(|value| initial(value, line)).or_else(|| constructed(one, line));
             Some(Variable {
                 name: one.attribute("name")?.to_owned(),
                 section,
@@ -46,10 +47,41 @@ pub(super) fn list_of(text: &Text, list: Node<'_, '_>, section: Section) -> Vec<
         .collect()
 }
 
+/// What FB_Init of an instance is handed, as CODESYS and TwinCAT write it.
+fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
+    let inside = child(variable, "addData")?.descendants();
+    let all = inside.filter(|one| one.tag_name().name() == "InputAssignment");
+    let given: Vec<Argument> = all
+        .filter_map(|one| {
+            let name = child(one, "Name")?.text()?.trim().to_owned();
+            let text = child(one, "Value")?.text().unwrap_or_default();
+            let some = || Expr::Call(Path::name("~initial"), Vec::new());
+            let value = parse::expression(text, line).unwrap_or_else(|_| some());
+            Some(Argument { name: Some(name), is_output: false, value })
+        })
+        .collect();
+    (!given.is_empty()).then(|| Expr::Call(Path::name(parse::CONSTRUCTED), given))
+}
+
 /// What a variable holds at first; what cannot be read is some value.
 fn initial(value: Node<'_, '_>, line: u32) -> Expr {
     let some = || Expr::Call(Path::name("~initial"), Vec::new());
-    let text = value.attribute("value").filter(|_| value.tag_name().name() == "simpleValue");
+    let named = |(name, one): (Option<&str>, Node<'_, '_>)| {
+        let value = elements(one).next().map_or_else(some, |value| initial(value, line));
+        Argument { name: name.map(str::to_owned), is_output: false, value }
+    };
+    let kind = value.tag_name().name();
+    if kind == "arrayValue"
+        && children(value, "value").all(|one| one.attribute("repetitionValue").is_none())
+    {
+        let given = children(value, "value").map(|one| named((None, one))).collect();
+        return Expr::Call(Path::name(parse::LISTED), given);
+    }
+    if kind == "structValue" {
+        let given = children(value, "value").map(|one| named((one.attribute("member"), one)));
+        return Expr::Call(Path::name(parse::CONSTRUCTED), given.collect());
+    }
+    let text = value.attribute("value").filter(|_| kind == "simpleValue");
     text.and_then(|text| parse::expression(text, line).ok()).unwrap_or_else(some)
 }
 
@@ -101,9 +133,15 @@ pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
 }
 
 /// Takes over direct addresses from the declaration as text, which TwinCAT and CODESYS write beside the elements.
-pub(super) fn addresses(variables: &mut [Variable], declaration: &str) {
+pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) {
     let Some(at) = declaration.to_ascii_uppercase().find("VAR") else { return };
     let Ok(written) = parse::declarations(&declaration[at..], 1) else { return };
+    let is_apart = |one: &&Variable| matches!(one.section, Section::Static | Section::Instance);
+    // What no element has a place for.
+    for one in written.iter().filter(is_apart) {
+        variables.retain(|own| !same(&own.name, &one.name));
+        variables.push(one.clone());
+    }
     for variable in variables {
         if let Some(other) = written.iter().find(|other| same(&other.name, &variable.name)) {
             variable.at = variable.at.take().or_else(|| other.at.clone());

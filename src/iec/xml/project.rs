@@ -6,7 +6,9 @@ use super::node::{Text, child, children, elements};
 use super::reading::Reading;
 use crate::iec::chart::expansion::complete;
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Named, Pou, PouKind, Project, Section, Task, TypeDeclaration, parse, same};
+use crate::iec::{
+    Body, Named, Pou, PouKind, Project, Section, Task, TypeDeclaration, TypeRef, parse, same,
+};
 use roxmltree::Node;
 
 /// Reads a project's tree.
@@ -34,6 +36,7 @@ impl<'t> Reader<'t> {
                     let pou = self.pou(node);
                     self.project.pous.push(pou);
                 }
+                "Interface" if node.attribute("name").is_some() => self.interface(node),
                 "dataType" => self.data_type(node),
                 "globalVars"
                     if !node.ancestors().any(|one| one.tag_name().name() == "interface") =>
@@ -62,7 +65,10 @@ impl<'t> Reader<'t> {
             return;
         };
         let of = type_ref(self.text, base);
-        self.project.types.push(TypeDeclaration { name: name.to_owned(), of, initial: None });
+        let bases = added(node).flat_map(|one| children(one, "Extends"));
+        let extends = { bases }.find_map(|base| base.text()).map(last_name);
+        let name = name.to_owned();
+        self.project.types.push(TypeDeclaration { name, extends, of, initial: None });
     }
 
     fn globals(&mut self, node: Node<'_, '_>) {
@@ -74,9 +80,9 @@ impl<'t> Reader<'t> {
 
     /// The declaration as text that stands beside an element's own.
     fn plain_text(&self, node: Node<'_, '_>) -> String {
-        let data = child(node, "addData");
-        let inside = data.into_iter().flat_map(|data| data.descendants());
-        let mut plain = inside.filter(|one| one.tag_name().name() == "InterfaceAsPlainText");
+        // Units' methods and properties have declarations of their own further inside.
+        let data = added(node).chain(children(node, "InterfaceAsPlainText"));
+        let mut plain = data.filter(|one| one.tag_name().name() == "InterfaceAsPlainText");
         plain.next().map(|one| self.text.content(one).0).unwrap_or_default()
     }
 
@@ -95,13 +101,48 @@ impl<'t> Reader<'t> {
             _ => PouKind::FunctionBlock,
         };
         let mut pou = self.unit(node, kind);
-        let data = child(node, "addData").into_iter().flat_map(|data| children(data, "data"));
-        for part in data.flat_map(elements) {
-            if part.tag_name().name().eq_ignore_ascii_case("method") {
-                pou.methods.push(self.unit(part, PouKind::Function));
-            }
+        self.members(added(node), &mut pou);
+        if let Err(fault) = parse::apart(&mut self.project, &mut pou) {
+            self.faults.push(Fault { line: pou.line, ..fault });
         }
         pou
+    }
+
+    /// An interface, as CODESYS and TwinCAT write it.
+    fn interface(&mut self, node: Node<'_, '_>) {
+        let mut pou = self.unit(node, PouKind::Interface);
+        let listed = ["Methods", "Properties"].into_iter().flat_map(|list| children(node, list));
+        self.members(listed.flat_map(elements).chain(added(node)), &mut pou);
+        // A file may name an interface where it lists what a project holds.
+        if !pou.methods.is_empty() || !self.plain_text(node).is_empty() {
+            self.project.pous.push(pou);
+        }
+    }
+
+    /// Methods and properties.
+    fn members<'a, 'i: 'a>(&mut self, all: impl Iterator<Item = Node<'a, 'i>>, pou: &mut Pou) {
+        for part in all {
+            match part.tag_name().name() {
+                "Method" | "method" => pou.methods.push(self.unit(part, PouKind::Function)),
+                "Property" | "property" => self.property(part, pou),
+                _ => {}
+            }
+        }
+    }
+
+    /// What reads a property and what writes it are methods.
+    fn property(&mut self, node: Node<'_, '_>, pou: &mut Pou) {
+        let name = node.attribute("name").unwrap_or_default();
+        let of = child(node, "interface").and_then(|one| child(one, "returnType"));
+        let of = of.map_or(TypeRef::Named(String::new()), |of| type_ref(self.text, of));
+        for (element, reads) in [("GetAccessor", true), ("SetAccessor", false)] {
+            let Some(one) = child(node, element) else { continue };
+            let mut method = parse::accessor(name, &of, reads, self.text.line(one));
+            let own = self.unit(one, PouKind::Function);
+            method.variables.extend(own.variables);
+            method.body = own.body;
+            pou.methods.push(method);
+        }
     }
 
     /// A unit or a method.
@@ -112,6 +153,7 @@ impl<'t> Reader<'t> {
         let mut pou = Pou {
             kind,
             extends: None,
+            implements: Vec::new(),
             result: interface.and_then(|one| child(one, "returnType")).map(|of| type_ref(text, of)),
             variables: interface.map(|one| variables(text, one)).unwrap_or_default(),
             body: Body::empty(),
@@ -128,6 +170,16 @@ impl<'t> Reader<'t> {
         }
         addresses(&mut pou.variables, &written);
         pou.extends = extends(&written);
+        for one in [Some(node), interface].into_iter().flatten().flat_map(added) {
+            let bases = || children(one, "Extends").filter_map(|base| base.text());
+            if kind == PouKind::Interface {
+                pou.implements.extend(bases().map(last_name));
+            } else {
+                pou.extends = bases().next().map(last_name).or(pou.extends.take());
+            }
+            let own = children(one, "Implements").filter_map(|own| own.text());
+            pou.implements.extend(own.map(last_name));
+        }
         self.parts(node, &mut pou);
         pou
     }
@@ -161,6 +213,17 @@ impl<'t> Reader<'t> {
         }
         complete(pou);
     }
+}
+
+/// What stands in an element's additional data.
+fn added<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    let data = child(node, "addData").into_iter();
+    data.flat_map(|data| children(data, "data")).flat_map(elements)
+}
+
+/// A unit's name without that of a library.
+fn last_name(name: &str) -> String {
+    name.trim().rsplit('.').next().unwrap_or_default().to_owned()
 }
 
 fn instance(node: Node<'_, '_>) -> Option<(String, String)> {

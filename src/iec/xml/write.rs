@@ -388,6 +388,9 @@ fn unit(pou: &Pou) -> Result<String, String> {
         PouKind::Program => "program",
         PouKind::FunctionBlock => "functionBlock",
         PouKind::Function => "function",
+        PouKind::Interface => {
+            return Err(format!("{}: PLCopen XML has no place for interfaces", pou.name));
+        }
     };
     if let Some(method) = pou.methods.first() {
         let (unit, name) = (&pou.name, &method.name);
@@ -522,6 +525,9 @@ fn type_of(of: &TypeRef) -> Result<String, String> {
                 None => String::new(),
             };
             format!("<enum><values>{values}</values>{base}</enum>")
+        }
+        TypeRef::Reference(_) => {
+            return Err("PLCopen XML has no place for references".to_owned());
         }
         TypeRef::Pointer(of) => format!("<pointer><baseType>{}</baseType></pointer>", type_of(of)?),
     })
