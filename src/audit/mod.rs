@@ -4,6 +4,7 @@ pub mod advise;
 mod assemble;
 mod assumption;
 pub mod breakdown;
+mod broken;
 #[cfg(test)]
 mod charge_tests;
 mod closing;
