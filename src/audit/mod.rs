@@ -30,6 +30,7 @@ mod invariants;
 mod iterations;
 pub mod ladder;
 mod made_from;
+mod meeting;
 pub mod method;
 mod model_search;
 mod modelling;
