@@ -146,3 +146,18 @@ fn an_edge_in_a_loop_shows_once_at_least() {
     let (upper, lower, exact) = bounds("melsec-list", Some("FX3U"), text);
     assert!(1 <= lower && lower <= upper && upper <= 3 && exact == (lower == upper));
 }
+
+/// A program that another one may stop begins with a jump that no line of the source has.
+#[test]
+fn a_program_that_may_be_on_standby_is_named_where_that_decides() {
+    let files =
+        [("OFF.il", "LD X3\nOp1\nLDI M0\nOp2\nEND\n"), ("WORK.il", "LD X0\nPSTOP \"OFF\"\nEND\n")];
+    let table = table("Op1,1,0,0\nOp2,2,0,0\n");
+    let found = audited("melsec-list", Some("Q26UDV"), &files, &table, &Facts::default());
+    let audit = found.unwrap_or_else(|why| panic!("{why}")).audit;
+    let why = "how it goes on from `OFF on standby` (OFF.il:1) is not known";
+    assert_eq!(audit.stands_between.as_deref(), Some(why));
+    let ties: Vec<&str> =
+        audit.groups.iter().flat_map(|group| &group.devices).map(String::as_str).collect();
+    assert!(ties.contains(&"`OFF on standby` in OFF.il:1"), "{ties:?}");
+}

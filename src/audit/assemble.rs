@@ -14,14 +14,15 @@ use super::proved::Proved;
 use super::real::Found;
 use super::request::Request;
 use super::response::Delays;
+use super::rung::rungs;
+use super::table_use::TableParts;
 use super::unbounded::Loops;
 use super::unknown::Unknown;
 use super::unknown_writes;
 use super::weight::weights;
 use super::{
-    ApproximationUse, AssumedUse, Audit, Bound, ChargeUse, Exclusion, FactorUse, Fate, FreeValue,
-    GroupUse, NetworkUse, OverheadUse, PathStep, RunScan, RungUse, Share, TableUse, Tie, Value,
-    possible,
+    ApproximationUse, Audit, Bound, ChargeUse, Exclusion, FreeValue, GroupUse, NetworkUse,
+    OverheadUse, PathStep, RunScan, RungUse, Tie, Value, possible,
 };
 use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;
@@ -31,7 +32,7 @@ use crate::program::Program;
 use crate::replay::{Event, Replay};
 use crate::scan::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
 use crate::solve::{Exclusions, Limits, Maximum};
-use crate::timing::price::{Price, Prices};
+use crate::timing::price::Prices;
 use crate::timing::table::{Evidence, Table};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
@@ -62,8 +63,13 @@ pub struct Findings<'a> {
 pub struct Explained {
     overhead: Vec<OverheadUse>,
     always: Vec<ChargeUse>,
-    /// Of each group, its charges and its rungs.
-    groups: Vec<(Vec<ChargeUse>, Vec<RungUse>)>,
+    groups: Vec<ExplainedGroup>,
+}
+
+/// A group's charges in the order of execution, and its rungs, the dearest first.
+struct ExplainedGroup {
+    charges: Vec<ChargeUse>,
+    rungs: Vec<RungUse>,
 }
 
 /// What the stages behind the search found.
@@ -135,7 +141,7 @@ impl<'a> Findings<'a> {
                 // Nothing was taken off: the bound is their sum, so what each takes of it is known.
                 charges.iter_mut().for_each(|charge| charge.share = dearer(charge));
             }
-            (charges, rungs)
+            ExplainedGroup { charges, rungs }
         };
         let groups = self.groups.iter().zip(self.maxima).enumerate().map(explained).collect();
         Explained { overhead, always, groups }
@@ -172,7 +178,9 @@ impl<'a> Findings<'a> {
                 self.group(index, explained, search, &names, &uses, real)
             })
             .collect();
-        let table = self.table(&bound, &overhead, real);
+        let parts = TableParts { program: self.program, prices: self.prices, bound: &bound };
+        let uppers = self.maxima.iter().map(|maximum| maximum.upper);
+        let table = parts.table_use(self.table, &self.costs(real), uppers);
         let clocked = self.program.clocked;
         let possible = possible(&bound, table.factor.as_ref(), clocked.is_some());
         let stands_between = real
@@ -260,9 +268,9 @@ impl<'a> Findings<'a> {
     }
 
     /// Takes from a scan that was run what charges cost in it.
-    fn show(&self, executed: &Executed, groups: &mut [(Vec<ChargeUse>, Vec<RungUse>)]) {
-        for (group, (uses, _)) in self.groups.iter().zip(groups) {
-            for (&charge, shown) in group.charges.iter().zip(uses) {
+    fn show(&self, executed: &Executed, groups: &mut [ExplainedGroup]) {
+        for (group, explained) in self.groups.iter().zip(groups) {
+            for (&charge, shown) in group.charges.iter().zip(&mut explained.charges) {
                 let charge = &self.model.charges[charge];
                 (shown.reached, shown.runs, shown.cost) =
                     executed.at(charge.instruction, &charge.frames);
@@ -311,36 +319,32 @@ impl<'a> Findings<'a> {
     fn group(
         &self,
         index: usize,
-        (charges, rungs): (Vec<ChargeUse>, Vec<RungUse>),
+        ExplainedGroup { charges, rungs }: ExplainedGroup,
         search: SearchUse,
         names: &Names<'_>,
         uses: &[usize],
         real: Option<&Found>,
     ) -> GroupUse {
         let (group, maximum) = (&self.groups[index], &self.maxima[index]);
-        let mut by_device: BTreeMap<String, (usize, usize, String)> = BTreeMap::new();
-        for (order, variable) in group.variables.iter().enumerate() {
+        let mut ties: Vec<Tie> = Vec::new();
+        let mut known: BTreeMap<String, usize> = BTreeMap::new();
+        for variable in &group.variables {
             let index = variable.0 as usize;
             let variable = &self.model.variables[index];
-            let known = by_device.entry(names.device(variable));
-            known.or_insert_with(|| (order, 0, names.comment(variable))).1 += uses[index];
+            let device = names.device(variable);
+            let tie = *known.entry(device.clone()).or_insert(ties.len());
+            if tie == ties.len() {
+                ties.push(Tie { device, comment: names.comment(variable), uses: 0 });
+            }
+            ties[tie].uses += uses[index];
         }
-        let mut devices: Vec<(String, (usize, usize, String))> = by_device.into_iter().collect();
-        devices.sort_by_key(|(_, (order, ..))| *order);
-        let mut ties: Vec<Tie> = devices
-            .iter()
-            .map(|(device, (_, uses, comment))| Tie {
-                device: device.clone(),
-                comment: comment.clone(),
-                uses: *uses,
-            })
-            .collect();
+        let devices = ties.iter().map(|tie| tie.device.clone()).collect();
         ties.sort_by_key(|tie| Reverse(tie.uses));
         let blocks: BTreeSet<u32> = charges.iter().map(|charge| charge.block).collect();
         GroupUse {
             id: index + 1,
             blocks: blocks.into_iter().collect(),
-            devices: devices.into_iter().map(|(device, _)| device).collect(),
+            devices,
             ties,
             upper: maximum.upper,
             lower: match real {
@@ -387,7 +391,7 @@ impl<'a> Findings<'a> {
             .iter()
             .take(MOST_EXPLAINED)
             .enumerate()
-            .filter_map(|(rung, (_, missing))| Some((rung, group.charges[(*missing)?])))
+            .filter_map(|(at, rung)| Some((at, group.charges[rung.shortest?])))
             .collect();
         let wanted: Vec<usize> = missing.iter().map(|(_, charge)| *charge).collect();
         let block =
@@ -395,7 +399,7 @@ impl<'a> Findings<'a> {
         if let Some(exclusions) = exclusions {
             let reasons = exclusions.in_scan(self.model, self.assignment, &wanted);
             for ((rung, charge), reason) in missing.into_iter().zip(reasons) {
-                found[rung].0.exclusion = reason.map(|others| Exclusion {
+                found[rung].shown.exclusion = reason.map(|others| Exclusion {
                     blocks: BTreeSet::from_iter(others.iter().map(|&other| block(other)))
                         .into_iter()
                         .collect(),
@@ -403,7 +407,7 @@ impl<'a> Findings<'a> {
                 });
             }
         }
-        found.into_iter().map(|(rung, _)| rung).collect()
+        found.into_iter().map(|rung| rung.shown).collect()
     }
 
     /// The devices on which the charge and one of the others depend; all of its own if there is no other.
@@ -502,92 +506,15 @@ impl<'a> Findings<'a> {
         found
     }
 
-    fn table(&self, bound: &Bound, overhead: &[OverheadUse], real: Option<&Found>) -> TableUse {
-        let assumed = |price: &&Arc<Price>| price.evidence == Evidence::Assumed;
-        let mut rows: Vec<AssumedUse> = Vec::new();
-        let mut known: BTreeMap<&str, usize> = BTreeMap::new();
-        let mut row_of: Vec<Option<usize>> = Vec::new();
-        for (instruction, price) in self.program.instructions.iter().zip(&self.prices.instructions)
-        {
-            let row = price.as_ref().filter(assumed).map(|price| {
-                let mnemonic = instruction.text.split(' ').next().unwrap_or_default();
-                let name = if price.by_class { mnemonic } else { &price.row };
-                let row = *known.entry(name).or_insert_with(|| {
-                    rows.push(AssumedUse {
-                        name: name.to_owned(),
-                        row: price.row.to_string(),
-                        by_class: price.by_class,
-                        count: 0,
-                        time: Picos::ZERO,
-                    });
-                    rows.len() - 1
-                });
-                rows[row].count += 1;
-                row
-            });
-            row_of.push(row);
-        }
-        let costs: Vec<(usize, Picos)> = match real {
+    /// What each execution cost in the scan that is shown, by instruction.
+    fn costs(&self, real: Option<&Found>) -> Vec<(usize, Picos)> {
+        match real {
             None => {
                 let values = self.model.circuit.evaluate(self.assignment);
                 let charges = self.model.charges.iter();
                 charges.map(|charge| (charge.instruction, charge.cost(&values))).collect()
             }
             Some(found) => Executed::of(self.program, &found.best).costs().collect(),
-        };
-        for (instruction, cost) in costs {
-            if let Some(row) = row_of[instruction] {
-                rows[row].time += cost;
-            }
-        }
-        let mut assumed = rows;
-        assumed.extend(
-            self.prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed).map(
-                |term| AssumedUse {
-                    name: term.name.clone(),
-                    row: term.name.clone(),
-                    by_class: false,
-                    count: 0,
-                    time: term.time,
-                },
-            ),
-        );
-        let factor = self.prices.factor.as_ref();
-        assumed.extend(factor.filter(|one| one.evidence == Evidence::Assumed).map(|factor| {
-            let own: Picos = assumed.iter().map(|one| one.time).sum();
-            let others = bound.lower.checked_sub(own).unwrap_or_default();
-            AssumedUse {
-                name: format!("factor {}", factor.text),
-                row: "@factor".to_owned(),
-                by_class: false,
-                count: 0,
-                time: others.checked_sub(factor.taken_off(others)).unwrap_or_default(),
-            }
-        }));
-        assumed.sort_by(|a, b| (Reverse(a.time), &a.name).cmp(&(Reverse(b.time), &b.name)));
-        let assumed_time: Picos = assumed.iter().map(|one| one.time).sum();
-        TableUse {
-            name: self.table.name.clone(),
-            title: self.table.title.clone(),
-            notes: self.table.notes.clone(),
-            watchdog: self.table.watchdog(),
-            factor: factor.map(|factor| {
-                let groups = self.maxima.iter().map(|maximum| maximum.upper);
-                let parts = overhead.iter().map(|term| term.time).chain(groups);
-                let bare: Picos =
-                    parts.chain([bound.always]).map(|time| factor.taken_off(time)).sum();
-                FactorUse {
-                    text: factor.text.clone(),
-                    evidence: factor.evidence,
-                    source: factor.source.clone(),
-                    without: factor.taken_off(bound.upper),
-                    millionths: factor.millionths,
-                    part: bound.upper.checked_sub(bare).unwrap_or_default(),
-                }
-            }),
-            assumed_share: Share::of(assumed_time, bound.lower),
-            assumed,
-            assumed_time,
         }
     }
 
@@ -614,45 +541,4 @@ impl<'a> Findings<'a> {
         found.sort_by_cached_key(|one| (one.at, one.what.to_string()));
         found
     }
-}
-
-/// The group's rungs, the dearest first, each with the charge (by its place among the group's) that falls
-/// shortest of its dearer time.
-fn rungs(
-    charges: &[ChargeUse],
-    comments: impl Fn(usize) -> Vec<String>,
-) -> Vec<(RungUse, Option<usize>)> {
-    let mut by_block: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for (index, charge) in charges.iter().enumerate() {
-        by_block.entry(charge.block).or_default().push(index);
-    }
-    let dearer = |index: usize| charges[index].on.max(charges[index].off);
-    let short = |index: usize| dearer(index).checked_sub(charges[index].share).unwrap_or_default();
-    let mut rungs: Vec<(RungUse, Option<usize>)> = by_block
-        .into_iter()
-        .filter_map(|(block, own)| {
-            let dearest = own.iter().copied().rev().max_by_key(|&index| dearer(index))?;
-            let shown = &charges[dearest];
-            let full = own.iter().filter(|&&index| short(index) == Picos::ZERO).count();
-            let rung = RungUse {
-                block,
-                at: shown.at,
-                instruction: shown.instruction.clone(),
-                comments: comments(dearest),
-                others: own.len() - 1,
-                fate: match full {
-                    0 => Fate::Excluded,
-                    n if n == own.len() => Fate::Runs,
-                    _ => Fate::Partly,
-                },
-                cost: own.iter().map(|&index| charges[index].share).sum(),
-                naive: own.iter().map(|&index| dearer(index)).sum(),
-                exclusion: None,
-            };
-            let missing = own.into_iter().rev().max_by_key(|&index| short(index));
-            Some((rung, missing.filter(|&index| short(index) > Picos::ZERO)))
-        })
-        .collect();
-    rungs.sort_by_key(|(rung, _)| (Reverse(rung.naive), rung.block));
-    rungs
 }

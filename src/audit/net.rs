@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::hints::Hints;
 use super::own::{NotOwn, Owners};
 use super::pipeline::{Concluded, audit};
-use super::reachable::Found;
+use super::reachable::Relays;
 use super::request::{Progress, Request};
 use super::{Audit, Value};
 use crate::base::time::Picos;
@@ -113,7 +113,7 @@ struct Judge<'a> {
     hints: &'a Hints<'a>,
     program: &'a Program,
     owners: Owners<'a>,
-    found: &'a Found,
+    found: &'a Relays,
 }
 
 impl Judge<'_> {

@@ -53,12 +53,12 @@ pub struct Followed {
     /// The model is the sum of all that can run, and says nothing of what can run together.
     whole: bool,
     /// What was found of the relays that are trusted.
-    relays: reachable::Found,
+    relays: reachable::Relays,
 }
 
 impl Followed {
     /// What was found of the relays that are trusted.
-    pub(super) fn relays(&self) -> &reachable::Found {
+    pub(super) fn relays(&self) -> &reachable::Relays {
         &self.relays
     }
 
@@ -218,7 +218,7 @@ impl Fitted {
         (request.progress)(Progress::Stage("following the scan"));
         let (mut model, whole) = model_of(&mut program, &mut prices, executed, &budget)?;
         let trusts_relays = trusts_relays(&program, request);
-        let mut relays = reachable::Found::default();
+        let mut relays = reachable::Relays::default();
         if trusts_relays && request.relays && !whole {
             (request.progress)(Progress::Stage(reachable::STAGE));
             let trust = request.trusted();

@@ -2,7 +2,7 @@
 //! runs.
 
 use super::own::Owners;
-use super::real::{Found, Search, learn, standing, summary_choices};
+use super::real::{Found, Search, standing, summary_choices};
 use super::stated::bit;
 use crate::base::facts::{Facts, plain};
 use crate::base::time::{Picos, Times};
@@ -246,8 +246,7 @@ fn seek(search: &Search<'_>, asked: &[Asked], found: &mut Found) -> Result<(), S
             sure.charges = vec![charges[at].clone()];
             let Some((assignment, _)) = search.dearest(&sure) else { continue };
             let mut one = search.real(&witness(&sure, &assignment))?;
-            news |= learn(&mut found.knowledge, &mut one);
-            found.broken.note(program, &one, None);
+            news |= found.note(program, &mut one);
         }
         if !news {
             break;

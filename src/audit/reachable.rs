@@ -1,12 +1,10 @@
 //! States that no run from power-up leads to: relays that are never all on when a scan starts.
 
+use super::meeting::Meeting;
 use super::own::Owners;
 use crate::base::budget::Budget;
 use crate::passes::values::Trust;
-use crate::program::{
-    Apart, BitSource, BitTarget, Cell, Effect, Join, Logic, Program, Region, Source, Step,
-    WordSource, Write, flow,
-};
+use crate::program::{Apart, BitTarget, Cell, Effect, Logic, Program, Region, Step, Write, flow};
 use crate::scan::fit::SizeLimits;
 use crate::scan::model::{Atom, Circuit, Lit, Node, Origin, ScanModel, VarId, VarKind};
 use crate::scan::scan_model_to_end;
@@ -24,16 +22,9 @@ const UNTIL: u32 = 2;
 const PARTS: u32 = 8;
 /// It takes no longer than this where there is no limit to the time.
 const LONGEST: Duration = Duration::from_secs(20);
-/// A relay that has to do with more others than these is a mode, which tells nothing of single pairs.
-const MOST_AKIN: usize = 40;
-/// What more relays than these hang on tells nothing of single pairs, either.
-const MOST_SHARED: usize = 24;
-/// So many pairs are looked at.
-const MOST_PAIRS: usize = 20_000;
-
 /// What was found of relays.
 #[derive(Debug, Clone, Default)]
-pub struct Found {
+pub struct Relays {
     /// The sets that are never all on.
     pub apart: Vec<Vec<BitTarget>>,
     /// Those that the program never turns on: somebody else does, so they are free.
@@ -53,79 +44,74 @@ pub fn exclude(
     trust: Trust,
     hints: &[Vec<BitTarget>],
     budget: &Budget<'_>,
-) -> (Option<ScanModel>, Found) {
+) -> (Option<ScanModel>, Relays) {
     let bits = own(program, model, trust);
-    let mut result = Found { known: bits.iter().copied().collect(), ..Found::default() };
-    let rungs = Rungs::of(program, &bits);
-    let place: BTreeMap<BitTarget, usize> =
-        bits.iter().enumerate().map(|(place, &bit)| (bit, place)).collect();
-    let of = |hint: &Vec<BitTarget>| -> Option<Vec<usize>> {
-        hint.iter().map(|bit| place.get(bit).copied()).collect()
-    };
-    let hinted: Vec<Vec<usize>> = hints.iter().filter_map(of).collect();
-    let all = rungs.pairs();
-    if all.is_empty() && hinted.is_empty() {
-        return (None, result);
+    let mut relays = Relays { known: bits.iter().copied().collect(), ..Relays::default() };
+    let meeting = Meeting::of(program, &bits);
+    let candidates = Candidates { hinted: places(hints, &bits), pairs: meeting.pairs() };
+    if candidates.pairs.is_empty() && candidates.hinted.is_empty() {
+        return (None, relays);
     }
     let is_over = || budget.reached_part(UNTIL);
     let limits = SizeLimits { is_over: &is_over, ..SizeLimits::default() };
-    let cut =
-        || budget.cut_part(UNTIL, STAGE, "fewer relays are taken as never both on than may be");
     let Ok((mut model, ends)) = scan_model_to_end(program, &prices.times(), &limits, &bits) else {
-        cut();
-        return (None, result);
+        cut(budget);
+        return (None, relays);
     };
     let starts = starts(&mut model, &bits);
     let kept: Vec<Kept> =
         starts.into_iter().zip(ends).map(|(start, end)| Kept { start, end }).collect();
     let fresh = fresh(program, &mut model);
-    let question = Question { model: &model, bits: &kept, rungs: &rungs, fresh };
-    // Pairs that lie close together first: they may be all that there is time for.
-    let mut apart = Vec::new();
-    let rounds = [Vec::new(), rungs.near(), all];
-    for pairs in rounds.into_iter().skip(usize::from(hinted.is_empty())) {
-        let now = Instant::now();
-        let left = budget.deadline().map(|end| end.saturating_duration_since(now) / PARTS);
-        let deadline = Some(now + left.unwrap_or(LONGEST).min(LONGEST));
-        let limits = Limits { deadline, cancelled: &is_over, ..Limits::default() };
-        let candidates = joined(hinted.iter().cloned().chain(pairs));
-        match question.keep_apart(candidates, &limits) {
-            Some((found, freed)) => {
-                apart = found;
-                result.decided = true;
-                result.freed = freed.into_iter().map(|bit| bits[bit]).collect();
-            }
-            None => cut(),
-        }
+    let question = Question { model: &model, bits: &kept, meeting: &meeting, fresh };
+    let Some(answer) = question.ask(candidates, budget) else { return (None, relays) };
+    relays.decided = true;
+    relays.freed = answer.freed.iter().map(|&bit| bits[bit]).collect();
+    let own: BTreeSet<usize> = (0..bits.len()).filter(|bit| !answer.freed.contains(bit)).collect();
+    let fresh = fresh.filter(|_| !own.is_empty());
+    if answer.apart.is_empty() && fresh.is_none() {
+        return (None, relays);
     }
-    let place_of_freed = |bit: &usize| result.freed.contains(&bits[*bit]);
-    let own: BTreeSet<usize> = (0..bits.len()).filter(|bit| !place_of_freed(bit)).collect();
-    let is_fresh_known = result.decided && fresh.is_some() && !own.is_empty();
-    if apart.is_empty() && !is_fresh_known {
-        return (None, result);
+    program.apart = groups(program, &bits, &answer.apart);
+    if let Some(fresh) = fresh {
+        let off = off_where(fresh, &kept, &own, &mut model.circuit);
+        model.constraints.extend(off);
+        note_off_where_fresh(program, own.iter().map(|&bit| bits[bit]).collect());
     }
-    program.apart = groups(program, &bits, &apart);
-    if is_fresh_known {
-        let cleared = off_where(fresh, &kept, &own, &mut model.circuit);
-        model.constraints.extend(cleared);
-        let own: Vec<BitTarget> = own.iter().map(|&bit| bits[bit]).collect();
-        let flag = program.power_up.fresh.map(|bit| Logic::Bit(bit.source()));
-        let both = |bit: &BitTarget| {
-            Logic::All(flag.iter().cloned().chain([Logic::Bit(bit.source())]).collect())
-        };
-        program.invariants.extend(own.iter().map(|bit| both(bit).not()));
-        program.apart.push(Apart { written: written(program, &own), bits: own, most: 0 });
-    }
-    for set in &apart {
+    for set in &answer.apart {
         let all = set.iter().map(|&bit| kept[bit].start);
         let all = model.circuit.all(all);
         model.constraints.push(!all);
         let on = set.iter().map(|&bit| Logic::Bit(bits[bit].source())).collect();
         program.invariants.push(Logic::All(on).not());
     }
-    result.apart =
-        apart.into_iter().map(|set| set.into_iter().map(|bit| bits[bit]).collect()).collect();
-    (Some(model), result)
+    let named = |set: Vec<usize>| set.into_iter().map(|bit| bits[bit]).collect();
+    relays.apart = answer.apart.into_iter().map(named).collect();
+    (Some(model), relays)
+}
+
+/// Notes that the stage could not do all that it is for.
+fn cut(budget: &Budget<'_>) {
+    budget.cut_part(UNTIL, STAGE, "fewer relays are taken as never both on than may be");
+}
+
+/// The places of these sets' relays among the bits; without sets of which a relay is not among them.
+fn places(sets: &[Vec<BitTarget>], bits: &[BitTarget]) -> Vec<Vec<usize>> {
+    let place: BTreeMap<BitTarget, usize> =
+        bits.iter().enumerate().map(|(place, &bit)| (bit, place)).collect();
+    let of = |set: &Vec<BitTarget>| -> Option<Vec<usize>> {
+        set.iter().map(|bit| place.get(bit).copied()).collect()
+    };
+    sets.iter().filter_map(of).collect()
+}
+
+/// Notes in the program that these relays are off where its flag says that memory was cleared before the scan.
+fn note_off_where_fresh(program: &mut Program, relays: Vec<BitTarget>) {
+    let flag = program.power_up.fresh.map(|bit| Logic::Bit(bit.source()));
+    let both = |bit: &BitTarget| {
+        Logic::All(flag.iter().cloned().chain([Logic::Bit(bit.source())]).collect())
+    };
+    program.invariants.extend(relays.iter().map(|bit| both(bit).not()));
+    program.apart.push(Apart { written: written(program, &relays), bits: relays, most: 0 });
 }
 
 /// The sets, each once, and none that has another in it.
@@ -139,23 +125,53 @@ fn joined(sets: impl Iterator<Item = Vec<usize>>) -> Vec<Vec<usize>> {
     all.into_iter().collect()
 }
 
+/// Sets of relays that scans may keep from being all on, by the relays' places among the bits.
+struct Candidates {
+    hinted: Vec<Vec<usize>>,
+    pairs: Vec<Vec<usize>>,
+}
+
+/// What scans were found to keep, by places among the bits.
+struct Answer {
+    /// The sets that are never all on.
+    apart: Vec<Vec<usize>>,
+    /// The relays that the program never turns on.
+    freed: BTreeSet<usize>,
+}
+
 /// What is asked of a scan.
 struct Question<'a> {
     model: &'a ScanModel,
     bits: &'a [Kept],
-    rungs: &'a Rungs,
+    meeting: &'a Meeting,
     /// What is true only in scans before which memory was cleared.
     fresh: Option<Lit>,
 }
 
 impl Question<'_> {
-    /// Those of the sets that scans keep from being all on, where the program is trusted with the relays that it turns on; and
-    /// the relays that it does not. `None` if the limits end the search.
-    fn keep_apart(
-        &self,
-        mut sets: Vec<Vec<usize>>,
-        limits: &Limits<'_>,
-    ) -> Option<(Vec<Vec<usize>>, BTreeSet<usize>)> {
+    /// What scans keep of the candidates, as far as there is time to ask. `None` if there was none for the fewest.
+    fn ask(&self, candidates: Candidates, budget: &Budget<'_>) -> Option<Answer> {
+        let Candidates { hinted, pairs } = candidates;
+        let is_over = || budget.reached_part(UNTIL);
+        // Pairs that lie close together first: they may be all that there is time for.
+        let rounds = [Vec::new(), self.meeting.near(), pairs];
+        let mut answer = None;
+        for pairs in rounds.into_iter().skip(usize::from(hinted.is_empty())) {
+            let now = Instant::now();
+            let left = budget.deadline().map(|end| end.saturating_duration_since(now) / PARTS);
+            let deadline = Some(now + left.unwrap_or(LONGEST).min(LONGEST));
+            let limits = Limits { deadline, cancelled: &is_over, ..Limits::default() };
+            match self.keep_apart(joined(hinted.iter().cloned().chain(pairs)), &limits) {
+                Some(found) => answer = Some(found),
+                None => cut(budget),
+            }
+        }
+        answer
+    }
+
+    /// What scans keep of the sets, where the program is trusted with the relays that it turns on. `None` if the limits end
+    /// the search.
+    fn keep_apart(&self, mut sets: Vec<Vec<usize>>, limits: &Limits<'_>) -> Option<Answer> {
         // A relay that the program never turns on is turned on by somebody else: it is free, and then others may be too.
         let mut own: BTreeSet<usize> = (0..self.bits.len()).collect();
         loop {
@@ -166,9 +182,9 @@ impl Question<'_> {
                 found.iter().filter(|one| one.len() == 1).map(|one| one[0]).collect();
             if never.is_empty() {
                 let freed = (0..self.bits.len()).filter(|bit| !own.contains(bit)).collect();
-                return Some((found, freed));
+                return Some(Answer { apart: found, freed });
             }
-            let freed = self.rungs.first(&never);
+            let freed = self.meeting.first(&never);
             own.retain(|bit| !freed.contains(bit));
             sets.retain(|set| set.iter().all(|bit| own.contains(bit)));
         }
@@ -181,24 +197,18 @@ impl Question<'_> {
         own: &BTreeSet<usize>,
         limits: &Limits<'_>,
     ) -> Option<Vec<Vec<usize>>> {
-        if self.fresh.is_none() {
+        let Some(fresh) = self.fresh else {
             return inductive(self.model, self.bits, candidates, limits);
-        }
+        };
         let mut cleared = self.model.clone();
-        let off = off_where(self.fresh, self.bits, own, &mut cleared.circuit);
+        let off = off_where(fresh, self.bits, own, &mut cleared.circuit);
         cleared.constraints.extend(off);
         inductive(&cleared, self.bits, candidates, limits)
     }
 }
 
 /// That these relays are off where memory was cleared before the scan.
-fn off_where(
-    fresh: Option<Lit>,
-    bits: &[Kept],
-    own: &BTreeSet<usize>,
-    circuit: &mut Circuit,
-) -> Vec<Lit> {
-    let Some(fresh) = fresh else { return Vec::new() };
+fn off_where(fresh: Lit, bits: &[Kept], own: &BTreeSet<usize>, circuit: &mut Circuit) -> Vec<Lit> {
     own.iter().map(|&bit| !circuit.and(fresh, bits[bit].start)).collect()
 }
 
@@ -255,142 +265,6 @@ pub fn read(model: &ScanModel) -> BTreeSet<BitTarget> {
         }
     }
     read
-}
-
-/// What is read: a relay or word, or a bit of a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Read(Cell, Option<u8>);
-
-impl From<BitTarget> for Read {
-    fn from(bit: BitTarget) -> Read {
-        match bit {
-            BitTarget::Cell(cell) => Read(cell, None),
-            BitTarget::WordBit(cell, bit) => Read(cell, Some(bit)),
-        }
-    }
-}
-
-/// Which relays meet in a rung.
-struct Rungs {
-    /// By relay: those that are read in rungs which write it.
-    read: Vec<BTreeSet<usize>>,
-    /// By relay: those with which it meets in a rung that writes one of the two, or that hang on the same input or word.
-    akin: Vec<BTreeSet<usize>>,
-}
-
-impl Rungs {
-    fn of(program: &Program, bits: &[BitTarget]) -> Rungs {
-        let place: BTreeMap<Read, usize> =
-            bits.iter().enumerate().map(|(place, &bit)| (Read::from(bit), place)).collect();
-        let none = vec![BTreeSet::new(); bits.len()];
-        let mut rungs = Rungs { read: none.clone(), akin: none };
-        let mut shared: BTreeMap<Read, BTreeSet<usize>> = BTreeMap::new();
-        let (mut read, mut written) = (BTreeSet::new(), BTreeSet::new());
-        let mut close = |read: &mut BTreeSet<Read>, written: &mut BTreeSet<usize>| {
-            let own = read.iter().filter_map(|one| place.get(one).copied()).collect();
-            rungs.add(&own, written);
-            for one in std::mem::take(read) {
-                shared.entry(one).or_default().extend(written.iter());
-            }
-            written.clear();
-        };
-        for instruction in &program.instructions {
-            if let Step::Logic { join: Join::Start, .. } = instruction.step {
-                close(&mut read, &mut written);
-            }
-            instruction.each_read(&mut |source| {
-                read.extend(match source {
-                    Source::Bit(BitSource::WordBit(cell, bit)) => Some(Read(cell, Some(bit))),
-                    Source::Bit(BitSource::Cell(cell)) | Source::Word(WordSource::Cell(cell)) => {
-                        Some(Read(cell, None))
-                    }
-                    Source::Bit(_) | Source::Word(_) => None,
-                });
-            });
-            for effect in &instruction.effects {
-                if let Write::Bit(bit, _) = &effect.write {
-                    written.extend(place.get(&Read::from(*bit)));
-                }
-            }
-        }
-        close(&mut read, &mut written);
-        for relays in shared.into_values().filter(|relays| relays.len() <= MOST_SHARED) {
-            for &relay in &relays {
-                rungs.akin[relay].extend(relays.iter().filter(|&&other| other != relay));
-            }
-        }
-        rungs
-    }
-
-    fn add(&mut self, read: &BTreeSet<usize>, written: &BTreeSet<usize>) {
-        for &a in written {
-            self.read[a].extend(read);
-            for &b in read.iter().chain(written).filter(|&&b| b != a) {
-                self.akin[a].insert(b);
-                self.akin[b].insert(a);
-            }
-        }
-    }
-
-    /// Of relays that never come on those that need none of the others for that: what these turn on would come on then.
-    fn first(&self, never: &[usize]) -> Vec<usize> {
-        let needs = |&from: &usize| {
-            let mut found = BTreeSet::new();
-            let mut open = vec![from];
-            while let Some(relay) = open.pop() {
-                let more = self.read[relay].iter().filter(|one| never.contains(one));
-                open.extend(more.copied().filter(|&one| found.insert(one)));
-            }
-            found
-        };
-        let all: BTreeMap<usize, BTreeSet<usize>> =
-            never.iter().map(|one| (*one, needs(one))).collect();
-        let is_first = |one: &usize| all[one].iter().all(|other| all[other].contains(one));
-        never.iter().copied().filter(is_first).collect()
-    }
-
-    /// Pairs of relays that meet.
-    fn near(&self) -> Vec<Vec<usize>> {
-        let pairs = self
-            .akin
-            .iter()
-            .enumerate()
-            .flat_map(|(a, others)| others.range(a + 1..).map(move |&b| vec![a, b]));
-        pairs.take(MOST_PAIRS).collect()
-    }
-
-    /// Pairs of relays that may be never both on: those that meet in a rung which writes one of them, and those that meet
-    /// the same third one so, in steps from one to the next.
-    fn pairs(&self) -> Vec<Vec<usize>> {
-        let few: Vec<Vec<usize>> = self
-            .akin
-            .iter()
-            .map(|others| others.iter().copied().filter(|_| others.len() <= MOST_AKIN).collect())
-            .collect();
-        let mut found: BTreeSet<(usize, usize)> = BTreeSet::new();
-        let mut near: Vec<BTreeSet<usize>> = self.akin.clone();
-        let mut before = usize::MAX;
-        // In each round pairs are one relay further apart.
-        while found.len() != before && found.len() < MOST_PAIRS {
-            before = found.len();
-            let all = near.iter().enumerate().flat_map(|(a, others)| {
-                let others = others.iter().filter(move |&&b| b != a);
-                others.map(move |&b| (a.min(b), a.max(b)))
-            });
-            for pair in all {
-                if found.len() >= MOST_PAIRS {
-                    break;
-                }
-                found.insert(pair);
-            }
-            let further = |others: &BTreeSet<usize>| {
-                let next = others.iter().flat_map(|&other| few[other].iter().copied());
-                next.chain(others.iter().copied()).collect()
-            };
-            near = near.iter().map(further).collect();
-        }
-        found.into_iter().map(|(a, b)| vec![a, b]).collect()
-    }
 }
 
 /// The bits' values when a scan starts.

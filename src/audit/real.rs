@@ -1,12 +1,10 @@
 //! The search for a scan that a PLC makes: a real run of the model's longest scan, then, with what it taught, of the next.
 
+use super::broken::Broken;
 use super::modelling::LONGEST_SCAN;
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
-use crate::program::{
-    AreaKind, BitSource, Cell, ChoiceId, ChoiceKey, Effect, Logic, Number, Program, Region, Step,
-    Witness, WordSource, Write, flow,
-};
+use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
 use crate::replay::{Free, Real, Why, real};
 use crate::scan::fit::SizeLimits;
 use crate::scan::groups::{groups, unpriced, witness};
@@ -14,7 +12,7 @@ use crate::scan::model::certain::{Standing, certain};
 use crate::scan::model::{Assignment, Lit, Origin, ScanModel, VarId};
 use crate::scan::{Purpose, scan_model_knowing};
 use crate::solve::{Decisions, Limits, Method, maxima, maximum};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// The most instructions of a real run.
 const MOST_RUN: u64 = 400_000;
@@ -43,75 +41,27 @@ pub struct Found {
 }
 
 impl Found {
-    fn new(best: Real, witness: Witness, knowledge: Knowledge) -> Found {
-        Found { best, witness, knowledge, broken: Broken::default() }
+    /// What a first run found, beside what was known before it.
+    fn first(program: &Program, run: Real, start: Witness, knowledge: Knowledge) -> Found {
+        let mut found = Found { best: run, witness: start, knowledge, broken: Broken::default() };
+        learn(&mut found.knowledge, &mut found.best);
+        found.broken.note(program, &found.best, None);
+        found
     }
-}
 
-/// What is stated to hold whenever a scan starts and does not hold when a real run ends.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Broken {
-    /// Ranges, by their places in `Program::ranges`.
-    pub left: BTreeMap<usize, Left>,
-    /// Bits that are stated not to be on together, by their places in `Program::invariants`.
-    pub parted: BTreeMap<usize, Parted>,
-}
-
-impl Broken {
-    /// Notes what is stated and a run does not keep; what a program writes of itself comes before what it works out. The
-    /// run may be the scan of this number from power-up on, in which nothing is known of what the outside gives.
-    pub fn note(&mut self, program: &Program, one: &Real, scan: Option<usize>) {
-        if !one.is_possible() {
-            return;
-        }
-        for &(range, value) in &one.left {
-            let cells = &program.ranges[range].cells;
-            let Some(by) =
-                last_to_write(program, one, &|region| cells.iter().any(|&cell| region.holds(cell)))
-            else {
-                continue;
-            };
-            let known = self.left.entry(range).or_insert(Left { value, by, scan });
-            if known.scan.is_none() && !writes_constant(program, known.by) {
-                *known = Left { value, by, scan };
-            }
-        }
-        for &pair in &one.parted {
-            let bits = bits_of(&program.invariants[pair]);
-            let by = bits.iter().filter_map(|bit| {
-                let (BitSource::Cell(cell) | BitSource::WordBit(cell, _)) = *bit else {
-                    return None;
-                };
-                last_to_write(program, one, &|region| region.holds(cell))
-            });
-            let mut by: Vec<usize> = by.collect();
-            by.sort_unstable();
-            by.dedup();
-            if by.is_empty() {
-                continue;
-            }
-            let known = self.parted.entry(pair).or_insert_with(|| Parted { by: by.clone(), scan });
-            if known.scan.is_none() && scan.is_some() {
-                *known = Parted { by, scan };
-            }
-        }
+    /// Takes from a run what it teaches and breaks; whether it taught something new.
+    pub(super) fn note(&mut self, program: &Program, run: &mut Real) -> bool {
+        let news = learn(&mut self.knowledge, run);
+        self.broken.note(program, run, None);
+        news
     }
-}
 
-/// The last instruction of a run that wrote what is asked for.
-fn last_to_write(program: &Program, one: &Real, asked: &dyn Fn(&Region) -> bool) -> Option<usize> {
-    let writes = |at: usize| flow::written(program, at).iter().any(asked);
-    let mut events = one.replay.events.iter().rev();
-    events.find(|event| event.fired && writes(event.instruction)).map(|event| event.instruction)
-}
-
-/// The bits of which it is stated that they are not on together.
-pub fn bits_of(invariant: &Logic) -> Vec<BitSource> {
-    match invariant {
-        Logic::Bit(bit) => vec![*bit],
-        Logic::Not(inner) => bits_of(inner),
-        Logic::All(parts) => parts.iter().flat_map(bits_of).collect(),
-        _ => Vec::new(),
+    /// Keeps a run if it is better than the best so far: possible, then longer.
+    fn keep_better(&mut self, run: Real, start: Witness) {
+        let rank = |run: &Real| (run.is_possible(), run.replay.total);
+        if rank(&run) > rank(&self.best) {
+            (self.best, self.witness) = (run, start);
+        }
     }
 }
 
@@ -122,26 +72,6 @@ pub struct Scouted {
     goes_on: bool,
     /// How many gates the models had.
     gates: usize,
-}
-
-/// What a real run leaves in a word that is stated to hold something else whenever a scan starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Left {
-    /// What it holds.
-    pub value: i64,
-    /// The last instruction that wrote it.
-    pub by: usize,
-    /// Which scan from power-up on it is that leaves it, whatever the outside gives, if that is known.
-    pub scan: Option<usize>,
-}
-
-/// Two bits that a real run leaves on together, and that are stated never to be so.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Parted {
-    /// The last instructions that wrote them.
-    pub by: Vec<usize>,
-    /// As in [`Left`].
-    pub scan: Option<usize>,
 }
 
 /// The search.
@@ -157,10 +87,8 @@ impl Search<'_> {
     /// `Err` if an operation wrote what its effects do not allow.
     pub fn scout(&self) -> Result<Scouted, String> {
         let start = Witness::default();
-        let best = self.real(&start)?;
-        let mut found = Found::new(best, start, Knowledge::new());
-        learn(&mut found.knowledge, &mut found.best);
-        found.broken.note(self.program, &found.best, None);
+        let run = self.real(&start)?;
+        let mut found = Found::first(self.program, run, start, Knowledge::new());
         let mut gates = 0;
         let goes_on = self.go_on(&mut found, None, &mut gates)?;
         Ok(Scouted { found, goes_on, gates })
@@ -179,12 +107,11 @@ impl Search<'_> {
         let scouted = found.best.replay.total;
         let mut one = self.real(dearest)?;
         self.within(&one, upper)?;
-        learn(&mut found.knowledge, &mut one);
-        found.broken.note(self.program, &one, None);
+        found.note(self.program, &mut one);
         // Of two that take as long, the model's own is shown.
         let before = std::mem::replace(&mut found.best, one);
         let start = std::mem::replace(&mut found.witness, dearest.clone());
-        better(&mut found, before, start);
+        found.keep_better(before, start);
         if goes_on && found.best.replay.total > scouted {
             self.go_on(&mut found, Some(upper), &mut gates)?;
             self.within(&found.best, upper)?;
@@ -201,15 +128,12 @@ impl Search<'_> {
         upper: Picos,
         knowledge: Knowledge,
     ) -> Result<Found, String> {
-        let best = self.real(dearest)?;
-        let mut found = Found::new(best, dearest.clone(), knowledge);
-        learn(&mut found.knowledge, &mut found.best);
-        found.broken.note(self.program, &found.best, None);
+        let run = self.real(dearest)?;
+        let mut found = Found::first(self.program, run, dearest.clone(), knowledge);
         if !found.best.is_possible() || found.best.replay.total < upper {
             let mut one = self.real(other)?;
-            learn(&mut found.knowledge, &mut one);
-            found.broken.note(self.program, &one, None);
-            better(&mut found, one, other.clone());
+            found.note(self.program, &mut one);
+            found.keep_better(one, other.clone());
         }
         self.go_on(&mut found, Some(upper), &mut 0)?;
         self.within(&found.best, upper)?;
@@ -226,50 +150,25 @@ impl Search<'_> {
         gates: &mut usize,
     ) -> Result<bool, String> {
         let summary = summary_choices(self.program);
-        let limits =
-            SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
         let mut goes_on = false;
         for _ in 0..MOST_ROUNDS {
             let reached = upper.is_some_and(|upper| found.best.replay.total >= upper);
             if reached || (self.limits.cancelled)() || self.is_late() {
                 break;
             }
-            let model = scan_model_knowing(
-                self.program,
-                self.least,
-                &found.knowledge,
-                Purpose::LowerBound,
-                &limits,
-            );
-            let Ok(full) = model else { break };
-            if full.dearest() > u128::from(LONGEST_SCAN.0) {
-                // Its times cannot be added up; the audit is refused for that.
-                break;
-            }
+            let Some(model) = self.model_of(&found.knowledge) else { break };
             let before = *gates;
-            *gates += full.circuit.nodes().len();
-            let standing = |variable| standing(self.program, &summary, &full, variable);
-            let mut model = certain(&full, &standing, true);
-            *gates += model.circuit.nodes().len();
-            let mut dearest = self.dearest(&model);
-            if dearest.is_none() {
-                // Every path depends on what is not known.
-                model = certain(&full, &standing, false);
-                dearest = self.dearest(&model);
-            }
-            let Some((assignment, most)) = dearest else { break };
+            let Some((start, most)) = self.dearest_known(&model, &summary, gates) else { break };
             if most <= found.best.replay.total && found.best.is_possible() {
                 break;
             }
-            let start = witness(&model, &assignment);
             let mut one = self.real(&start)?;
-            let news = learn(&mut found.knowledge, &mut one);
-            found.broken.note(self.program, &one, None);
+            let news = found.note(self.program, &mut one);
             let total = one.replay.total;
             goes_on = *gates - before <= DEAR || !is_hardly_longer(&one, &found.best);
             // A run that was left for its length is not tried again from other starts: that takes as long each time.
             let left = one.stopped.as_ref().is_some_and(|stopped| stopped.why == Why::TooLong);
-            better(found, one, start);
+            found.keep_better(one, start);
             if total >= most || !news || left || !goes_on || *gates > MOST_GATES {
                 break;
             }
@@ -277,39 +176,73 @@ impl Search<'_> {
         Ok(goes_on)
     }
 
+    /// The model by what is known, if it is not too large to be searched again and again.
+    fn model_of(&self, knowledge: &Knowledge) -> Option<ScanModel> {
+        let limits =
+            SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
+        let purpose = Purpose::LowerBound;
+        let model = scan_model_knowing(self.program, self.least, knowledge, purpose, &limits);
+        // Times that cannot be added up are none to search; the audit is refused for them.
+        model.ok().filter(|model| model.dearest() <= u128::from(LONGEST_SCAN.0))
+    }
+
+    /// Where the dearest scan starts of those that surely go as the model has them, and a bound on what any of these costs.
+    /// Where every path depends on what is not known, what hangs on that is taken at its least. Adds the models' size to
+    /// `gates`.
+    fn dearest_known(
+        &self,
+        full: &ScanModel,
+        summary: &BTreeSet<ChoiceId>,
+        gates: &mut usize,
+    ) -> Option<(Witness, Picos)> {
+        let standing = |variable| standing(self.program, summary, full, variable);
+        let mut model = certain(full, &standing, true);
+        *gates += full.circuit.nodes().len() + model.circuit.nodes().len();
+        let mut dearest = self.dearest(&model);
+        if dearest.is_none() {
+            model = certain(full, &standing, false);
+            dearest = self.dearest(&model);
+        }
+        dearest.map(|(assignment, most)| (witness(&model, &assignment), most))
+    }
+
     fn is_late(&self) -> bool {
         self.limits.deadline.is_some_and(|end| std::time::Instant::now() >= end)
     }
 
-    /// Makes a real run.
+    /// Makes a real run. `Err` if an operation wrote what its effects do not allow, or a word left its range of which the
+    /// analysis says that the program keeps it.
     pub(super) fn real(&self, witness: &Witness) -> Result<Real, String> {
         let counts = counts(self.program);
         let start = || Start { program: self.program, witness, counts: &counts };
-        let found = real(self.program, self.least, start, MOST_RUN);
-        let at = |instruction: usize| {
-            let at = &self.program.instructions[instruction];
-            let file = &at.place.of(&self.program.files).name;
-            format!("{file}:{} {}", at.place.line, at.text)
-        };
-        if let Some(&(instruction, cell)) = found.beyond.first() {
-            let cell = self.program.cell_name(cell);
+        let run = real(self.program, self.least, start, MOST_RUN);
+        self.agrees(&run)?;
+        Ok(run)
+    }
+
+    /// `Err` if a run does what the analysis says that no run does.
+    fn agrees(&self, run: &Real) -> Result<(), String> {
+        let program = self.program;
+        if let Some(&(instruction, cell)) = run.beyond.first() {
+            let at = &program.instructions[instruction];
+            let (file, line) = (&at.place.of(&program.files).name, at.place.line);
+            let (text, cell) = (&at.text, program.cell_name(cell));
             return Err(format!(
-                "{} writes {cell}, the analysis says that it does not",
-                at(instruction)
+                "{file}:{line} {text} writes {cell}, the analysis says that it does not"
             ));
         }
-        let kept = |(range, _): &&(usize, i64)| {
-            let cells = &self.program.ranges[*range].cells;
-            cells.len() == 1 && self.program.kept.contains(&cells[0])
+        let is_kept = |(range, _): &&(usize, i64)| {
+            let cells = &program.ranges[*range].cells;
+            cells.len() == 1 && program.kept.contains(&cells[0])
         };
-        if let Some(&(range, value)) = found.left.iter().find(kept).filter(|_| found.is_possible())
-        {
-            let cell = self.program.cell_name(self.program.ranges[range].cells[0]);
+        let left = run.left.iter().find(is_kept).filter(|_| run.is_possible());
+        if let Some(&(range, value)) = left {
+            let cell = program.cell_name(program.ranges[range].cells[0]);
             return Err(format!(
                 "a scan leaves {value} in {cell}, the analysis says that the program keeps its range"
             ));
         }
-        Ok(found)
+        Ok(())
     }
 
     /// `Err` if a run costs more than the bound.
@@ -345,33 +278,14 @@ impl Search<'_> {
     }
 }
 
-/// Whether all that an instruction writes are constants of the program.
-pub fn writes_constant(program: &Program, at: usize) -> bool {
-    let is_constant = |effect: &Effect| match &effect.write {
-        Write::Words(_, Number::Words(words)) => {
-            words.iter().all(|word| matches!(word, WordSource::Const(_)))
-        }
-        _ => false,
-    };
-    program.instructions[at].effects.iter().all(is_constant)
-}
-
 /// Whether a run is known not to be worth the round that it took: one that could not go on tells what to do otherwise.
 fn is_hardly_longer(one: &Real, best: &Real) -> bool {
     let (took, before) = (one.replay.total.0, best.replay.total.0);
     one.is_possible() && best.is_possible() && took < before.saturating_add(before / WORTH)
 }
 
-/// Takes the better of two scans.
-fn better(found: &mut Found, one: Real, start: Witness) {
-    let rank = |one: &Real| (one.is_possible(), one.replay.total);
-    if rank(&one) > rank(&found.best) {
-        (found.best, found.witness) = (one, start);
-    }
-}
-
 /// Adds what a run taught; whether something was new.
-pub(super) fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
+fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
     let mut news = false;
     for (moment, facts) in std::mem::take(&mut real.learned) {
         let known = knowledge.entry(moment).or_default();

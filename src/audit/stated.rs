@@ -1,7 +1,7 @@
 //! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
 
+use super::broken::{Broken, Left, Parted, bits_of, writes_constant};
 use super::own::Owners;
-use super::real::{Broken, Left, Parted, bits_of, writes_constant};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::{Facts, Part, StatedCall, plain};

@@ -26,80 +26,113 @@ fn isolate(program: &mut Program) {
     if inside.is_empty() && regions.is_empty() {
         return;
     }
-    let changes = |first: Cell, count: u32| {
-        (0..count).any(|n| regions.iter().any(|region| region.holds(first.plus(n))))
-    };
-    let mut choices = program.choices;
-    let mut choice = || {
-        choices += 1;
-        ChoiceId(choices - 1)
-    };
-    // A loop's count is followed, so it must not change; other exact choices are worked out from no such cell.
-    let kinds = &mut program.kinds;
-    kinds.retain(|_, kind| match *kind {
-        ChoiceKind::Iterations(WordSource::Cell(cell)) => !changes(cell, 1),
-        ChoiceKind::Iterations(WordSource::Bits { first, count }) => !changes(first, count.into()),
-        _ => true,
-    });
-    // An unsigned count may be as large as a word can say, whatever it is.
-    let mut unsigned: BTreeSet<ChoiceId> = BTreeSet::new();
-    for (&count, kind) in kinds.iter_mut() {
-        if let ChoiceKind::Unsigned(word) = kind {
-            unsigned.insert(count);
-            let changed = match *word {
-                WordSource::Cell(cell) => changes(cell, 1),
-                WordSource::Bits { first, count } => changes(first, count.into()),
-                WordSource::Const(_) | WordSource::Free(_) => false,
-            };
-            if changed {
-                *word = WordSource::Free(choice());
-            }
-        }
-    }
-    program.volatile = regions.iter().copied().collect();
-    for (at, instruction) in program.instructions.iter_mut().enumerate() {
-        let all = inside.contains(&at);
-        let count = match &instruction.step {
-            Step::ForBegin { count, .. } => Some(*count),
-            Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
-            _ => None,
-        };
-        if let (true, Some(WordSource::Free(count))) = (all, count) {
-            match unsigned.contains(&count) {
-                true => _ = kinds.insert(count, ChoiceKind::Unsigned(WordSource::Free(choice()))),
-                false => _ = kinds.remove(&count),
-            }
-        }
-        let mut taken = false;
-        instruction.each_read_mut(&mut |source| match source {
-            SourceMut::Bit(source) => {
-                if let BitSource::Cell(cell) | BitSource::WordBit(cell, _) = *source
-                    && (all || changes(cell, 1))
-                {
-                    *source = BitSource::Free(choice());
-                    taken = true;
-                }
-            }
-            SourceMut::Word(source) => {
-                let (first, count) = match *source {
-                    WordSource::Cell(cell) => (cell, 1),
-                    WordSource::Bits { first, count } => (first, u32::from(count)),
-                    WordSource::Const(_) | WordSource::Free(_) => return,
-                };
-                if all || changes(first, count) {
-                    *source = WordSource::Free(choice());
-                    taken = true;
-                }
-            }
-        });
-        if taken && !all {
-            let what = Approximated::Interrupted;
-            program.approximations.push(Approximation { instruction: at, what });
-        }
-    }
-    program.choices = choices;
+    let changing = Changing { inside, regions };
+    let unsigned = changing.free_counts(program);
+    changing.free_counts_inside(program, &unsigned);
+    changing.free_reads(program);
+    program.volatile = changing.regions.into_iter().collect();
     let entries: Vec<usize> = program.interrupts.iter().map(|one| one.entry).collect();
     entries.into_iter().for_each(|at| program.approximate(at, Approximated::ReadByInterrupt));
+}
+
+/// What may change at any moment, and who may run then.
+struct Changing {
+    /// The instructions that interrupt routines may run: the scan may be anywhere then, so they read any values.
+    inside: BTreeSet<usize>,
+    /// What may change.
+    regions: BTreeSet<Region>,
+}
+
+/// A choice of which nothing is known.
+fn fresh(choices: &mut u32) -> ChoiceId {
+    *choices += 1;
+    ChoiceId(*choices - 1)
+}
+
+impl Changing {
+    fn holds(&self, cell: Cell) -> bool {
+        self.regions.iter().any(|region| region.holds(cell))
+    }
+
+    fn holds_any(&self, word: WordSource) -> bool {
+        match word {
+            WordSource::Cell(cell) => self.holds(cell),
+            WordSource::Bits { first, count } => {
+                (0..u32::from(count)).any(|n| self.holds(first.plus(n)))
+            }
+            WordSource::Const(_) | WordSource::Free(_) => false,
+        }
+    }
+
+    /// Lets counts of loops that are worked out from what may change be any; those that are unsigned.
+    fn free_counts(&self, program: &mut Program) -> BTreeSet<ChoiceId> {
+        // A loop's count is followed, so it must not change; other exact choices are worked out from no such cell.
+        let is_kept = |kind: &ChoiceKind| match *kind {
+            ChoiceKind::Iterations(word) => !self.holds_any(word),
+            _ => true,
+        };
+        program.kinds.retain(|_, kind| is_kept(kind));
+        // An unsigned count may be as large as a word can say, whatever it is.
+        let mut unsigned = BTreeSet::new();
+        for (&count, kind) in &mut program.kinds {
+            if let ChoiceKind::Unsigned(word) = kind {
+                unsigned.insert(count);
+                if self.holds_any(*word) {
+                    *word = WordSource::Free(fresh(&mut program.choices));
+                }
+            }
+        }
+        unsigned
+    }
+
+    /// Lets all counts of loops within interrupt routines be any.
+    fn free_counts_inside(&self, program: &mut Program, unsigned: &BTreeSet<ChoiceId>) {
+        for &at in &self.inside {
+            let count = match &program.instructions[at].step {
+                Step::ForBegin { count, .. } => Some(*count),
+                Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
+                _ => None,
+            };
+            let Some(WordSource::Free(count)) = count else { continue };
+            match unsigned.contains(&count) {
+                true => {
+                    let any = WordSource::Free(fresh(&mut program.choices));
+                    program.kinds.insert(count, ChoiceKind::Unsigned(any));
+                }
+                false => _ = program.kinds.remove(&count),
+            }
+        }
+    }
+
+    /// Lets reads of what may change, and all reads within interrupt routines, be any values. Notes where the scan does so.
+    fn free_reads(&self, program: &mut Program) {
+        let choices = &mut program.choices;
+        for (at, instruction) in program.instructions.iter_mut().enumerate() {
+            let is_inside = self.inside.contains(&at);
+            let mut taken = false;
+            instruction.each_read_mut(&mut |source| match source {
+                SourceMut::Bit(source) => {
+                    if let BitSource::Cell(cell) | BitSource::WordBit(cell, _) = *source
+                        && (is_inside || self.holds(cell))
+                    {
+                        *source = BitSource::Free(fresh(choices));
+                        taken = true;
+                    }
+                }
+                SourceMut::Word(source) => {
+                    let is_memory = matches!(source, WordSource::Cell(_) | WordSource::Bits { .. });
+                    if is_memory && (is_inside || self.holds_any(*source)) {
+                        *source = WordSource::Free(fresh(choices));
+                        taken = true;
+                    }
+                }
+            });
+            if taken && !is_inside {
+                let what = Approximated::Interrupted;
+                program.approximations.push(Approximation { instruction: at, what });
+            }
+        }
+    }
 }
 
 /// The instructions that interrupt routines may run, routines that they call included.

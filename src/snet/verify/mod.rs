@@ -7,15 +7,16 @@
 
 mod circuit;
 mod melsec;
+mod scan;
 mod words;
 
 use super::Diagram;
 use super::translate::{Listing, Operand};
-use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
-use circuit::{Circuit, Function};
+use circuit::Circuit;
+use scan::{Given, LateCount, owner, scan};
 use std::collections::{BTreeMap, BTreeSet};
-use words::{Line, Word, name, of_net, read};
+use words::{Word, name, of_net, read};
 
 /// Where code and net differ.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,174 +29,6 @@ pub struct Difference {
     pub message: String,
     /// Values of relays with which it does.
     pub values: Vec<(String, bool)>,
-}
-
-/// Functions over what was last written, and over the start of the scan.
-type Pair = (Function, Function);
-
-/// What a relay is given, or under which condition a timer or counter runs.
-#[derive(Debug, Clone)]
-struct Given {
-    line: u32,
-    text: String,
-    value: Pair,
-    setting: String,
-}
-
-/// One scan of a code.
-#[derive(Debug, Default)]
-struct Scan {
-    /// What stands for a relay that was written.
-    now: BTreeMap<String, Pair>,
-    /// The last that each is given: relays by their names, timers and counters with the name of their input.
-    given: BTreeMap<String, Given>,
-    stack: Vec<Pair>,
-    /// Where a counter counts behind its reset, with its name and the reset's line.
-    early: Vec<(Line, String, u32)>,
-    /// Whether the last instruction was an output, so that the next LD begins anew.
-    is_out: bool,
-}
-
-impl Scan {
-    fn contact(&self, name: &str, is_closed: bool, circuit: &mut Circuit) -> Pair {
-        let start = circuit.value(name);
-        let (near, deep) = self.now.get(name).copied().unwrap_or((start, start));
-        if is_closed { (circuit.not(near), circuit.not(deep)) } else { (near, deep) }
-    }
-
-    fn give(&mut self, line: &Line, name: String, value: Pair, setting: &str) {
-        let (text, setting) = (line.text.clone(), setting.to_owned());
-        self.given.insert(name, Given { line: line.line, text, value, setting });
-    }
-
-    /// A relay is written. The net's own relays stand for themselves from here on, others for what they are given.
-    fn write(
-        &mut self,
-        line: &Line,
-        name: &str,
-        value: Pair,
-        own: &BTreeSet<String>,
-        circuit: &mut Circuit,
-    ) {
-        self.give(line, name.to_owned(), value, "");
-        let near = if own.contains(name) {
-            circuit.value(&format!("{name} in this scan"))
-        } else {
-            value.0
-        };
-        self.now.insert(name.to_owned(), (near, value.1));
-    }
-}
-
-fn scan(
-    lines: &[Line],
-    own: &BTreeSet<String>,
-    file: &str,
-    circuit: &mut Circuit,
-) -> Result<Scan, Diagnostic> {
-    let mut scan = Scan::default();
-    for line in lines {
-        let fault = || {
-            let message = "the instruction has too few conditions in front of it";
-            let help = "see that the list is whole";
-            Diagnostic::line(Code::NoCondition, file, line.line, line.text.as_str(), message, help)
-        };
-        let top = |scan: &Scan, below: usize| -> Result<Pair, Diagnostic> {
-            let at = scan.stack.len().checked_sub(below + 1).ok_or_else(fault)?;
-            Ok(scan.stack[at])
-        };
-        let is_out = std::mem::take(&mut scan.is_out);
-        match &line.word {
-            Word::Load(is_closed, name) => {
-                if is_out {
-                    scan.stack.clear();
-                }
-                let value = scan.contact(name, *is_closed, circuit);
-                scan.stack.push(value);
-            }
-            Word::And(is_closed, name) => {
-                let (one, other) = (top(&scan, 0)?, scan.contact(name, *is_closed, circuit));
-                scan.stack.pop();
-                scan.stack.push((circuit.and(one.0, other.0), circuit.and(one.1, other.1)));
-            }
-            Word::Or(is_closed, name) => {
-                let (one, other) = (top(&scan, 0)?, scan.contact(name, *is_closed, circuit));
-                scan.stack.pop();
-                scan.stack.push((circuit.or(one.0, other.0), circuit.or(one.1, other.1)));
-            }
-            Word::AndBlock | Word::OrBlock => {
-                let (one, other) = (top(&scan, 1)?, top(&scan, 0)?);
-                scan.stack.truncate(scan.stack.len() - 2);
-                scan.stack.push(if line.word == Word::AndBlock {
-                    (circuit.and(one.0, other.0), circuit.and(one.1, other.1))
-                } else {
-                    (circuit.or(one.0, other.0), circuit.or(one.1, other.1))
-                });
-            }
-            Word::Out(is_inverted, name) => {
-                let mut value = top(&scan, 0)?;
-                if *is_inverted {
-                    value = (circuit.not(value.0), circuit.not(value.1));
-                }
-                scan.write(line, name, value, own, circuit);
-                scan.is_out = true;
-            }
-            Word::Set(name) => {
-                let (condition, before) = (top(&scan, 0)?, scan.contact(name, false, circuit));
-                let value = (circuit.or(condition.0, before.0), circuit.or(condition.1, before.1));
-                scan.write(line, name, value, own, circuit);
-                scan.is_out = true;
-            }
-            Word::Reset(name) => {
-                let (condition, before) = (top(&scan, 0)?, scan.contact(name, false, circuit));
-                let not = (circuit.not(condition.0), circuit.not(condition.1));
-                let value = (circuit.and(not.0, before.0), circuit.and(not.1, before.1));
-                scan.write(line, name, value, own, circuit);
-                scan.is_out = true;
-            }
-            Word::Keep(name) => {
-                let (set, reset) = (top(&scan, 1)?, top(&scan, 0)?);
-                let before = scan.contact(name, false, circuit);
-                let on = (circuit.or(set.0, before.0), circuit.or(set.1, before.1));
-                let not = (circuit.not(reset.0), circuit.not(reset.1));
-                let value = (circuit.and(on.0, not.0), circuit.and(on.1, not.1));
-                scan.write(line, name, value, own, circuit);
-                scan.is_out = true;
-            }
-            Word::Timer(name, setting) => {
-                let condition = top(&scan, 0)?;
-                scan.give(line, format!("{name}, condition"), condition, setting);
-                run(&mut scan, name, circuit);
-            }
-            Word::Counter(name, setting) => {
-                let (count, reset) = (top(&scan, 1)?, top(&scan, 0)?);
-                scan.give(line, format!("{name}, count"), count, setting);
-                scan.give(line, format!("{name}, reset"), reset, "");
-                run(&mut scan, name, circuit);
-            }
-            Word::Count(name, setting) => {
-                let reset = scan.given.get(&format!("{name}, reset")).map(|one| one.line);
-                scan.early.extend(reset.map(|reset| (line.clone(), name.clone(), reset)));
-                let count = top(&scan, 0)?;
-                scan.give(line, format!("{name}, count"), count, setting);
-                run(&mut scan, name, circuit);
-            }
-            Word::ResetCounter(name) => {
-                let reset = top(&scan, 0)?;
-                scan.give(line, format!("{name}, reset"), reset, "");
-                run(&mut scan, name, circuit);
-            }
-            Word::End => break,
-        }
-    }
-    Ok(scan)
-}
-
-/// From here on a timer's or counter's contact is what it comes to in this scan.
-fn run(scan: &mut Scan, name: &str, circuit: &mut Circuit) {
-    let now = circuit.value(&format!("{name} in this scan"));
-    scan.now.insert(name.to_owned(), (now, now));
-    scan.is_out = true;
 }
 
 /// Holds a code against the net's own.
@@ -226,63 +59,79 @@ pub fn verify(
         .collect();
     let net = scan(&wanted, &own, &diagram.file, &mut circuit).map_err(|fault| vec![fault])?;
     let found = scan(&lines, &own, file, &mut circuit).map_err(|fault| vec![fault])?;
-    let called = called(diagram);
-    let tell = |name: &str| {
-        let relay = name.split([',']).next().unwrap_or(name).trim_end_matches(" in this scan");
-        called.get(relay).map_or(name.to_owned(), |own| format!("{own} ({name})"))
-    };
+    let telling = Telling { circuit: &circuit, called: called(diagram) };
     let mut differences = Vec::new();
     for (name, wanted) in &net.given {
-        let Some(given) = found.given.get(name) else {
-            let message = format!("nothing gives {}", tell(name));
-            differences.push(Difference {
+        differences.extend(telling.compared(name, found.given.get(name), wanted));
+    }
+    differences.extend(found.late.iter().map(|one| telling.late(one)));
+    // Outer gates come from outside.
+    let written = outers.iter().filter_map(|name| Some((name, found.given.get(name)?)));
+    differences.extend(written.map(|(name, given)| {
+        let message = format!("{} is written, and comes from outside", telling.name(name));
+        given.differs(message, Vec::new())
+    }));
+    differences.sort_by_key(|one| one.line.unwrap_or(u32::MAX));
+    Ok(differences)
+}
+
+impl Given {
+    fn differs(&self, message: String, values: Vec<(String, bool)>) -> Difference {
+        Difference { line: Some(self.line), text: self.text.clone(), message, values }
+    }
+}
+
+/// Tells of differences, by the net's names.
+struct Telling<'a> {
+    circuit: &'a Circuit,
+    /// What the net calls each relay, timer and counter.
+    called: BTreeMap<String, String>,
+}
+
+impl Telling<'_> {
+    fn name(&self, name: &str) -> String {
+        let own = self.called.get(owner(name));
+        own.map_or(name.to_owned(), |own| format!("{own} ({name})"))
+    }
+
+    /// How what is given differs from what is wanted.
+    fn compared(&self, name: &str, given: Option<&Given>, wanted: &Given) -> Vec<Difference> {
+        let told = self.name(name);
+        let Some(given) = given else {
+            let message = format!("nothing gives {told}");
+            return vec![Difference {
                 line: None,
                 text: String::new(),
                 message,
                 values: Vec::new(),
-            });
-            continue;
+            }];
         };
-        let mut add = |message: String, values: Vec<(String, bool)>| {
-            let values = values.into_iter().map(|(own, value)| (tell(&own), value)).collect();
-            differences.push(Difference {
-                line: Some(given.line),
-                text: given.text.clone(),
-                message,
-                values,
-            });
-        };
+        let mut found = Vec::new();
         if given.setting != wanted.setting {
-            let number =
-                |text: &str| if text.is_empty() { "0".to_owned() } else { text.to_owned() };
+            let number = |text: &str| if text.is_empty() { "0" } else { text }.to_owned();
             let (is, should) = (number(&given.setting), number(&wanted.setting));
-            add(format!("{} is set to {is}, and the net says {should}", tell(name)), Vec::new());
+            let message = format!("{told} is set to {is}, and the net says {should}");
+            found.push(given.differs(message, Vec::new()));
         }
-        if let Some(values) = circuit.difference(given.value.0, wanted.value.0)
-            && circuit.difference(given.value.1, wanted.value.1).is_some()
+        let differ = |one, other| self.circuit.difference(one, other);
+        if let Some(values) = differ(given.value.near, wanted.value.near)
+            && differ(given.value.deep, wanted.value.deep).is_some()
         {
-            add(format!("{} is not what the net says", tell(name)), values);
+            let values = values.into_iter().map(|(own, value)| (self.name(&own), value)).collect();
+            found.push(given.differs(format!("{told} is not what the net says"), values));
         }
+        found
     }
-    for (line, name, reset) in &found.early {
+
+    fn late(&self, one: &LateCount) -> Difference {
         let message = format!(
-            "{} counts behind its reset in line {reset}: it would count in the scan that resets it",
-            tell(name)
+            "{} counts behind its reset in line {}: it would count in the scan that resets it",
+            self.name(&one.counter),
+            one.reset
         );
-        let (line, text) = (Some(line.line), line.text.clone());
-        differences.push(Difference { line, text, message, values: Vec::new() });
+        let (line, text) = (Some(one.line.line), one.line.text.clone());
+        Difference { line, text, message, values: Vec::new() }
     }
-    // Outer gates come from outside.
-    for outer in 0..diagram.outers.len() {
-        let name = name(diagram, Operand::Outer(outer));
-        if let Some(given) = found.given.get(&name) {
-            let message = format!("{} is written, and comes from outside", tell(&name));
-            let (line, text) = (Some(given.line), given.text.clone());
-            differences.push(Difference { line, text, message, values: Vec::new() });
-        }
-    }
-    differences.sort_by_key(|one| one.line.unwrap_or(u32::MAX));
-    Ok(differences)
 }
 
 /// What the net calls each relay, timer and counter.

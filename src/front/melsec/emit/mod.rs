@@ -115,8 +115,6 @@ impl<'a> Emitter<'a> {
         self.now = Now::of(file);
         self.rung = Rung::default();
         self.out.program.instructions.reserve(items.len());
-        let place = Location { file: file as u32, line: 1, step: None };
-        self.out.at(place, Arc::default(), Arc::default());
         if let Some(end) = self.frame.rest(file) {
             self.rest(end);
         }
@@ -151,8 +149,13 @@ impl<'a> Emitter<'a> {
         });
     }
 
-    /// A program that need not run in every scan: it may go to its end at once.
+    /// A program that need not run in every scan: it may go to its end at once. No line of the source says so: reports name
+    /// the jump by what it stands for.
     fn rest(&mut self, end: usize) {
+        let file = self.now.file;
+        let place = Location { file: file as u32, line: 1, step: None };
+        let text = format!("{} on standby", self.resolved.project.files[file].program);
+        self.out.at(place, text.into(), Arc::default());
         self.approximate(
             "this program is called or stopped by instructions: it may run by itself in the scan or not",
         );
