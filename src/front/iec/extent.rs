@@ -8,7 +8,7 @@ use super::types::{Kind, TEXT, Ty, lineage};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Literal, Path};
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Pou, Section, same};
+use crate::iec::{Body, Pou, same};
 use crate::program::{TimingKey, Units};
 
 /// The price of a function of texts holds so many characters.
@@ -92,31 +92,26 @@ impl Emit<'_> {
 
     /// Refuses to copy what remembers more than its variables.
     pub(super) fn has_no_chart(&self, name: &str, ty: &Ty, line: u32) -> Result<(), Fault> {
-        if !self.remembers_more(ty) {
+        if !self.has_charts(ty) {
             return Ok(());
         }
         let told = format!(
-            "{name} is written as a whole, and has an instance with a chart or VAR_INST, whose state is not copied here"
+            "{name} is written as a whole, and has an instance with a chart, whose state is not copied"
         );
         let help =
             "copy the variables that are needed one by one, and call each instance for itself";
         Err(Fault::new(line, told).code(Code::NotModelled).help(help))
     }
 
-    /// Whether a type holds instances that remember more than their variables: charts, and VAR_INST of methods.
-    pub(super) fn remembers_more(&self, ty: &Ty) -> bool {
+    /// Whether a type holds instances with charts, which remember more than their variables.
+    pub(super) fn has_charts(&self, ty: &Ty) -> bool {
         match ty {
-            Ty::Array { of, .. } => self.remembers_more(of),
-            Ty::Parts(parts) => parts.iter().any(|(_, of)| self.remembers_more(of)),
+            Ty::Array { of, .. } => self.has_charts(of),
+            Ty::Parts(parts) => parts.iter().any(|(_, of)| self.has_charts(of)),
             Ty::Block(pou, parts) => {
-                let own = |pou: &Pou| {
-                    bodies(pou).any(|body| matches!(body, Body::Chart(_))) || {
-                        pou.methods.iter().flat_map(|one| &one.variables)
-                    }
-                    .any(|one| one.section == Section::Instance)
-                };
+                let own = |pou: &Pou| bodies(pou).any(|body| matches!(body, Body::Chart(_)));
                 lineage(self.project, *pou).into_iter().any(own)
-                    || parts.iter().any(|(_, of)| self.remembers_more(of))
+                    || parts.iter().any(|(_, of)| self.has_charts(of))
             }
             _ => false,
         }
@@ -245,7 +240,20 @@ impl Extent {
 }
 
 /// Functions of the standard that give one elementary value, whatever they are given.
-const GIVES_ONE: &[&str] = &["LEN", "FIND", "SIZEOF", "ADR", "EQ", "NE", "LT", "LE", "GT", "GE"];
+const GIVES_ONE: &[&str] = &[
+    "LEN",
+    "FIND",
+    "SIZEOF",
+    "LOWER_BOUND",
+    "UPPER_BOUND",
+    "ADR",
+    "EQ",
+    "NE",
+    "LT",
+    "LE",
+    "GT",
+    "GE",
+];
 
 fn counted(name: &str, class: &'static str, units: u64) -> TimingKey {
     TimingKey { units: Units::Exactly(units), ..Emit::key(&[name], class) }

@@ -6,7 +6,7 @@ use super::types::{Ty, lineage};
 use super::value::constant;
 use crate::base::code::Code;
 use crate::iec::fault::Fault;
-use crate::iec::{Section, same};
+use crate::iec::same;
 use crate::program::{AreaKind, Logic, Region, WordTarget, Write};
 
 /// Larger arrays of charts are not begun anew.
@@ -15,12 +15,12 @@ const MOST: i64 = 4096;
 impl Emit<'_> {
     /// Lets the charts in a variable remember nothing, as before their first scan.
     pub(super) fn forget(&mut self, place: &Place, line: u32) -> Result<(), Fault> {
-        if !self.remembers_more(&place.ty) {
+        if !self.has_charts(&place.ty) {
             return Ok(());
         }
         match &place.ty {
             Ty::Block(pou, parts) => {
-                self.forget_own(place, *pou, line)?;
+                self.forget_own(place, *pou);
                 self.forget_parts(place, parts, line)
             }
             Ty::Parts(parts) => self.forget_parts(place, parts, line),
@@ -55,13 +55,9 @@ impl Emit<'_> {
     }
 
     /// The same of the charts of one instance, whichever unit that it extends has them.
-    fn forget_own(&mut self, place: &Place, pou: usize, line: u32) -> Result<(), Fault> {
+    fn forget_own(&mut self, place: &Place, pou: usize) {
         let all = lineage(self.project, pou);
         let methods: Vec<_> = all.iter().flat_map(|unit| &unit.methods).collect();
-        let mut variables = methods.iter().flat_map(|method| &method.variables);
-        if variables.any(|one| one.section == Section::Instance) {
-            return Err(refused(place, line));
-        }
         let actions = all.iter().flat_map(|unit| &unit.actions);
         let mut charts: Vec<What> =
             actions.map(|action| What::Action(action.name.to_ascii_uppercase())).collect();
@@ -90,13 +86,12 @@ impl Emit<'_> {
             }
             self.write(writes);
         }
-        Ok(())
     }
 }
 
 fn refused(place: &Place, line: u32) -> Fault {
     let told = format!(
-        "{} begins anew with every call, and what its charts or its VAR_INST remember is not followed there",
+        "{} begins anew with every call, and what the charts in so many instances remember is not followed",
         place.name
     );
     let help = "declare the instance in the VAR of a function block or a program";
