@@ -24,8 +24,8 @@ pub enum TypeRef {
     Named(String),
     /// An array: the least and the largest index of each dimension.
     Array(Vec<(Expr, Expr)>, Box<TypeRef>),
-    /// Text.
-    Text,
+    /// Text, with the most characters that it holds if that is declared.
+    Text(Option<Box<Expr>>),
     /// A structure.
     Struct(Vec<Variable>),
     /// One of these names, with their numbers.

@@ -52,17 +52,17 @@ impl Emit<'_> {
         };
         let (from, to) = if one.is_output { (own, outside) } else { (outside, own) };
         let Some(cell) = from.tag.cell() else {
-            self.copy_whole(&Whole::Place(from), &Whole::Place(to));
-            return Ok(());
+            return self.copy_whole(&Whole::Place(from), &Whole::Place(to), line);
         };
         self.cost(&["LD"], "contact");
         self.copied_to(Found::Place(to), super::expr::read(cell, &from.ty), line)
     }
 
     fn copied_to(&mut self, to: Found, value: Value, line: u32) -> Result<(), Fault> {
+        let key = self.store_key(&to, None, line)?;
         let writes = self.writes(to, value, line)?;
         let effects = writes.into_iter().map(always).collect();
-        self.builder.add(Some(Self::key(&["ST"], "move")), effects, Step::Nothing);
+        self.builder.add(Some(key), effects, Step::Nothing);
         Ok(())
     }
 

@@ -230,7 +230,12 @@ impl Emit<'_> {
         let mut values = self
             .operands(at, &both, line, &mut |emit, which| emit.open_value(at, both[which], line))?
             .into_iter();
-        match (values.next(), values.next()) {
+        let (one, two) = (values.next(), values.next());
+        if let (Some(Value::Any), _) | (_, Some(Value::Any)) = (&one, &two) {
+            let (left, right) = (self.extent(at, left), self.extent(at, right));
+            self.charge_comparison(left, right);
+        }
+        match (one, two) {
             (Some(one), Some(two)) => self.combined(operator, one, two, line),
             _ => Ok(Value::Any),
         }
@@ -405,9 +410,10 @@ impl Emit<'_> {
         (right, also): (Number, Option<Logic>),
     ) -> Result<Value, Fault> {
         let class = match (kind, operator) {
+            (_, Operator::Power) => "special",
             (Kind::Real | Kind::Opaque(_), _) => "real",
             (_, Operator::Multiply) => "multiply",
-            (_, Operator::Divide | Operator::Modulo | Operator::Power) => "divide",
+            (_, Operator::Divide | Operator::Modulo) => "divide",
             _ if relation.is_some() => "compare",
             _ => "arithmetic",
         };
@@ -443,6 +449,7 @@ impl Emit<'_> {
         if from == to {
             return number;
         }
+        self.charge_conversion(from, to);
         let whole = |kind: Kind| matches!(kind, Kind::Whole { .. } | Kind::Time);
         match (from, to) {
             (from, to) if whole(from) && whole(to) => {
@@ -615,9 +622,10 @@ impl Emit<'_> {
             Some((ty, of)) => shown(of, value, ty),
             None => value,
         };
+        let key = self.store_key(&found, of, line)?;
         let writes = self.writes(found, value, line)?;
         let effects = writes.into_iter().map(always).collect();
-        self.builder.add(Some(Self::key(&["ST"], "move")), effects, Step::Nothing);
+        self.builder.add(Some(key), effects, Step::Nothing);
         Ok(())
     }
 
@@ -663,7 +671,7 @@ impl Emit<'_> {
                 let number = self.reference_word(&place, value, line)?;
                 vec![Write::Words(vec![WordTarget::Cell(cell)], number)]
             }
-            (Ty::Text, _) => Vec::new(),
+            (Ty::Text(_), _) => Vec::new(),
             _ => {
                 let choice = self.builder.choice();
                 let at = self.builder.next();

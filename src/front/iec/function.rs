@@ -8,6 +8,7 @@ use super::types::{ANY_UNIT, DINT, Kind, Ty, elementary, holding, is_elementary}
 use super::value::Value;
 use super::whole::Whole;
 use super::within::{shown, works};
+use crate::front::builder::always;
 use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Section, Variable, same, show};
@@ -139,7 +140,11 @@ impl<'p> Emit<'p> {
                 self.cost(&["LD"], "contact");
                 self.assign(at, target, value, line)?;
             } else if let Some(to) = self.whole(at, target, line)? {
-                self.copy_whole(&Whole::Place(from), &to);
+                let from = Whole::Place(from);
+                match is_both(name) {
+                    true => self.copy_handed(&from, &to),
+                    false => self.copy_whole(&from, &to, line)?,
+                }
             }
             if is_both(name) {
                 self.given_back.push((begin..self.builder.next(), self.file, line));
@@ -188,8 +193,11 @@ impl<'p> Emit<'p> {
                 }
                 (_, value, _) => value,
             };
+            self.forget(&part, line)?;
+            let key = self.begin_key(&part.ty);
             let writes = self.writes(Found::Place(part), value, line)?;
-            self.write(writes);
+            let effects = writes.into_iter().map(always).collect();
+            self.builder.add(Some(key), effects, Step::Nothing);
         }
         Ok(())
     }
@@ -301,11 +309,12 @@ impl<'p> Emit<'p> {
             Some(input) => value.map(|value| shown(&input.value, value, to)),
             None => value,
         };
+        self.charge_inputs(at, &upper, &inputs);
         if let Some((reads, to)) = decimal(&upper) {
             self.cost(&[&upper, "CONVERT"], "conversion");
             let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), reads);
             return match to {
-                Some(to) => self.conversion(Some(value), &to, line),
+                Some(to) => self.converted_once(Some(value), &to, line),
                 // Without a type, compilers differ in how many digits there are.
                 None => Ok(Value::Any),
             };
@@ -313,20 +322,28 @@ impl<'p> Emit<'p> {
         if let Some((from, to)) = upper.split_once("_TO_") {
             let to = elementary(to).ok_or_else(|| unknown(line, name))?;
             let from = elementary(from).ok_or_else(|| unknown(line, name))?;
-            self.cost(&[&upper, "CONVERT"], "conversion");
+            match is_text(&from) || is_text(&to) {
+                true => self.cost(&[&upper, "FUNCTION"], "special"),
+                false => self.cost(&[&upper, "CONVERT"], "conversion"),
+            }
             if is_time(&from) != is_time(&to) {
                 return Ok(self.of_any_unit(&to));
             }
-            return self.conversion(seen(values.into_iter().next(), &to), &to, line);
+            return self.converted_once(seen(values.into_iter().next(), &to), &to, line);
         }
         if let Some(to) = upper.strip_prefix("TO_").and_then(elementary) {
-            self.cost(&[&upper, "CONVERT"], "conversion");
+            // What is not followed may be a text.
+            let of_text = matches!(values.first(), Some(Value::Any)) || is_text(&to);
+            match of_text {
+                true => self.cost(&[&upper, "FUNCTION"], "special"),
+                false => self.cost(&[&upper, "CONVERT"], "conversion"),
+            }
             let from = values.first();
             let of_time = matches!(from, Some(Value::Number(Kind::Time, _)));
             if of_time != is_time(&to) {
                 return Ok(self.of_any_unit(&to));
             }
-            return self.conversion(seen(values.into_iter().next(), &to), &to, line);
+            return self.converted_once(seen(values.into_iter().next(), &to), &to, line);
         }
         let operator = match upper.as_str() {
             "ADD" | "ADD_TIME" => Some(Operator::Add),
@@ -479,6 +496,16 @@ impl<'p> Emit<'p> {
         }
     }
 
+    /// A conversion that is charged already.
+    fn converted_once(&mut self, value: Option<Value>, to: &Ty, line: u32) -> Result<Value, Fault> {
+        let from = self.builder.next();
+        let found = self.conversion(value, to, line);
+        for at in from..self.builder.next() {
+            self.program().instructions[at].timing = None;
+        }
+        found
+    }
+
     fn conversion(&mut self, value: Option<Value>, to: &Ty, line: u32) -> Result<Value, Fault> {
         let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
         Ok(match (to, value) {
@@ -585,6 +612,10 @@ impl<'p> Emit<'p> {
 /// Whether it is a duration. What number it is as another type hangs on the unit: milliseconds or seconds.
 fn is_time(ty: &Ty) -> bool {
     matches!(ty, Ty::Number(Kind::Time))
+}
+
+fn is_text(ty: &Ty) -> bool {
+    matches!(ty, Ty::Text(_))
 }
 
 /// Whether a variable of this name is handed over in and out.

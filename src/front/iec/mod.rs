@@ -18,6 +18,8 @@ mod differs;
 mod emit;
 mod enable;
 mod expr;
+mod extent;
+mod forget;
 mod function;
 mod invariant;
 mod loops;

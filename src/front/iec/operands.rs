@@ -173,24 +173,24 @@ impl Emit<'_> {
             let group = if is_handed(variables, name) { &mut both } else { &mut one_way };
             group.push((target, &argument.value));
         }
-        for group in [one_way, both] {
+        for (group, is_both) in [(one_way, false), (both, true)] {
             if !calls_any {
                 for (target, value) in group {
                     if let Ty::Reference(kind, _) = target.ty {
                         let found = self.address(at, value, kind, line)?;
-                        values.push((target, found));
+                        values.push((target, found, is_both, value));
                         continue;
                     }
                     if let Some(from) = self.whole_value(at, value, line)? {
-                        wholes.push((from, Whole::Place(target)));
+                        wholes.push((from, Whole::Place(target), is_both));
                         continue;
                     }
                     let found = self.open_value(at, value, line)?;
-                    values.push((target.clone(), shown(value, found, &target.ty)));
+                    values.push((target.clone(), shown(value, found, &target.ty), is_both, value));
                 }
                 continue;
             }
-            for (_, value) in &mut values {
+            for (_, value, ..) in &mut values {
                 let earlier = std::mem::replace(value, Value::Any);
                 *value = self.frozen(earlier);
             }
@@ -201,16 +201,24 @@ impl Emit<'_> {
                     _ => emit.open_value(at, exprs[which], line),
                 })?;
             for ((target, value), found) in group.into_iter().zip(found) {
-                values.push((target.clone(), shown(value, found, &target.ty)));
+                values.push((target.clone(), shown(value, found, &target.ty), is_both, value));
             }
         }
-        for (from, target) in &wholes {
-            self.copy_whole(from, target);
+        for (from, target, is_both) in &wholes {
+            match is_both {
+                true => self.copy_handed(from, target),
+                false => self.copy_whole(from, target, line)?,
+            }
         }
-        for (target, value) in values {
-            let writes = self.writes(Found::Place(target), value, line)?;
+        for (target, value, is_both, of) in values {
+            let target = Found::Place(target);
+            // In and out an address is handed over.
+            let key = match is_both {
+                true => Self::key(&["ST"], "move"),
+                false => self.store_key(&target, Some(of), line)?,
+            };
+            let writes = self.writes(target, value, line)?;
             let effects = writes.into_iter().map(always).collect();
-            let key = Self::key(&["ST"], "move");
             self.builder.add(Some(key), effects, Step::Nothing);
         }
         Ok(())

@@ -229,8 +229,7 @@ impl<'p> Emit<'p> {
                     && let Some(from) = self.whole_value(at, value, line)?
                     && let Some(to) = self.whole(at, target, line)?
                 {
-                    self.copy_whole(&from, &to);
-                    return Ok(());
+                    return self.copy_whole(&from, &to, line);
                 }
                 if self.moves_element(at, target, value) {
                     return self.assign_either_way(at, target, value, line);

@@ -40,8 +40,8 @@ impl Kind {
 pub(super) enum Ty {
     Bit,
     Number(Kind),
-    /// Text, whose content is not followed.
-    Text,
+    /// Text of at most so many characters, whose content is not followed.
+    Text(u32),
     Array {
         dimensions: Arc<[(i64, i64)]>,
         of: Arc<Ty>,
@@ -68,6 +68,12 @@ pub(super) enum Refers {
 /// What is told where a time is a number of another type.
 pub(super) const ANY_UNIT: &str =
     "a time as a number of another type, in milliseconds or seconds: any value";
+
+/// The most characters of a text that is declared without a length: 80 with CODESYS, 126 with matiec, 254 with Siemens.
+pub(super) const TEXT: u32 = 254;
+
+/// The same where the length is declared, and is no constant.
+const LONGEST_TEXT: u32 = 65_535;
 
 /// How deep types may stand in each other.
 const DEPTH: u32 = 40;
@@ -109,7 +115,7 @@ pub(super) fn elementary(name: &str) -> Option<Ty> {
         "TIME" => Ty::Number(Kind::Time),
         "LTIME" | "DATE" | "DT" | "DATE_AND_TIME" | "TOD" | "TIME_OF_DAY" | "LDATE" | "LDT"
         | "LTOD" => Ty::Number(Kind::Opaque(4)),
-        "STRING" | "WSTRING" => Ty::Text,
+        "STRING" | "WSTRING" => Ty::Text(TEXT),
         _ => return None,
     })
 }
@@ -223,7 +229,11 @@ impl<'p> Types<'p> {
 
     fn resolve_here(&mut self, of: &TypeRef, line: u32) -> Result<Ty, Fault> {
         match of {
-            TypeRef::Text => Ok(Ty::Text),
+            TypeRef::Text(None) => Ok(Ty::Text(TEXT)),
+            TypeRef::Text(Some(length)) => {
+                let known = self.constant(length).and_then(|one| u32::try_from(one).ok());
+                Ok(Ty::Text(known.unwrap_or(LONGEST_TEXT)))
+            }
             TypeRef::Pointer(of) => Ok(Ty::Reference(Refers::Pointer, Arc::new((**of).clone()))),
             TypeRef::Reference(of) => {
                 Ok(Ty::Reference(Refers::Reference, Arc::new((**of).clone())))
@@ -439,7 +449,7 @@ pub(super) fn same_type(one: &Ty, other: &Ty) -> bool {
                 .all(|((name, ty), (own, of))| same(name, own) && same_type(ty, of))
     };
     match (one, other) {
-        (Ty::Bit, Ty::Bit) | (Ty::Text, Ty::Text) => true,
+        (Ty::Bit, Ty::Bit) | (Ty::Text(_), Ty::Text(_)) => true,
         (Ty::Number(one), Ty::Number(other)) => one == other,
         (Ty::Array { dimensions, of }, Ty::Array { dimensions: own, of: also }) => {
             dimensions == own && same_type(of, also)
@@ -458,7 +468,7 @@ pub(super) fn layout(ty: &Ty) -> Type {
         Ty::Bit => Type::Bit,
         Ty::Number(kind) => Type::Words(kind.words()),
         // One word stands for what is not followed.
-        Ty::Text | Ty::Reference(..) => Type::Words(1),
+        Ty::Text(_) | Ty::Reference(..) => Type::Words(1),
         Ty::Array { dimensions, of } => {
             dimensions.iter().rev().fold(layout(of), |of, (low, high)| {
                 let count = u32::try_from(high - low + 1).unwrap_or(u32::MAX);

@@ -52,7 +52,7 @@ impl Emit<'_> {
                     before: before(number),
                     rest: path.rest[number + 1..].to_vec(),
                     kind: Refers::Reference,
-                    of: Arc::new(TypeRef::Text),
+                    of: Arc::new(TypeRef::Text(None)),
                     among: Some(among),
                 }));
             }
@@ -119,7 +119,8 @@ impl Emit<'_> {
 
     /// Whether a path leads, through references or to a property, to what is no structure or array.
     pub(super) fn is_single(&mut self, at: &Context, path: &Path) -> bool {
-        let is_one = |ty: &Ty| matches!(ty, Ty::Bit | Ty::Number(_) | Ty::Text | Ty::Reference(..));
+        let is_one =
+            |ty: &Ty| matches!(ty, Ty::Bit | Ty::Number(_) | Ty::Text(_) | Ty::Reference(..));
         match self.walk(at, path, true) {
             Walk::Way(Way::Property(_)) => true,
             Walk::Way(Way::Referred(way)) => {

@@ -8,7 +8,7 @@ use super::value::{Value, constant};
 use crate::iec::ast::{Expr, Path};
 use crate::iec::fault::Fault;
 use crate::program::{
-    BitSource, BitTarget, Cell, Logic, Number, Region, WordSource, WordTarget, Write,
+    BitSource, BitTarget, Cell, Logic, Number, Region, TimingKey, WordSource, WordTarget, Write,
 };
 
 /// More cells than this are not copied one by one.
@@ -53,11 +53,26 @@ impl Emit<'_> {
         }
     }
 
-    /// Copies a structure or an array, charged as one store: cell by cell where both are laid out alike, else what is written may
-    /// be anything.
-    pub(super) fn copy_whole(&mut self, from: &Whole, to: &Whole) {
+    /// Copies a structure, an array or an instance, charged by its elements: cell by cell where both are laid out alike, else
+    /// what is written may be anything.
+    pub(super) fn copy_whole(&mut self, from: &Whole, to: &Whole, line: u32) -> Result<(), Fault> {
+        let found = match to {
+            Whole::Place(to) => Found::Place(to.clone()),
+            Whole::Element(element) => Found::Element(element.clone()),
+        };
+        let key = self.store_key(&found, None, line)?;
+        self.copy_charged(from, to, key);
+        Ok(())
+    }
+
+    /// What is handed over in and out is copied here, and on a controller its address is.
+    pub(super) fn copy_handed(&mut self, from: &Whole, to: &Whole) {
+        self.copy_charged(from, to, Self::key(&["ST"], "move"));
+    }
+
+    fn copy_charged(&mut self, from: &Whole, to: &Whole, key: TimingKey) {
         self.cost(&["LD"], "contact");
-        let key = Some(Self::key(&["ST"], "move"));
+        let key = Some(key);
         let always = crate::front::builder::always;
         let writes = match (from, to) {
             (Whole::Place(from), Whole::Place(to)) => copies(from, to),

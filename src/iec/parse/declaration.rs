@@ -263,13 +263,14 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
         name = cursor.name("a type")?;
     }
     if same(&name, "STRING") || same(&name, "WSTRING") {
+        let mut length = None;
         for (open, close) in [("(", ")"), ("[", "]")] {
             if cursor.take_sign(open) {
-                expression(cursor)?;
+                length = Some(Box::new(expression(cursor)?));
                 cursor.sign(close)?;
             }
         }
-        return Ok(TypeRef::Text);
+        return Ok(TypeRef::Text(length));
     }
     // Named values with the type of their numbers in front.
     if cursor.is_sign("(") && is_enumeration(cursor) {

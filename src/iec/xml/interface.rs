@@ -105,7 +105,11 @@ pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
             });
             TypeRef::Array(dimensions.collect(), Box::new(base().unwrap_or_else(any)))
         }
-        "string" | "wstring" | "STRING" | "WSTRING" => TypeRef::Text,
+        "string" | "wstring" | "STRING" | "WSTRING" => {
+            let written = of.attribute("length");
+            let length = written.and_then(|one| parse::expression(one, text.line(of)).ok());
+            TypeRef::Text(length.map(Box::new))
+        }
         "pointer" => TypeRef::Pointer(Box::new(base().unwrap_or_else(any))),
         "struct" => TypeRef::Struct(list_of(text, of, Section::Local)),
         "enum" => {

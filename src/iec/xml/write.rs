@@ -494,7 +494,10 @@ fn type_of(of: &TypeRef) -> Result<String, String> {
                 type_of(of)?
             )
         }
-        TypeRef::Text => "<string/>".to_owned(),
+        TypeRef::Text(None) => "<string/>".to_owned(),
+        TypeRef::Text(Some(length)) => {
+            format!("<string length=\"{}\"/>", escaped(&show::expr(length)))
+        }
         TypeRef::Array(dimensions, of) => {
             let mut text = "<array>".to_owned();
             for (low, high) in dimensions {
