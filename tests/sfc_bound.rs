@@ -302,7 +302,7 @@ fn what_co_activity_takes_off_is_told_with_what_is_active() {
     let found = concluded.audit.coactivity.expect("a chart");
     // The step that is entered, and the final scan of the one that is left; else all three.
     assert_eq!(concluded.audit.bound.upper, Picos(6_000_000));
-    assert_eq!(found.without, Picos(7_000_000));
+    assert_eq!(found.without.upper, Picos(7_000_000));
     assert!(found.active.iter().any(|name| name == "main.t.X"), "{:?}", found.active);
     assert!(found.active.iter().any(|name| name == "main.action m1.on"), "{:?}", found.active);
 }
