@@ -211,7 +211,12 @@ impl Emit<'_> {
     }
 
     /// A value as one of a type, as it becomes one by itself.
-    pub(super) fn conversion(&mut self, value: Option<Value>, to: &Ty, line: u32) -> Result<Value, Fault> {
+    pub(super) fn conversion(
+        &mut self,
+        value: Option<Value>,
+        to: &Ty,
+        line: u32,
+    ) -> Result<Value, Fault> {
         let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
         Ok(match (to, value) {
             (Ty::Bit, Value::Bit(logic)) => Value::Bit(logic),

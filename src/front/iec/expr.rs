@@ -3,8 +3,8 @@
 use super::emit::Emit;
 use super::mixed::{mixed, typed};
 use super::open::{complement, joined, opened, parted};
-use super::resolve::{Context, Element, Found};
 use super::refer::WORD;
+use super::resolve::{Context, Element, Found};
 use super::types::{ANY_UNIT, DINT, Kind, Refers, Ty, holding};
 use super::value::{Value, constant, real, within};
 use super::walk::{Walk, Way};
@@ -536,7 +536,8 @@ impl Emit<'_> {
                 return done.map(|_| ());
             }
             Walk::Way(Way::Property(_)) => {
-                let what = format!("{} is a property, which is not followed here", show::path(target));
+                let what =
+                    format!("{} is a property, which is not followed here", show::path(target));
                 let help = "take the result into a variable, and assign that to the property";
                 return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
             }
@@ -699,7 +700,9 @@ impl Emit<'_> {
         match value {
             Value::Bit(logic) => Ok(logic),
             Value::Constant(value) => Ok(Logic::Const(value != 0)),
-            Value::Any | Value::Address(..) => Ok(self.any_bit("a value that is not followed: it may be true or false")),
+            Value::Any | Value::Address(..) => {
+                Ok(self.any_bit("a value that is not followed: it may be true or false"))
+            }
             Value::Number(..) | Value::Open(..) => {
                 Err(Fault::new(line, "a number stands where a truth value is asked for")
                     .code(Code::Operand))

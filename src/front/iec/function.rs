@@ -4,9 +4,7 @@ use super::emit::{Emit, Place, What};
 use super::expr::row;
 use super::open::{beyond, complement, opened};
 use super::resolve::{Context, Found, unknown};
-use super::types::{
-    ANY_UNIT, Kind, Refers, Ty, elementary, is_elementary, lineage,
-};
+use super::types::{ANY_UNIT, Kind, Refers, Ty, elementary, is_elementary, lineage};
 use super::value::{Value, wrapped};
 use super::walk::{Walk, Way};
 use super::whole::Whole;
@@ -15,9 +13,7 @@ use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Operator, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Section, Variable, same, show};
-use crate::program::{
-    Compare, Logic, Number, Reading, Relation, Step,
-};
+use crate::program::{Compare, Logic, Number, Reading, Relation, Step};
 
 impl<'p> Emit<'p> {
     /// The result of a function or a method.

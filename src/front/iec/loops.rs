@@ -538,7 +538,13 @@ fn whole_range(bits: u8, signed: bool) -> (i64, i64) {
 
 /// The type that holds these whole numbers.
 fn kind_of((least, most): (i64, i64)) -> Kind {
-    let bits = if most >> 16 != 0 { 32 } else if most >> 8 != 0 { 16 } else { 8 };
+    let bits = if most >> 16 != 0 {
+        32
+    } else if most >> 8 != 0 {
+        16
+    } else {
+        8
+    };
     Kind::Whole { bits, signed: least < 0 }
 }
 

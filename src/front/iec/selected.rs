@@ -185,7 +185,13 @@ impl Emit<'_> {
     }
 
     /// The larger or the smaller of two values.
-    pub(super) fn better(&mut self, one: Value, two: Value, larger: bool, line: u32) -> Result<Value, Fault> {
+    pub(super) fn better(
+        &mut self,
+        one: Value,
+        two: Value,
+        larger: bool,
+        line: u32,
+    ) -> Result<Value, Fault> {
         let operator = if larger { Operator::GreaterOrEqual } else { Operator::LessOrEqual };
         match self.combined(operator, one.clone(), two.clone(), line)? {
             Value::Bit(which) => self.chosen(which, one, two, line),
