@@ -250,6 +250,8 @@ impl Pou {
 pub struct TypeDeclaration {
     /// Its name.
     pub name: String,
+    /// The structure that it extends.
+    pub extends: Option<String>,
     /// What it is.
     pub of: TypeRef,
     /// What a variable of it holds at first.
@@ -341,6 +343,35 @@ impl Project {
             match self.tasks.iter_mut().find(is_same) {
                 Some(own) => own.instances.extend(task.instances),
                 None => self.tasks.push(task),
+            }
+        }
+    }
+
+    /// Gives structures the parts of those that they extend, when all files are read.
+    pub fn inherit_parts(&mut self) {
+        // Each time one more stands above.
+        for _ in 0..self.types.len() {
+            let whole: Vec<(String, Vec<Variable>)> = self
+                .types
+                .iter()
+                .filter(|one| one.extends.is_none())
+                .filter_map(|one| match &one.of {
+                    TypeRef::Struct(parts) => Some((one.name.clone(), parts.clone())),
+                    _ => None,
+                })
+                .collect();
+            let mut is_done = true;
+            for one in &mut self.types {
+                let Some(base) = &one.extends else { continue };
+                let base = whole.iter().find(|(name, _)| same(name, base));
+                if let (Some((_, parts)), TypeRef::Struct(own)) = (base, &mut one.of) {
+                    own.splice(0..0, parts.clone());
+                    one.extends = None;
+                    is_done = false;
+                }
+            }
+            if is_done {
+                break;
             }
         }
     }

@@ -176,6 +176,7 @@ pub fn program(chart: Chart, actions: u64) -> Pou {
         name: "main".to_owned(),
         kind: PouKind::Program,
         extends: None,
+        implements: Vec::new(),
         result: None,
         variables: inputs.chain(outputs).collect(),
         body: Body::Chart(Box::new(chart)),

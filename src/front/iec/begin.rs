@@ -51,8 +51,11 @@ impl Emit<'_> {
         let place = self.instances[instance].place.clone();
         for unit in lineage(self.project, self.instances[instance].pou) {
             let own = self.project.pous.iter().position(|one| std::ptr::eq(one, unit));
-            let at =
-                Context { instance, locals: None, unit: own.unwrap_or(self.instances[instance].pou) };
+            let at = Context {
+                instance,
+                locals: None,
+                unit: own.unwrap_or(self.instances[instance].pou),
+            };
             for one in &unit.variables {
                 let Some(part) = Self::part(&place, &one.name) else { continue };
                 self.begins(&at, &part, one.initial.as_ref(), one.line);
@@ -117,9 +120,9 @@ impl Emit<'_> {
             }
             Ty::Parts(parts) => {
                 for (name, _) in parts.iter() {
-                    let own = given.iter().find(|one| {
-                        one.name.as_ref().is_some_and(|given| same(given, name))
-                    });
+                    let own = given
+                        .iter()
+                        .find(|one| one.name.as_ref().is_some_and(|given| same(given, name)));
                     if let Some(part) = Self::part(place, name) {
                         self.begins(at, &part, own.map(|one| &one.value), line);
                     }

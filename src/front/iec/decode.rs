@@ -1,7 +1,8 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
 use super::emit::{Emit, Place, What};
-use super::refer::{self, References};
+use super::refer;
+use super::references::References;
 use super::resolve::full_name;
 use super::types::{Kind, Ty, is_elementary, lineage};
 use crate::base::code::Code;
@@ -60,6 +61,9 @@ pub fn decode(
     Err(vec![Fault::new(1, told).code(Code::NotModelled).help(help).in_file(&project.files[0])])
 }
 
+/// What a project means, or why it means nothing.
+type Meant = Result<Program, Vec<Diagnostic>>;
+
 /// How often a project is put together until it is known which variables references can mean.
 const MOST_ROUNDS: u32 = 50;
 
@@ -71,7 +75,7 @@ fn put_together(
     options: Options,
     asked: &front::Options<'_>,
     references: Option<References>,
-) -> Result<(References, Result<Program, Vec<Diagnostic>>), Vec<Diagnostic>> {
+) -> Result<(References, Meant), Vec<Diagnostic>> {
     let mut emit = Emit::new(project, dialect);
     if let Some(references) = references {
         let file = project.files.first().map_or("", String::as_str);

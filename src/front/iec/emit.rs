@@ -1,6 +1,6 @@
 //! What all parts of a program have in common while its instructions are put together: memory, instances, routines.
 
-use super::refer::References;
+pub(super) use super::references::{Place, References};
 use super::tally::Tally;
 use super::types::{Kind, Ty, Types, first_name, layout};
 use super::value::Value;
@@ -21,14 +21,6 @@ use std::collections::{BTreeMap, BTreeSet};
 const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
 const HIDDEN: [AreaId; 2] = [AreaId(2), AreaId(3)];
 const BETWEEN: [AreaId; 2] = [AreaId(4), AreaId(5)];
-
-/// A variable, or a part of one, and what it holds.
-#[derive(Debug, Clone)]
-pub(super) struct Place {
-    pub(super) name: String,
-    pub(super) tag: Tag,
-    pub(super) ty: Ty,
-}
 
 /// What of an instance is carried out.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,11 +3,11 @@
 use super::emit::Emit;
 use super::mixed::{mixed, typed};
 use super::open::{complement, joined, opened, parted};
-use super::refer::WORD;
+use super::references::WORD;
+use super::references::{Walk, Way};
 use super::resolve::{Context, Element, Found};
 use super::types::{ANY_UNIT, DINT, Kind, Refers, Ty, holding};
 use super::value::{Value, constant, real, within};
-use super::walk::{Walk, Way};
 use super::within::shown;
 use crate::base::code::Code;
 use crate::front::builder::always;
@@ -42,6 +42,19 @@ fn address_word(value: &Value) -> Option<Number> {
         Value::Address(number, _) => Some(number.clone()),
         Value::Constant(0) => Some(constant(0, 1)),
         _ => None,
+    }
+}
+
+/// `NOT 1` is no truth value beside a whole number.
+fn masked(expr: &Expr, value: Value, beside: &Value) -> Value {
+    match (expr, value, beside) {
+        (Expr::Not(inner), Value::Any, Value::Number(Kind::Whole { .. }, _)) => match **inner {
+            Expr::Literal(Literal::Int(number @ (0 | 1), None)) => {
+                Value::Constant(if number == 0 { -1 } else { -2 })
+            }
+            _ => Value::Any,
+        },
+        (_, value, _) => value,
     }
 }
 
@@ -209,6 +222,8 @@ impl Emit<'_> {
                     }
                 }
                 let two = emit.open_value(at, second, line)?;
+                let (one, two) = (masked(first, one, &two), two);
+                let (one, two) = (one.clone(), masked(second, two, &one));
                 let (one, two) = if turned { (two, one) } else { (one, two) };
                 emit.combined(operator, one, two, line)
             });
@@ -568,78 +583,6 @@ impl Emit<'_> {
         let effects = writes.into_iter().map(always).collect();
         self.builder.add(Some(Self::key(&["ST"], "move")), effects, Step::Nothing);
         Ok(())
-    }
-
-    /// A value as it is now, in cells of its own. `merges`: another way may come to where it is kept with one that does not
-    /// fit its type.
-    pub(super) fn stored(&mut self, value: Value, merges: bool) -> Value {
-        match value {
-            Value::Number(kind @ Kind::Whole { .. }, number) if merges => {
-                self.kept_open(kind, number, Logic::Const(false))
-            }
-            Value::Open(kind, number, beyond) => self.kept_open(kind, number, beyond),
-            Value::Bit(logic) => {
-                let cell = self.bit_between();
-                self.write(vec![Write::Bit(BitTarget::Cell(cell), logic)]);
-                Value::Bit(Logic::cell(cell))
-            }
-            Value::Address(number, can) => {
-                let words = self.copied(number, 1);
-                Value::Address(Number::Words(words), can)
-            }
-            Value::Constant(value) => {
-                let words = self.copied(constant(value, 2), 2);
-                Value::Number(DINT, Number::Words(words))
-            }
-            Value::Number(kind, number) => {
-                let words = self.copied(number, kind.words());
-                Value::Number(kind, Number::Words(words))
-            }
-            other => other,
-        }
-    }
-
-    /// Writes a value to where another way has kept one for the same purpose; any value, if they are not of one kind.
-    pub(super) fn merged(&mut self, known: Value, value: Value) -> Value {
-        match (&known, value.clone()) {
-            (Value::Bit(Logic::Bit(BitSource::Cell(cell))), Value::Bit(logic)) => {
-                self.write(vec![Write::Bit(BitTarget::Cell(*cell), logic)]);
-                known
-            }
-            (
-                Value::Open(kind, Number::Words(words), Logic::Bit(BitSource::Cell(cell))),
-                Value::Number(own, _) | Value::Open(own, ..),
-            ) if *kind == own => {
-                let (value, beyond) = parted(value);
-                let beyond = beyond.unwrap_or(Logic::Const(false));
-                self.write(vec![Write::Bit(BitTarget::Cell(*cell), beyond)]);
-                self.merged(Value::Number(*kind, Number::Words(words.clone())), value);
-                known
-            }
-            (Value::Address(Number::Words(words), can), Value::Address(number, more)) => {
-                let [WordSource::Cell(cell)] = words[..] else { return Value::Any };
-                self.write(vec![Write::Words(vec![WordTarget::Cell(cell)], number)]);
-                let mut can = can.clone();
-                can.extend(more);
-                Value::Address(Number::Words(words.clone()), can)
-            }
-            (Value::Number(kind, Number::Words(words)), Value::Number(own, number))
-                if *kind == own =>
-            {
-                let target = |word: &WordSource| match word {
-                    WordSource::Cell(cell) => Some(WordTarget::Cell(*cell)),
-                    _ => None,
-                };
-                match words.iter().map(target).collect() {
-                    Some(targets) => {
-                        self.write(vec![Write::Words(targets, number)]);
-                        known
-                    }
-                    None => Value::Any,
-                }
-            }
-            _ => Value::Any,
-        }
     }
 
     /// The words of a number as they are now.

@@ -4,13 +4,11 @@ use super::emit::{Emit, Place, What};
 use super::expr::row;
 use super::open::{beyond, complement, opened};
 use super::resolve::{Context, Found, unknown};
-use super::types::{ANY_UNIT, Kind, Refers, Ty, elementary, is_elementary, lineage};
+use super::types::{ANY_UNIT, Kind, Ty, elementary, is_elementary};
 use super::value::{Value, wrapped};
-use super::walk::{Walk, Way};
 use super::whole::Whole;
 use super::within::{shown, works};
-use crate::base::code::Code;
-use crate::iec::ast::{Argument, Expr, Operator, Part, Path};
+use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Section, Variable, same, show};
 use crate::program::{Compare, Logic, Number, Reading, Relation, Step};
@@ -48,59 +46,6 @@ impl<'p> Emit<'p> {
             }
         }
         Err(unknown(line, &show::path(path)))
-    }
-
-    /// What a call through a reference, of what a property gives or of what the base has gives; addresses of variables.
-    fn function_through(
-        &mut self,
-        at: &Context,
-        path: &Path,
-        given: &[Argument],
-        line: u32,
-    ) -> Result<Option<Value>, Fault> {
-        if same(&path.first, "SUPER") {
-            let mut names = path.rest.iter().filter(|part| **part != Part::Dereference);
-            let (Some(Part::Name(name)), None) = (names.next(), names.next()) else {
-                return Err(unknown(line, &show::path(path)));
-            };
-            return self.inherited(at, name, given, line).map(Some);
-        }
-        if let (Some(name), [Argument { value: Expr::Variable(of), is_output: false, .. }]) =
-            (path.as_name(), given)
-        {
-            let is_own = self.project.pous.iter().any(|pou| same(&pou.name, name));
-            match name.to_ascii_uppercase().as_str() {
-                _ if is_own => {}
-                "ADR" | "REF" => return self.address_of(at, of, line).map(Some),
-                "__ISVALIDREF" => {
-                    let word = self.address(at, &given[0].value, Refers::Reference, line)?;
-                    let none = Value::Constant(0);
-                    return self.combined(Operator::NotEqual, word, none, line).map(Some);
-                }
-                _ => {}
-            }
-        }
-        let act = &mut |emit: &mut Self, path: Path| emit.function(at, &path, given, line);
-        match self.walk(at, path, true) {
-            Walk::Way(Way::Referred(way)) if !way.rest.is_empty() => {
-                for one in given {
-                    if self.order_matters(at, &Expr::Variable(way.before.clone()), &one.value) {
-                        let what = format!(
-                            "which variable {} means may change before it is called",
-                            show::path(&way.before)
-                        );
-                        let help = "assign the arguments to variables of their own before";
-                        return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
-                    }
-                }
-                self.each_target(at, &way, line, act).map(Some)
-            }
-            Walk::Way(Way::Property(property)) if !property.rest.is_empty() => {
-                let found = self.through_property(at, &property, line, act)?;
-                Ok(Some(self.frozen(found)))
-            }
-            _ => Ok(None),
-        }
     }
 
     /// A function of the project's: its variables are its own, and begin anew at each call.
@@ -141,108 +86,7 @@ impl<'p> Emit<'p> {
         self.result_if(enable, result, line)
     }
 
-    /// Carries out a method.
-    pub(super) fn method(
-        &mut self,
-        at: &Context,
-        instance: usize,
-        name: &str,
-        given: &[Argument],
-        line: u32,
-    ) -> Result<Value, Fault> {
-        self.method_from(at, instance, None, name, given, line)
-    }
-
-    /// Carries out the method that the base has (`SUPER^.m()`).
-    pub(super) fn inherited(
-        &mut self,
-        at: &Context,
-        name: &str,
-        given: &[Argument],
-        line: u32,
-    ) -> Result<Value, Fault> {
-        let base = self.base(at, line)?;
-        self.method_from(at, at.instance, Some(base), name, given, line)
-    }
-
-    /// Carries out the method of an instance, or the one that a unit has which it extends.
-    pub(super) fn method_from(
-        &mut self,
-        at: &Context,
-        instance: usize,
-        from: Option<usize>,
-        name: &str,
-        given: &[Argument],
-        line: u32,
-    ) -> Result<Value, Fault> {
-        let own = from.unwrap_or(self.instances[instance].pou);
-        let Some((unit, method)) = self.method_in(own, name) else {
-            return Err(unknown(line, &format!("{}.{name}", self.instances[instance].place.name)));
-        };
-        let place = self.method_place_of(instance, from, &method.name)?;
-        let owner = self.instances[instance].place.name.clone();
-        self.has_one_name(at, Some(&owner), &method.variables, given, line)?;
-        let enabled = self.begin_enabled(at, &place, given, line)?;
-        self.hand_over(at, &place, &method.variables, given, line)?;
-        let inner = Context { instance, locals: Some(place.clone()), unit };
-        self.begin_anew(&inner, &place, &method.variables, given, line)?;
-        self.begin_result(&inner, &place, method, line)?;
-        let upper = method.name.to_ascii_uppercase();
-        let what = match from {
-            Some(from) => What::Inherited(from, upper),
-            None => What::Method(upper),
-        };
-        self.call(Logic::Const(true), instance, what, "CAL");
-        self.take_back(at, &place, &method.variables, given, line)?;
-        let result = match method.result {
-            Some(_) => self.result(&place, method.result_name(), line)?,
-            None => Value::Any,
-        };
-        let enable = self.end_enabled(at, &place, enabled, given, line)?;
-        self.open_outputs(at, enable.as_ref(), given, line)?;
-        self.result_if(enable, result, line)
-    }
-
-    /// The method that a unit has or inherits, and the unit that declares it.
-    fn method_in(&self, unit: usize, name: &str) -> Option<(usize, &'p Pou)> {
-        let all = &self.project.pous;
-        lineage(self.project, unit).into_iter().find_map(|pou| {
-            let method = pou.methods.iter().find(|method| same(&method.name, name))?;
-            Some((all.iter().position(|one| std::ptr::eq(one, pou))?, method))
-        })
-    }
-
-    /// The variables of a method of an instance.
-    pub(super) fn method_place(&mut self, instance: usize, name: &str) -> Result<Place, Fault> {
-        self.method_place_of(instance, None, name)
-    }
-
-    /// The same of the method that a unit has which the instance's extends.
-    pub(super) fn method_place_of(
-        &mut self,
-        instance: usize,
-        from: Option<usize>,
-        name: &str,
-    ) -> Result<Place, Fault> {
-        let own = from.unwrap_or(self.instances[instance].pou);
-        let Some((unit, method)) = self.method_in(own, name) else {
-            return Err(unknown(0, name));
-        };
-        let of = match from {
-            Some(_) => format!("{}::", self.project.pous[unit].name),
-            None => String::new(),
-        };
-        let key = format!("{}.{of}{}()", self.instances[instance].place.name, method.name);
-        if let Some(known) = self.globals.get(&key.to_ascii_uppercase()) {
-            return Ok(known.clone());
-        }
-        let parts = self.types.variables(method)?;
-        let place = self.variable(&key, Ty::Parts(parts), method.line)?;
-        self.globals.insert(key.to_ascii_uppercase(), place.clone());
-        Ok(place)
-    }
-
-    fn result(&mut self, place: &Place, name: &str, line: u32) -> Result<Value, Fault> {
+    pub(super) fn result(&mut self, place: &Place, name: &str, line: u32) -> Result<Value, Fault> {
         let own = Self::part(place, name).ok_or_else(|| unknown(line, name))?;
         let Some(cell) = own.tag.cell() else { return Ok(Value::Any) };
         // It is kept, since another call may follow in the same expression.
@@ -350,7 +194,7 @@ impl<'p> Emit<'p> {
     }
 
     /// The result begins with what its type begins with.
-    fn begin_result(
+    pub(super) fn begin_result(
         &mut self,
         at: &Context,
         place: &Place,
@@ -741,4 +585,6 @@ const FOLLOWED_NOT: &[&str] = &[
     "SIZEOF",
     "ABS",
     "CONCAT_DATE_TOD",
+    "TIME",
+    "LTIME",
 ];

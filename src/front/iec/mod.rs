@@ -23,11 +23,13 @@ mod function;
 mod invariant;
 mod loops;
 mod memory;
+mod method;
 mod mixed;
 mod open;
 mod operands;
 mod reach;
 mod refer;
+mod references;
 mod resolve;
 mod retained;
 mod selected;
@@ -113,6 +115,7 @@ impl Front for Iec {
         if !faults.is_empty() {
             return Err(faults);
         }
+        project.inherit_parts();
         let dialect =
             DIALECTS.iter().find(|own| own.name == dialect.name).map_or(XML, |own| own.name);
         Ok(Box::new(Source { dialect, project, options }))

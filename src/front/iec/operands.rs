@@ -195,12 +195,11 @@ impl Emit<'_> {
                 *value = self.frozen(earlier);
             }
             let exprs: Vec<&Expr> = group.iter().map(|(_, value)| *value).collect();
-            let found = self.operands(at, &exprs, line, &mut |emit, which| {
-                match group[which].0.ty {
+            let found =
+                self.operands(at, &exprs, line, &mut |emit, which| match group[which].0.ty {
                     Ty::Reference(kind, _) => emit.address(at, exprs[which], kind, line),
                     _ => emit.open_value(at, exprs[which], line),
-                }
-            })?;
+                })?;
             for ((target, value), found) in group.into_iter().zip(found) {
                 values.push((target.clone(), shown(value, found, &target.ty)));
             }

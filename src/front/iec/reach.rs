@@ -28,8 +28,23 @@ enum Code<'p> {
     Action(&'p Path),
 }
 
+/// The same, each with the variables of the method that it stands in.
+fn code_with(pou: &Pou, with_body: bool) -> Vec<(Code<'_>, &[Variable])> {
+    let methods = pou.methods.iter().map(|method| (code(method, true), &method.variables[..]));
+    let own = code_beside(pou, with_body);
+    let all = std::iter::once((own, &[][..])).chain(methods);
+    all.flat_map(|(all, hidden)| all.into_iter().map(move |one| (one, hidden))).collect()
+}
+
 /// The code of a unit's actions, methods and charts, and that of its body, if it is asked for.
 fn code(pou: &Pou, with_body: bool) -> Vec<Code<'_>> {
+    let mut found = code_beside(pou, with_body);
+    found.extend(pou.methods.iter().flat_map(|method| code(method, true)));
+    found
+}
+
+/// The same without that of its methods.
+fn code_beside(pou: &Pou, with_body: bool) -> Vec<Code<'_>> {
     fn of<'p>(body: &'p Body, found: &mut Vec<Code<'p>>) {
         match body {
             Body::Code(_, statements) => found.push(Code::Statements(statements)),
@@ -53,7 +68,6 @@ fn code(pou: &Pou, with_body: bool) -> Vec<Code<'_>> {
     for one in pou.actions.iter().chain(&pou.transitions) {
         of(&one.body, &mut found);
     }
-    found.extend(pou.methods.iter().flat_map(|method| code(method, true)));
     found
 }
 
@@ -172,11 +186,13 @@ fn names(path: &Path) -> impl DoubleEndedIterator<Item = &str> {
     std::iter::once(path.first.as_str()).chain(parts)
 }
 
-/// A path without THIS in front of it.
+/// A path without THIS or SUPER in front of it.
 fn without_this(path: &Path) -> Path {
     let is_name = |part: &Part| matches!(part, Part::Name(_));
     match path.rest.iter().position(is_name).map(|at| path.rest.split_at(at)) {
-        Some((_, [Part::Name(first), rest @ ..])) if same(&path.first, "THIS") => {
+        Some((_, [Part::Name(first), rest @ ..]))
+            if ["THIS", "SUPER"].iter().any(|own| same(own, &path.first)) =>
+        {
             Path { first: first.clone(), rest: rest.to_vec() }
         }
         _ => path.clone(),
@@ -219,11 +235,20 @@ fn declares(variables: &[Variable], name: &str) -> bool {
 impl Emit<'_> {
     /// Whether statements, or what they call, may write a variable.
     pub(super) fn may_write(&self, at: &Context, body: &[Statement], variable: &Path) -> bool {
+        self.is_reference_at(at, &without_this(variable))
+            || self.may_write_itself(at, body, variable)
+    }
+
+    /// The same of a variable that is no reference, or of the word that a reference is: not of what it means.
+    pub(super) fn may_write_itself(
+        &self,
+        at: &Context,
+        body: &[Statement],
+        variable: &Path,
+    ) -> bool {
         let variable = &without_this(variable);
-        // Which element an index means may change, and what a reference means.
-        if variable.rest.iter().any(|part| matches!(part, Part::Index(_) | Part::Dereference))
-            || self.is_referring(variable)
-        {
+        // Which element an index means may change.
+        if variable.rest.iter().any(|part| matches!(part, Part::Index(_) | Part::Dereference)) {
             return true;
         }
         let is_taken = self.is_taken_at(at, variable);
@@ -254,13 +279,17 @@ impl Emit<'_> {
         self.project.pous.iter().any(|pou| {
             // Nothing that is called carries out the body of the same instance. Its own actions and methods name the variable
             // as it does, other units through its instance.
+            // But that of a unit which its own extends (`SUPER^()`).
             let related = own.iter().any(|one| same(&one.name, &pou.name));
+            let is_first = own.first().is_some_and(|one| same(&one.name, &pou.name));
             let by_name = related || !is_own;
-            code(pou, !related).into_iter().any(|code| {
+            code_with(pou, !is_first).into_iter().any(|(code, hidden)| {
                 let mut found = false;
                 paths(code, &mut |path, used| {
                     let part = |name: &str| names(path).skip(1).any(|one| same(one, name));
-                    let reaches = (by_name && overlap(path, variable))
+                    // What a method declares itself is no variable of another's.
+                    let is_hidden = declares(hidden, &path.first);
+                    let reaches = (by_name && !is_hidden && overlap(path, variable))
                         || (is_taken && self.is_referring(path))
                         || names(variable).any(part)
                         || names(variable).skip(1).any(|name| same(&path.first, name));
@@ -348,6 +377,18 @@ impl Emit<'_> {
             at.locals.as_ref().is_some_and(|place| Self::part(place, &variable.first).is_some());
         let owner = &self.instances[at.instance].place.name;
         self.is_taken(names(variable)) || (!is_local && self.is_taken_around(owner))
+    }
+
+    /// The same of a path in code of an instance, which knows its own variables.
+    fn is_reference_at(&self, at: &Context, path: &Path) -> bool {
+        let own = at.locals.as_ref().and_then(|place| Self::part(place, &path.first));
+        let own = own.or_else(|| Self::part(&self.instances[at.instance].place, &path.first));
+        match own {
+            Some(place) if path.rest.is_empty() => {
+                matches!(place.ty, super::types::Ty::Reference(..))
+            }
+            _ => self.is_referring(path),
+        }
     }
 
     fn is_reference_name(&self, name: &str) -> bool {

@@ -4,76 +4,18 @@
 //! through a reference is done to each of them that it can mean, behind a test of the word; if there is one, without a test.
 
 use super::emit::{Emit, Place};
+use super::references::{Referred, WORD, Walk, Way};
 use super::resolve::{Context, Found};
-use super::types::{DINT, Kind, Refers, Ty, lineage, same_type};
+use super::types::{DINT, Refers, Ty, lineage, same_type};
 use super::value::{Value, constant};
-use super::walk::{Walk, Way};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Literal, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Project, Section, TypeRef, Variable, same, show};
 use crate::program::{Compare, Logic, Number, Reading, Relation};
-use std::collections::{BTreeMap, BTreeSet};
 
 /// More variables than this, one reference is not taken to mean.
 const MOST: usize = 64;
-
-/// The kind of the word that a reference is.
-pub(super) const WORD: Kind = Kind::Whole { bits: 16, signed: false };
-
-/// What is known of references from one time to the next that a project is put together.
-#[derive(Default)]
-pub(super) struct References {
-    /// The variables whose addresses are taken; the word for each is its number here, from 1.
-    targets: Vec<Place>,
-    numbers: BTreeMap<String, usize>,
-    /// All variables in the order in which they were first asked for: they lie where they lay.
-    variables: Vec<Place>,
-    asked: BTreeSet<String>,
-    /// What references mean while something is done through them, by names that begin with `^`.
-    bound: BTreeMap<String, Place>,
-    next: u32,
-    /// What of that which begins before the first scan is not followed, with its file.
-    pub(super) faults: Vec<(usize, Fault)>,
-    /// Whether this is not the last time, and what begins before the first scan is put together, too.
-    pub(super) is_draft: bool,
-}
-
-impl References {
-    /// Begins anew with the variables where they are.
-    pub(super) fn again(self, is_draft: bool) -> References {
-        let faults = if is_draft { Vec::new() } else { self.faults };
-        References { asked: BTreeSet::new(), bound: BTreeMap::new(), faults, is_draft, ..self }
-    }
-
-    /// Whether there are any.
-    pub(super) fn has_any(&self) -> bool {
-        self.is_draft || !self.targets.is_empty()
-    }
-
-    pub(super) fn count(&self) -> usize {
-        self.targets.len()
-    }
-
-    pub(super) fn variables(&self) -> &[Place] {
-        &self.variables
-    }
-
-    /// The variable of this name, if it is known, and whether it was asked for before.
-    pub(super) fn variable(&mut self, name: &str) -> (Option<Place>, bool) {
-        let is_again = !self.asked.insert(name.to_owned());
-        (self.variables.iter().find(|one| one.name == name).cloned(), is_again)
-    }
-
-    pub(super) fn add_variable(&mut self, place: &Place) {
-        self.variables.push(place.clone());
-    }
-
-    /// What a name that begins with `^` means now.
-    pub(super) fn meant(&self, name: &str) -> Option<&Place> {
-        self.bound.get(name)
-    }
-}
 
 /// Whether a project has references, pointers or interfaces.
 pub(super) fn has_any(project: &Project) -> bool {
@@ -92,10 +34,9 @@ pub(super) fn is_reference(project: &Project, of: &TypeRef) -> bool {
         TypeRef::Pointer(_) | TypeRef::Reference(_) => true,
         TypeRef::Array(_, of) => is_reference(project, of),
         TypeRef::Struct(parts) => parts.iter().any(|one| is_reference(project, &one.of)),
-        TypeRef::Named(name) => project
-            .pous
-            .iter()
-            .any(|pou| pou.kind == PouKind::Interface && same(&pou.name, name)),
+        TypeRef::Named(name) => {
+            project.pous.iter().any(|pou| pou.kind == PouKind::Interface && same(&pou.name, name))
+        }
         _ => false,
     }
 }
@@ -117,6 +58,13 @@ pub(super) fn implements(project: &Project, pou: usize, interface: &str) -> bool
 
 fn not_followed(line: u32, what: String) -> Fault {
     let help = "let it refer to variables of its own type, which the project names (ADR, REF=)";
+    Fault::new(line, what).code(Code::NotModelled).help(help)
+}
+
+/// The fault that a value may change which variable something means before it is used.
+pub(super) fn moves(line: u32, what: &str) -> Fault {
+    let what = format!("which variable {what} means may change while the value is worked out");
+    let help = "assign the value to a variable of its own before";
     Fault::new(line, what).code(Code::NotModelled).help(help)
 }
 
@@ -219,18 +167,17 @@ impl Emit<'_> {
         if path.as_name().is_some_and(|name| same(name, "NULL")) {
             return Ok(Value::Constant(0));
         }
-        let is_this = same(&path.first, "THIS") && path.rest.iter().all(|p| *p == Part::Dereference);
+        let is_this =
+            same(&path.first, "THIS") && path.rest.iter().all(|p| *p == Part::Dereference);
         if is_this {
             let place = self.instances[at.instance].place.clone();
             let index = self.target(&place);
             return Ok(Value::Address(constant(word(index), 1), vec![index]));
         }
         match self.walk(at, path, false) {
-            Walk::Way(Way::Referred(way)) => {
-                self.each_target(at, &way, line, &mut |emit, path| {
-                    emit.address(at, &Expr::Variable(path), kind, line)
-                })
-            }
+            Walk::Way(Way::Referred(way)) => self.each_target(at, &way, line, &mut |emit, path| {
+                emit.address(at, &Expr::Variable(path), kind, line)
+            }),
             Walk::Way(Way::Property(property)) => {
                 self.through_property(at, &property, line, &mut |emit, path| {
                     emit.address(at, &Expr::Variable(path), kind, line)
@@ -296,7 +243,8 @@ impl Emit<'_> {
                 let Ty::Array { dimensions, .. } = &place.ty else {
                     return Err(not_followed(line, what));
                 };
-                let ([(low, high)], Some(Part::Index(indices))) = (&dimensions[..], path.rest.last())
+                let ([(low, high)], Some(Part::Index(indices))) =
+                    (&dimensions[..], path.rest.last())
                 else {
                     return Err(not_followed(line, what));
                 };
@@ -338,17 +286,12 @@ impl Emit<'_> {
             _ => None,
         });
         let units = self.project.pous.iter().flat_map(|pou| &pou.variables).filter(in_out);
-        all.any(|one| same(&one.name, &path.first))
-            || { names }.any(|name| units.clone().any(|one| same(&one.name, name)))
+        all.any(|one| same(&one.name, &path.first)) || { names }
+            .any(|name| units.clone().any(|one| same(&one.name, name)))
     }
 
     /// A jump over what is for one number alone.
-    fn unless(
-        &mut self,
-        words: &[crate::program::WordSource],
-        number: i64,
-        size: u32,
-    ) -> usize {
+    fn unless(&mut self, words: &[crate::program::WordSource], number: i64, size: u32) -> usize {
         let own = Compare {
             relation: Relation::Equal,
             reading: if size == 1 { Reading::Unsigned } else { Reading::Signed },
@@ -383,10 +326,13 @@ impl Emit<'_> {
     pub(super) fn each_target(
         &mut self,
         at: &Context,
-        way: &super::walk::Referred,
+        way: &Referred,
         line: u32,
         act: &mut dyn FnMut(&mut Self, Path) -> Result<Value, Fault>,
     ) -> Result<Value, Fault> {
+        if let Some((index, low, high)) = &way.among {
+            return self.each_element(at, way, (index, *low, *high), line, act);
+        }
         let can = self.candidates(way.kind, &way.of);
         let shown = show::path(&way.before);
         if can.is_empty() {
@@ -435,6 +381,59 @@ impl Emit<'_> {
         Ok(known.unwrap_or(Value::Any))
     }
 
+    /// Refuses a value that may change which variable a reference means before that is used.
+    pub(super) fn stays(
+        &mut self,
+        at: &Context,
+        way: &Referred,
+        value: &Expr,
+        line: u32,
+    ) -> Result<(), Fault> {
+        if way.among.is_none() && self.candidates(way.kind, &way.of).len() < 2 {
+            return Ok(());
+        }
+        let may_change = match &way.among {
+            Some((index, ..)) => self.order_matters(at, index, value),
+            None => {
+                let kind = crate::iec::ast::Kind::Return(value.clone());
+                let calls = [crate::iec::ast::Statement { line, kind }];
+                self.calls_own(value)
+                    && self.acts(value)
+                    && self.may_write_itself(at, &calls, &way.before)
+            }
+        };
+        if may_change { Err(moves(line, &show::path(&way.before))) } else { Ok(()) }
+    }
+
+    /// Does something to the instance of an array that has a number which is worked out.
+    fn each_element(
+        &mut self,
+        at: &Context,
+        way: &Referred,
+        (index, low, high): (&Expr, i64, i64),
+        line: u32,
+        act: &mut dyn FnMut(&mut Self, Path) -> Result<Value, Fault>,
+    ) -> Result<Value, Fault> {
+        if usize::try_from(high - low).is_ok_and(|many| many >= MOST) {
+            let what = format!("{} may mean {} instances", show::path(&way.before), high - low + 1);
+            return Err(not_followed(line, what));
+        }
+        let number = self.number(at, index, DINT, line)?;
+        let words = self.copies(number, DINT);
+        let (mut known, mut ends) = (None, Vec::new());
+        for number in low..=high {
+            let skip = (number < high).then(|| self.unless(&words, number, 2));
+            let mut path = way.before.clone();
+            path.rest.push(Part::Index(vec![Expr::Literal(Literal::Int(number.into(), None))]));
+            path.rest.extend(way.rest.iter().cloned());
+            let value = act(self, path)?;
+            known = Some(self.gathered(known, value));
+            self.past(skip, &mut ends);
+        }
+        self.all_land(ends);
+        Ok(known.unwrap_or(Value::Any))
+    }
+
     /// Does something while a name of its own means a variable.
     pub(super) fn with_name<T>(
         &mut self,
@@ -468,8 +467,10 @@ impl Emit<'_> {
                 match from.iter().find(|one| !can.contains(one)) {
                     Some(&other) if !self.references.is_draft => {
                         let other = &self.references.targets[other].name;
-                        let what =
-                            format!("{} may refer to {other}, which is of another type", place.name);
+                        let what = format!(
+                            "{} may refer to {other}, which is of another type",
+                            place.name
+                        );
                         Err(not_followed(line, what))
                     }
                     _ => Ok(number),

@@ -1,9 +1,9 @@
 //! What names stand for.
 
 use super::emit::{Emit, Place, What};
+use super::references::{Walk, Way};
 use super::types::{Kind, Ty, elementary, holding, is_elementary, layout, lineage};
 use super::value::{Value, constant};
-use super::walk::{Walk, Way};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Literal, Part, Path};
 use crate::iec::fault::Fault;
@@ -96,7 +96,8 @@ impl<'p> Emit<'p> {
         let Walk::Way(Way::Referred(way)) = self.walk(at, path, true) else {
             return self.find_plain(at, path, line);
         };
-        let [only] = self.candidates(way.kind, &way.of)[..] else {
+        let can = self.candidates(way.kind, &way.of);
+        let ([only], None) = (&can[..], &way.among) else {
             let what = format!(
                 "{} may mean one of several variables, which is not followed here",
                 show::path(path)
@@ -104,7 +105,7 @@ impl<'p> Emit<'p> {
             let help = "assign it to a variable of its own before, or call it in a statement";
             return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
         };
-        let place = self.target_at(only);
+        let place = self.target_at(*only);
         self.with_name(place, &show::path(&way.before), |emit, first| {
             emit.find(at, &Path { first, rest: way.rest }, line)
         })
@@ -124,7 +125,7 @@ impl<'p> Emit<'p> {
             return Ok(Found::Value(kept.clone()));
         }
         let rest = &path.rest[..];
-        if same(&path.first, "THIS") {
+        if ["THIS", "SUPER"].iter().any(|own| same(own, &path.first)) {
             let place = self.instances[at.instance].place.clone();
             let behind =
                 rest.iter().position(|part| *part != Part::Dereference).unwrap_or(rest.len());

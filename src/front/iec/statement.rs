@@ -2,10 +2,10 @@
 
 use super::emit::{Emit, Instance, Place, What};
 use super::memory::set;
+use super::references::{Walk, Way};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, lineage};
 use super::value::{Value, constant};
-use super::walk::{Walk, Way};
 use crate::base::code::Code;
 use crate::iec::ast::{
     Argument, Expr, Kind as Statements, Literal, Operator, Part, Path, Selector, Statement, visit,
@@ -202,12 +202,28 @@ impl<'p> Emit<'p> {
                 match walk {
                     Walk::Way(way) => return self.assigned_through(at, way, value, line),
                     Walk::Type(Ty::Reference(kind, _)) => {
-                        self.stays(at, target, value, line)?;
+                        if self.moves_element(at, target, value) {
+                            let what = show::path(target);
+                            return Err(super::refer::moves(line, &what));
+                        }
                         let found = self.address(at, value, kind, line)?;
                         let place = self.find_plain(at, target, line)?;
                         return self.assign_found(place, None, found, line);
                     }
                     _ => {}
+                }
+                if let Expr::Variable(from) = value
+                    && !is_kept
+                    && !self.is_single(at, from)
+                    && let Walk::Way(Way::Referred(way)) = self.walk(at, from, true)
+                {
+                    // A structure or an array.
+                    let done = self.each_target(at, &way, line, &mut |emit, path| {
+                        let kind = Statements::Assign(target.clone(), Expr::Variable(path));
+                        emit.statement(at, &Statement { line, kind }, &mut Ways::default())?;
+                        Ok(Value::Any)
+                    });
+                    return done.map(|_| ());
                 }
                 if !is_kept
                     && let Some(from) = self.whole_value(at, value, line)?
@@ -446,7 +462,7 @@ impl<'p> Emit<'p> {
                 done.map(|_| ())
             }
             Way::Referred(way) => {
-                self.stays(at, &way.before, value, line)?;
+                self.stays(at, &way, value, line)?;
                 let done = self.each_target(at, &way, line, &mut |emit, path| {
                     let kind = Statements::Assign(path, value.clone());
                     emit.statement(at, &Statement { line, kind }, &mut Ways::default())?;
@@ -485,26 +501,6 @@ impl<'p> Emit<'p> {
         }
     }
 
-    /// Refuses what may change which variable a reference means before it is used.
-    fn stays(
-        &mut self,
-        at: &Context,
-        before: &Path,
-        value: &Expr,
-        line: u32,
-    ) -> Result<(), Fault> {
-        let reference = Expr::Variable(before.clone());
-        if !self.order_matters(at, &reference, value) {
-            return Ok(());
-        }
-        let what = format!(
-            "which variable {} means may change while the value is worked out",
-            show::path(before)
-        );
-        let help = "assign the value to a variable of its own before";
-        Err(Fault::new(line, what).code(Code::NotModelled).help(help))
-    }
-
     /// A call through a reference, of what a property gives, or of what the base has (`SUPER^`). Whether it is such a call.
     fn called_through(
         &mut self,
@@ -525,7 +521,7 @@ impl<'p> Emit<'p> {
         match self.walk(at, target, true) {
             Walk::Way(Way::Referred(way)) => {
                 for one in given {
-                    self.stays(at, &way.before, &one.value, line)?;
+                    self.stays(at, &way, &one.value, line)?;
                 }
                 self.each_target(at, &way, line, &mut |emit, path| {
                     emit.called(at, &path, given, line)?;
@@ -573,9 +569,10 @@ impl<'p> Emit<'p> {
     /// The unit that the one whose code this is extends.
     pub(super) fn base(&self, at: &Context, line: u32) -> Result<usize, Fault> {
         let own = &self.project.pous[at.unit];
-        let base = own.extends.as_ref().and_then(|base| {
-            self.project.pous.iter().position(|pou| same(&pou.name, base))
-        });
+        let base = own
+            .extends
+            .as_ref()
+            .and_then(|base| self.project.pous.iter().position(|pou| same(&pou.name, base)));
         base.ok_or_else(|| {
             let help = "give the file that declares what it extends";
             unknown(line, "SUPER^").help(help)

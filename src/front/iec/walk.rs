@@ -1,6 +1,7 @@
 //! Where a path leads by its types alone: to a variable, through a reference, or to a property.
 
 use super::emit::{Emit, Place};
+use super::references::{Property, Referred, Walk, Way};
 use super::resolve::Context;
 use super::types::{Refers, Ty, lineage};
 use super::value::Value;
@@ -9,33 +10,6 @@ use crate::iec::ast::{Argument, Expr, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{TypeRef, getter, same, setter, show};
 use std::sync::Arc;
-
-/// What a path leads through: the reference that comes first in it.
-pub(super) struct Referred {
-    pub(super) before: Path,
-    pub(super) rest: Vec<Part>,
-    pub(super) kind: Refers,
-    pub(super) of: Arc<TypeRef>,
-}
-
-/// What a path leads to: the property that comes first in it.
-pub(super) struct Property {
-    /// The instance; nothing for the one whose code this is.
-    pub(super) owner: Option<Path>,
-    pub(super) name: String,
-    pub(super) rest: Vec<Part>,
-}
-
-pub(super) enum Way {
-    Referred(Referred),
-    Property(Property),
-}
-
-pub(super) enum Walk {
-    Way(Way),
-    Type(Ty),
-    Unknown,
-}
 
 impl Emit<'_> {
     /// Where a path leads. `to_end`: a reference at its end stands for what it refers to.
@@ -46,7 +20,7 @@ impl Emit<'_> {
                 return Walk::Unknown;
             }
             let (name, rest) = (path.first.clone(), path.rest.clone());
-            return Walk::Way(Way::Property(Property { owner: None, name, rest }));
+            return Walk::Way(Way::Property(Property { owner: None, base: None, name, rest }));
         };
         let mut unit = match place.ty {
             Ty::Block(pou, _) => Some(pou),
@@ -55,6 +29,7 @@ impl Emit<'_> {
                 own.map(|&own| self.instances[own].pou)
             }
         };
+        let base = same(&path.first, "SUPER").then(|| self.base(at, 0).ok()).flatten();
         let mut ty = place.ty;
         let before = |to: usize| Path { first: path.first.clone(), rest: path.rest[..to].to_vec() };
         for (number, part) in path.rest.iter().enumerate().skip(used) {
@@ -69,6 +44,16 @@ impl Emit<'_> {
                     rest: path.rest[number + usize::from(is_told)..].to_vec(),
                     kind: *kind,
                     of: of.clone(),
+                    among: None,
+                }));
+            }
+            if let Some(among) = self.among(at, &ty, part, path.rest.get(number + 1)) {
+                return Walk::Way(Way::Referred(Referred {
+                    before: before(number),
+                    rest: path.rest[number + 1..].to_vec(),
+                    kind: Refers::Reference,
+                    of: Arc::new(TypeRef::Text),
+                    among: Some(among),
                 }));
             }
             let next = match (&ty, part) {
@@ -78,6 +63,7 @@ impl Emit<'_> {
                     if own.is_none() && unit.is_some_and(|unit| self.has_property(unit, name)) {
                         return Walk::Way(Way::Property(Property {
                             owner: Some(before(number)),
+                            base: base.filter(|_| number == used),
                             name: name.clone(),
                             rest: path.rest[number + 1..].to_vec(),
                         }));
@@ -85,7 +71,8 @@ impl Emit<'_> {
                     own
                 }
                 (Ty::Standard(..), Part::Name(name)) => {
-                    let whole = Place { ty: ty.clone(), name: String::new(), tag: place.tag.clone() };
+                    let whole =
+                        Place { ty: ty.clone(), name: String::new(), tag: place.tag.clone() };
                     Self::part_type(&whole, name)
                 }
                 (Ty::Array { of, .. }, Part::Index(_)) => Some((**of).clone()),
@@ -101,20 +88,45 @@ impl Emit<'_> {
         match ty {
             Ty::Reference(kind @ Refers::Reference, of) if to_end => {
                 let (before, rest) = (path.clone(), Vec::new());
-                Walk::Way(Way::Referred(Referred { before, rest, kind, of }))
+                Walk::Way(Way::Referred(Referred { before, rest, kind, of, among: None }))
             }
             ty => Walk::Type(ty),
         }
     }
 
+    /// Of an instance in an array by a number that is worked out, of which a method, a property or an action is meant: the number,
+    /// the least and the largest.
+    fn among(
+        &self,
+        at: &Context,
+        ty: &Ty,
+        part: &Part,
+        next: Option<&Part>,
+    ) -> Option<(Expr, i64, i64)> {
+        let (Ty::Array { dimensions, of }, Part::Index(indices), Some(Part::Name(name))) =
+            (ty, part, next)
+        else {
+            return None;
+        };
+        let (Ty::Block(_, parts), [(low, high)], [index]) = (&**of, &dimensions[..], &indices[..])
+        else {
+            return None;
+        };
+        let is_variable = parts.iter().any(|(own, _)| same(own, name));
+        let is_known = self.constant(at, index).is_some();
+        (!is_variable && !is_known).then(|| (index.clone(), *low, *high))
+    }
+
     /// Whether a path leads, through references or to a property, to what is no structure or array.
     pub(super) fn is_single(&mut self, at: &Context, path: &Path) -> bool {
-        let is_one =
-            |ty: &Ty| matches!(ty, Ty::Bit | Ty::Number(_) | Ty::Text | Ty::Reference(..));
+        let is_one = |ty: &Ty| matches!(ty, Ty::Bit | Ty::Number(_) | Ty::Text | Ty::Reference(..));
         match self.walk(at, path, true) {
             Walk::Way(Way::Property(_)) => true,
             Walk::Way(Way::Referred(way)) => {
                 let can = self.candidates(way.kind, &way.of);
+                if way.among.is_some() {
+                    return true;
+                }
                 let Some(&first) = can.first() else { return true };
                 let place = self.target_at(first);
                 let found = self.with_name(place, "", |emit, first| {
@@ -122,7 +134,7 @@ impl Emit<'_> {
                 });
                 found.unwrap_or(false)
             }
-            Walk::Type(ty) => path.first.starts_with('^') && is_one(&ty),
+            Walk::Type(ty) => is_one(&ty),
             Walk::Unknown => false,
         }
     }
@@ -132,7 +144,7 @@ impl Emit<'_> {
         if let Some(place) = self.references.meant(&path.first) {
             return Some((place.clone(), 0));
         }
-        if same(&path.first, "THIS") {
+        if ["THIS", "SUPER"].iter().any(|own| same(own, &path.first)) {
             let is_name = |part: &Part| *part != Part::Dereference;
             let used = path.rest.iter().position(is_name).unwrap_or(path.rest.len());
             return Some((self.instances[at.instance].place.clone(), used));
@@ -188,7 +200,7 @@ impl Emit<'_> {
     ) -> Result<Value, Fault> {
         let instance = self.owner(at, property, line)?;
         let name = getter(&property.name);
-        let value = self.method(at, instance, &name, &[], line)?;
+        let value = self.method_from(at, instance, property.base, &name, &[], line)?;
         if property.rest.is_empty() && !matches!(value, Value::Address(..)) {
             return Ok(value);
         }
@@ -208,7 +220,8 @@ impl Emit<'_> {
         act: &mut dyn FnMut(&mut Self, Path) -> Result<Value, Fault>,
     ) -> Result<Value, Fault> {
         let instance = self.owner(at, property, line)?;
-        self.method(at, instance, &getter(&property.name), &[], line)?;
+        let name = getter(&property.name);
+        self.method_from(at, instance, property.base, &name, &[], line)?;
         self.through_result(instance, property, line, act)
     }
 
@@ -220,7 +233,7 @@ impl Emit<'_> {
         act: &mut dyn FnMut(&mut Self, Path) -> Result<Value, Fault>,
     ) -> Result<Value, Fault> {
         let unknown = || super::resolve::unknown(line, &property.name);
-        let place = self.method_place(instance, &getter(&property.name))?;
+        let place = self.method_place_of(instance, property.base, &getter(&property.name))?;
         let place = Self::part(&place, &property.name).ok_or_else(unknown)?;
         let rest = property.rest.clone();
         self.with_name(place, &property.name, |emit, first| act(emit, Path { first, rest }))
@@ -237,6 +250,7 @@ impl Emit<'_> {
         let instance = self.owner(at, property, line)?;
         let name = Some(property.name.clone());
         let given = Argument { name, is_output: false, value: value.clone() };
-        self.method(at, instance, &setter(&property.name), &[given], line).map(|_| ())
+        let name = setter(&property.name);
+        self.method_from(at, instance, property.base, &name, &[given], line).map(|_| ())
     }
 }

@@ -334,14 +334,15 @@ pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<TypeDeclaration>, Fault> 
     let mut found = Vec::new();
     while !cursor.take_word("END_TYPE") {
         let name = cursor.name("a type's name or END_TYPE")?;
-        if cursor.take_word("EXTENDS") {
-            cursor.name("a type's name")?;
-        }
+        let extends = match cursor.take_word("EXTENDS") {
+            true => Some(cursor.name("a type's name")?),
+            false => None,
+        };
         cursor.sign(":")?;
         let of = type_ref(cursor)?;
         let start = if cursor.take_sign(":=") { Some(initial(cursor)?) } else { None };
         cursor.take_sign(";");
-        found.push(TypeDeclaration { name, of, initial: start });
+        found.push(TypeDeclaration { name, extends, of, initial: start });
     }
     Ok(found)
 }

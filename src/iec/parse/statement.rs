@@ -15,8 +15,31 @@ pub(super) fn statements(cursor: &mut Cursor, ends: &[&str]) -> Result<Vec<State
             return Ok(found);
         }
         let line = cursor.line();
-        let kind = cursor.deeper(statement)?;
-        found.push(Statement { line, kind });
+        let kinds = cursor.deeper(statement)?;
+        found.extend(kinds.into_iter().map(|kind| Statement { line, kind }));
+    }
+}
+
+/// Reads a statement; one that assigns to several variables is several.
+fn statement(cursor: &mut Cursor) -> Result<Vec<Kind>, Fault> {
+    let kind = single(cursor)?;
+    let Kind::Assign(_, Expr::Variable(_)) = &kind else { return Ok(vec![kind]) };
+    if !cursor.take_sign(":=") {
+        cursor.sign(";")?;
+        return Ok(vec![kind]);
+    }
+    // `a := b := c;` assigns c to b, and b to a.
+    let mut found = vec![kind];
+    loop {
+        let Some(Kind::Assign(_, Expr::Variable(target))) = found.first() else {
+            return Err(cursor.unexpected("';'"));
+        };
+        let target = target.clone();
+        found.insert(0, Kind::Assign(target, expression(cursor)?));
+        if !cursor.take_sign(":=") {
+            cursor.sign(";")?;
+            return Ok(found);
+        }
     }
 }
 
@@ -27,7 +50,7 @@ fn close(cursor: &mut Cursor, word: &str) -> Result<(), Fault> {
     Ok(())
 }
 
-fn statement(cursor: &mut Cursor) -> Result<Kind, Fault> {
+fn single(cursor: &mut Cursor) -> Result<Kind, Fault> {
     let Token::Word(word) = cursor.peek().clone() else {
         if matches!(cursor.peek(), Token::Direct(_)) {
             return assignment(cursor);
@@ -78,7 +101,10 @@ fn assignment(cursor: &mut Cursor) -> Result<Kind, Fault> {
     }
     if cursor.take_sign(":=") {
         let value = expression(cursor)?;
-        cursor.sign(";")?;
+        // Behind a variable its own value may follow.
+        if !matches!(value, Expr::Variable(_)) {
+            cursor.sign(";")?;
+        }
         return Ok(Kind::Assign(target, value));
     }
     // `r REF= a;`
@@ -147,8 +173,8 @@ fn case(cursor: &mut Cursor) -> Result<Kind, Fault> {
                 continue;
             }
             let line = cursor.line();
-            let kind = cursor.deeper(statement)?;
-            body.push(Statement { line, kind });
+            let kinds = cursor.deeper(statement)?;
+            body.extend(kinds.into_iter().map(|kind| Statement { line, kind }));
         }
         arms.push((selectors, body));
     }

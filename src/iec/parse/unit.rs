@@ -319,7 +319,7 @@ fn move_out(
         return Ok(());
     }
     let (moved, own): (Vec<_>, Vec<_>) =
-        pou.variables.drain(..).partition(|one| names.iter().any(|name| *name == one.name));
+        pou.variables.drain(..).partition(|one| names.contains(&one.name));
     pou.variables = own;
     let mut global = Vec::new();
     for one in moved {
@@ -377,7 +377,8 @@ fn body(cursor: &mut Cursor, pou: &mut Pou, end: &str) -> Result<(), Fault> {
     if il::begins(cursor) {
         pou.body = Body::Code(Language::Il, il::instructions(cursor)?);
     } else {
-        pou.body = Body::Code(Language::St, statements(cursor, &[end, "ACTION", "METHOD", "PROPERTY"])?);
+        pou.body =
+            Body::Code(Language::St, statements(cursor, &[end, "ACTION", "METHOD", "PROPERTY"])?);
     }
     while cursor.is_word("ACTION") {
         pou.actions.push(action(cursor)?);

@@ -31,7 +31,8 @@ pub(super) fn list_of(text: &Text, list: Node<'_, '_>, section: Section) -> Vec<
             let line = text.line(one);
             let of = child(one, "type").map(|of| type_ref(text, of));
             let simple = child(one, "initialValue").and_then(|node| elements(node).next());
-            let initial = simple.map(|value| initial(value, line)).or_else(|| constructed(one, line));
+            let initial =
+                simple.map(|value| initial(value, line)).or_else(|| constructed(one, line));
             Some(Variable {
                 name: one.attribute("name")?.to_owned(),
                 section,
@@ -70,7 +71,9 @@ fn initial(value: Node<'_, '_>, line: u32) -> Expr {
         Argument { name: name.map(str::to_owned), is_output: false, value }
     };
     let kind = value.tag_name().name();
-    if kind == "arrayValue" && children(value, "value").all(|one| one.attribute("repetitionValue").is_none()) {
+    if kind == "arrayValue"
+        && children(value, "value").all(|one| one.attribute("repetitionValue").is_none())
+    {
         let given = children(value, "value").map(|one| named((None, one))).collect();
         return Expr::Call(Path::name(parse::LISTED), given);
     }
@@ -133,8 +136,7 @@ pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
 pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) {
     let Some(at) = declaration.to_ascii_uppercase().find("VAR") else { return };
     let Ok(written) = parse::declarations(&declaration[at..], 1) else { return };
-    let is_apart =
-        |one: &&Variable| matches!(one.section, Section::Static | Section::Instance);
+    let is_apart = |one: &&Variable| matches!(one.section, Section::Static | Section::Instance);
     // What no element has a place for.
     for one in written.iter().filter(is_apart) {
         variables.retain(|own| !same(&own.name, &one.name));

@@ -65,7 +65,10 @@ impl<'t> Reader<'t> {
             return;
         };
         let of = type_ref(self.text, base);
-        self.project.types.push(TypeDeclaration { name: name.to_owned(), of, initial: None });
+        let bases = added(node).flat_map(|one| children(one, "Extends"));
+        let extends = { bases }.find_map(|base| base.text()).map(last_name);
+        let name = name.to_owned();
+        self.project.types.push(TypeDeclaration { name, extends, of, initial: None });
     }
 
     fn globals(&mut self, node: Node<'_, '_>) {

@@ -1,0 +1,559 @@
+//! Interfaces, references, pointers, properties and inherited calls of IEC 61131-3: each says exactly what it says on a PLC, and
+//! random programs of them agree with an interpreter that knows nothing of the analysis.
+
+use scanbound::audit::{Audit, Failure, Request, audit};
+use scanbound::base::code::Code;
+use scanbound::base::facts::Facts;
+use scanbound::front::Input;
+use scanbound::passes::values::Trust;
+use scanbound::timing::table::{CLASSES, Table};
+use std::fmt::Write as _;
+
+/// What the timer behind a condition takes, in microseconds; a store takes one.
+const PROBE: u64 = 1_000_000;
+
+fn audited(name: &str, text: &str) -> Result<Audit, Vec<(Code, String)>> {
+    let mut rows = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES {
+        let _ = writeln!(rows, "@{class},0,0");
+    }
+    let _ = writeln!(rows, "ST,1,1\nTON,{PROBE},{PROBE}\n@end,0,");
+    let table =
+        Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
+    let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
+    let facts = Facts::default();
+    let request =
+        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+    match audit(&request) {
+        Ok(found) => Ok(found),
+        Err(Failure::Input(faults)) => {
+            Err(faults.into_iter().map(|fault| (fault.code, fault.message)).collect())
+        }
+        Err(other) => panic!("{other:?}"),
+    }
+}
+
+fn micros(found: &Audit) -> u64 {
+    found.bound.upper.0.div_ceil(1_000_000)
+}
+
+fn program(units: &str, variables: &str, body: &str, condition: &str) -> String {
+    format!(
+        "{units} PROGRAM main VAR a AT %IX0.0 : BOOL; b AT %IX0.1 : BOOL; w AT %IW2 : INT; probe : TON; {variables} END_VAR
+         {body} IF {condition} THEN probe(); END_IF END_PROGRAM"
+    )
+}
+
+/// Whether a condition may hold behind some statements.
+fn may(units: &str, variables: &str, body: &str, condition: &str) -> bool {
+    let text = program(units, variables, body, condition);
+    let found = audited("main.st", &text).unwrap_or_else(|faults| panic!("{faults:?}\n{text}"));
+    micros(&found) >= PROBE
+}
+
+/// It holds in every scan.
+fn always(units: &str, variables: &str, body: &str, condition: &str) {
+    assert!(!may(units, variables, body, &format!("NOT ({condition})")), "{body}: {condition}");
+    assert!(may(units, variables, body, condition), "{body}: never {condition}");
+}
+
+fn refused(units: &str, variables: &str, body: &str) -> Vec<(Code, String)> {
+    let text = program(units, variables, body, "a");
+    audited("main.st", &text).err().unwrap_or_else(|| panic!("{text}"))
+}
+
+const UNITS: &str = "
+    INTERFACE I_Named METHOD Id : INT END_METHOD END_INTERFACE
+    INTERFACE I_Motor EXTENDS I_Named
+      METHOD PUBLIC Run : BOOL VAR_INPUT n : INT; END_VAR END_METHOD
+      PROPERTY Speed : INT GET END_GET SET END_SET END_PROPERTY
+    END_INTERFACE
+    FUNCTION_BLOCK Base IMPLEMENTS I_Motor
+      VAR v : INT; END_VAR VAR_OUTPUT bodies : INT; END_VAR
+      bodies := 1;
+      METHOD Run : BOOL VAR_INPUT n : INT; END_VAR v := n; Run := Id() = 1; END_METHOD
+      METHOD Id : INT Id := 1; END_METHOD
+      PROPERTY PUBLIC Speed : INT
+        GET Speed := v; END_GET
+        SET v := Speed + 100; END_SET
+      END_PROPERTY
+    END_FUNCTION_BLOCK
+    FUNCTION_BLOCK FINAL Derived EXTENDS Base
+      VAR runs : INT; END_VAR
+      SUPER^(); bodies := bodies + 10;
+      METHOD Run : BOOL VAR_INPUT n : INT; END_VAR
+        runs := 5; Run := SUPER^.Run(n := n + 1); THIS^.v := v + 1;
+      END_METHOD
+      METHOD Id : INT Id := SUPER^.Id() + 1; END_METHOD
+    END_FUNCTION_BLOCK
+    FUNCTION_BLOCK ABSTRACT Alone IMPLEMENTS I_Named
+      METHOD ABSTRACT Id : INT END_METHOD
+    END_FUNCTION_BLOCK";
+
+#[test]
+fn a_call_through_an_interface_is_that_of_the_instance_that_it_means() {
+    let variables = "one : Base; two : Derived; m : I_Motor; named : I_Named; ok : BOOL; n : INT;";
+    // The base's method calls the one that the instance has.
+    always(UNITS, variables, "m := one; ok := m.Run(7);", "ok AND one.v = 7");
+    always(UNITS, variables, "m := two; ok := m.Run(n := 7);", "NOT ok AND two.v = 9");
+    let chosen = "one.v := 0; two.v := 0; IF a THEN m := one; ELSE m := two; END_IF m.Run(7);";
+    always(UNITS, variables, chosen, "(a AND one.v = 7 AND two.v = 0) OR (NOT a AND two.v = 9)");
+    assert!(
+        may(UNITS, variables, chosen, "one.v = 7") && may(UNITS, variables, chosen, "two.v = 9")
+    );
+    // Whatever the scan before has left in it: one of those whose addresses are taken.
+    let kept = "one.v := 0; two.v := 0; m.Run(3); IF a THEN m := one; ELSE m := two; END_IF";
+    always(UNITS, variables, kept, "(one.v = 3) <> (two.v = 5)");
+    assert!(may(UNITS, variables, kept, "one.v = 3") && may(UNITS, variables, kept, "two.v = 5"));
+    // An interface that another one extends.
+    let wider = "IF a THEN m := one; ELSE m := two; END_IF named := m; n := named.Id();";
+    always(UNITS, variables, wider, "a = (n = 1) AND a = (n <> 2)");
+    always(
+        UNITS,
+        variables,
+        "m := one; IF a THEN m := 0; END_IF",
+        "a = (m = 0) AND a <> (m <> NULL)",
+    );
+}
+
+#[test]
+fn properties_are_read_and_written_by_their_methods() {
+    let variables = "one : Base; two : Derived; m : I_Motor; n : INT;";
+    always(UNITS, variables, "one.Speed := 5; n := one.Speed;", "n = 105 AND one.v = 105");
+    always(UNITS, variables, "two.Speed := 5;", "two.Speed = 105 AND two.v = 105");
+    let chosen = "one.v := 0; two.v := 0; IF a THEN m := one; ELSE m := two; END_IF
+        m.Speed := w; n := m.Speed;";
+    assert!(!may(
+        UNITS,
+        variables,
+        chosen,
+        "a AND w = 3 AND (one.v <> 103 OR two.v <> 0 OR n <> 103)"
+    ));
+    assert!(may(UNITS, variables, chosen, "NOT a AND two.v = 103 AND n = 103"));
+    // What a property does counts where a loop goes by what it may change.
+    let unit = "FUNCTION_BLOCK B VAR n : INT; END_VAR PROPERTY P : INT GET n := 0; P := 1; END_GET END_PROPERTY
+        WHILE n < 10 DO n := n + P; END_WHILE END_FUNCTION_BLOCK";
+    assert_eq!(refused(unit, "o : B;", "o();")[0].0, Code::LoopCount);
+    let unit = "FUNCTION_BLOCK B VAR n, m : INT; END_VAR PROPERTY P : INT GET m := 0; P := 1; END_GET END_PROPERTY
+        METHOD M VAR n : INT; END_VAR n := 3; END_METHOD
+        n := 0; WHILE n < 10 DO n := n + 1; m := P; M(); END_WHILE END_FUNCTION_BLOCK";
+    always(unit, "o : B;", "o();", "o.n = 10");
+}
+
+#[test]
+fn the_base_is_called_as_the_base_and_this_as_the_instance() {
+    let variables = "two : Derived; n : INT; ok : BOOL;";
+    always(UNITS, variables, "two();", "two.bodies = 11");
+    always(UNITS, variables, "ok := two.Run(1); n := two.Id();", "two.runs = 5 AND n = 2");
+    // The base's body is carried out by the loop that it is called in.
+    let units = "FUNCTION_BLOCK B VAR i : INT; END_VAR i := 0; END_FUNCTION_BLOCK
+        FUNCTION_BLOCK D EXTENDS B WHILE i < 5 DO i := i + 1; SUPER^(); END_WHILE END_FUNCTION_BLOCK";
+    assert_eq!(refused(units, "d : D;", "d();")[0].0, Code::LoopCount);
+    let units = "FUNCTION_BLOCK B VAR p : POINTER TO B; x : INT; END_VAR p := THIS; x := 3; p^.x := x + 1; END_FUNCTION_BLOCK";
+    always(units, "o : B;", "o();", "o.x = 4");
+    let units = "FUNCTION_BLOCK B VAR p : POINTER TO B; i : INT; END_VAR p := THIS; i := 0;
+        WHILE i < 5 DO i := i + 1; p^.i := 0; END_WHILE END_FUNCTION_BLOCK";
+    assert_eq!(refused(units, "o : B;", "o();")[0].0, Code::LoopCount);
+}
+
+#[test]
+fn references_and_pointers_stand_for_variables() {
+    let variables = "x, y, z : INT; f : ARRAY[1..3] OF INT; r, s : REFERENCE TO INT; p : POINTER TO INT; ok : BOOL;";
+    always("", variables, "x := 1; r REF= x; r := r + 1; y := r;", "x = 2 AND y = 2");
+    always(
+        "",
+        variables,
+        "x := 1; y := 1; p := ADR(x); p^ := 5; p := ADR(y); p^ := p^ + 6;",
+        "x = 5 AND y = 7",
+    );
+    let either =
+        "x := 1; y := 1; IF a THEN p := ADR(x); ELSE p := ADR(y); END_IF p^ := 9; z := p^;";
+    always("", variables, either, "z = 9 AND (a = (x = 9)) AND (a <> (y = 9))");
+    always("", variables, "r REF= x; s REF= r; s := 4; ok := __ISVALIDREF(s);", "x = 4 AND ok");
+    always(
+        "",
+        variables,
+        "p := ADR(x); IF a THEN p := 0; END_IF",
+        "a = (p = 0) AND a <> (p <> NULL)",
+    );
+    // Which element is meant is worked out where its address is taken.
+    let element =
+        "f[1] := 0; f[2] := 0; f[3] := 0; z := LIMIT(1, w, 3); p := ADR(f[z]); z := 1; p^ := 8;";
+    always(
+        "",
+        variables,
+        element,
+        "f[1] + f[2] + f[3] = 8 AND (w <= 1) = (f[1] = 8) AND (w = 2) = (f[2] = 8)",
+    );
+    let shown = "S : STRUCT n : INT; q : POINTER TO INT; END_STRUCT;";
+    let units = format!("TYPE {shown} END_TYPE");
+    let more = "s1, s2 : S; x : INT; ps : POINTER TO S;";
+    let body = "s1.n := 1; s2.n := 2; IF a THEN ps := ADR(s1); ELSE ps := ADR(s2); END_IF ps^.q := ADR(x); ps^.q^ := ps^.n;";
+    always(&units, more, body, "(a AND x = 1) OR (NOT a AND x = 2)");
+    // A function is handed a reference.
+    let units = "FUNCTION Two : INT VAR_INPUT r : REFERENCE TO INT; END_VAR r := r * 2; Two := r; END_FUNCTION";
+    always(units, variables, "x := 3; y := 4; z := Two(x) + Two(y);", "x = 6 AND y = 8 AND z = 14");
+}
+
+#[test]
+fn what_is_meant_at_first_is_found() {
+    let variables =
+        "x : INT; y : DINT; p : POINTER TO INT := ADR(x); r : REFERENCE TO DINT REF= y;";
+    // Only these can be meant, and the scan says nothing else.
+    always("", variables, "x := 0; y := 0; p^ := 3; r := 4;", "x = 3 AND y = 4");
+    let units = "INTERFACE I METHOD M END_METHOD END_INTERFACE
+        FUNCTION_BLOCK A IMPLEMENTS I VAR_OUTPUT n : INT; END_VAR METHOD M n := 1; END_METHOD END_FUNCTION_BLOCK
+        FUNCTION_BLOCK B IMPLEMENTS I VAR_OUTPUT n : INT; END_VAR METHOD M n := 2; END_METHOD END_FUNCTION_BLOCK
+        FUNCTION_BLOCK User VAR_INPUT i : I; END_VAR VAR j : I; END_VAR
+          METHOD FB_Init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; k : I; END_VAR j := k; END_METHOD
+          METHOD Both i.M(); j.M(); END_METHOD
+        END_FUNCTION_BLOCK";
+    let variables = "o : A; t : B; u : User(k := t) := (i := o);";
+    for declared in ["u : User(k := t);", "u : User := (k := t);"] {
+        let variables = format!("o : A; t : B; {declared}");
+        let body = "o.n := 0; t.n := 0; u.i := o; u.Both();";
+        assert!(may(units, &variables, body, "t.n = 2") && may(units, &variables, body, "o.n = 1"));
+    }
+    let _ = variables;
+    let listed = "o : A; t : B; all : ARRAY[1..2] OF I := [o, t]; k : INT;";
+    let body = "o.n := 0; t.n := 0; FOR k := 1 TO 2 DO all[k].M(); END_FOR";
+    assert!(may(units, listed, body, "o.n = 1") && may(units, listed, body, "t.n = 2"));
+    let global = format!("{units} VAR_GLOBAL o : A; t : B; i : I := t; END_VAR");
+    // A variable of the program's own hides nothing from a list of global variables.
+    always(&global, "t : A;", "i.M();", "main.t.n = main.t.n");
+    assert!(may(&global, "x : INT;", "t.n := 0; i.M();", "t.n = 2"));
+}
+
+#[test]
+fn what_is_not_followed_is_refused() {
+    let variables = "x : INT; d : DINT; p : POINTER TO INT; r : REFERENCE TO INT; q : POINTER TO DINT; n : UDINT;";
+    for body in [
+        "p^ := 1;",
+        "r := 1;",
+        "p := n; p^ := 1;",
+        "p := ADR(x) + 2; p^ := 1;",
+        "q := ADR(x); q^ := 1;",
+        "p := ADR(x); q := p; q^ := 1;",
+    ] {
+        assert!(
+            refused("", variables, body).iter().all(|(code, _)| *code == Code::NotModelled),
+            "{body}"
+        );
+    }
+    assert!(!refused("", variables, "p := ADR(x); p[1] := 1;").is_empty());
+    // A copy has no address of its own.
+    let units = "FUNCTION_BLOCK B VAR_IN_OUT io : INT; END_VAR VAR p : POINTER TO INT; END_VAR p := ADR(io); p^ := 1; END_FUNCTION_BLOCK";
+    assert_eq!(refused(units, "o : B; x : INT;", "o(io := x);")[0].0, Code::NotModelled);
+    // What is called may write what it is handed over in and out through a pointer, too.
+    let units = "FUNCTION_BLOCK B VAR_IN_OUT io : INT; END_VAR VAR_INPUT p : POINTER TO INT; END_VAR p^ := 1; io := io + 1; END_FUNCTION_BLOCK";
+    assert_eq!(
+        refused(units, "o : B; x : INT;", "o(io := x, p := ADR(x));")[0].0,
+        Code::NotModelled
+    );
+    always(units, "o : B; x, y : INT;", "x := 1; o(io := x, p := ADR(y));", "x = 2 AND y = 1");
+    // A loop that writes its own variable through a pointer.
+    let loops = "i : INT; x : INT; p : POINTER TO INT;";
+    assert_eq!(
+        refused("", loops, "p := ADR(i); i := 0; WHILE i < 9 DO i := i + 1; p^ := 0; END_WHILE")[0]
+            .0,
+        Code::LoopCount
+    );
+    always(
+        "",
+        loops,
+        "p := ADR(x); i := 0; WHILE i < 9 DO i := i + 1; p^ := 0; END_WHILE",
+        "i = 9 AND x = 0",
+    );
+}
+
+#[test]
+fn variables_of_all_instances_and_of_methods_keep_their_values() {
+    let units = "FUNCTION_BLOCK B VAR_STAT all : INT; END_VAR VAR own : INT; END_VAR
+          METHOD Reset VAR_INST times : INT; END_VAR all := 0; own := 0; times := 3; END_METHOD
+          METHOD Count : INT VAR_INST times : INT; END_VAR all := all + 1; own := own + 1; times := own; Count := times; END_METHOD
+        END_FUNCTION_BLOCK";
+    let body =
+        "o.Reset(); t.Reset(); x := o.Count(); y := t.Count(); y := t.Count(); z := o.Count();";
+    always(units, "o, t : B; x, y, z : INT;", body, "x = 1 AND y = 2 AND z = 2 AND o.own = 2");
+    let units = "FUNCTION_BLOCK B VAR_STAT n : INT; END_VAR VAR_INPUT begin : BOOL; END_VAR VAR_OUTPUT c : INT; END_VAR
+        IF begin THEN n := 0; END_IF n := n + 1; c := n; END_FUNCTION_BLOCK";
+    always(units, "o, t : B;", "o(begin := TRUE); t(begin := FALSE);", "o.c = 1 AND t.c = 2");
+    let types = "TYPE Part : STRUCT n : INT; END_STRUCT Whole EXTENDS Part : STRUCT m : INT; END_STRUCT END_TYPE";
+    always(types, "s : Whole;", "s.n := 1; s.m := 2;", "s.n + s.m = 3");
+    always("", "x, y, z : INT;", "x := y := z := 4;", "x = 4 AND y = 4 AND z = 4");
+}
+
+/// As CODESYS writes it: methods, properties, interfaces and what is extended stand in additional data.
+#[test]
+fn additional_data_of_xml_say_the_same_as_text() {
+    let data = |name: &str, inner: &str| {
+        format!(
+            "<data name=\"http://www.3s-software.com/plcopenxml/{name}\" handleUnknown=\"implementation\">{inner}</data>"
+        )
+    };
+    let st = |text: &str| {
+        format!(
+            "<body><ST><xhtml xmlns=\"http://www.w3.org/1999/xhtml\">{text}</xhtml></ST></body>"
+        )
+    };
+    let plain = |text: &str| {
+        format!(
+            "<InterfaceAsPlainText><xhtml xmlns=\"http://www.w3.org/1999/xhtml\">{text}</xhtml></InterfaceAsPlainText>"
+        )
+    };
+    let variable =
+        |name: &str, of: &str| format!("<variable name=\"{name}\"><type>{of}</type></variable>");
+    let returns = |of: &str| format!("<returnType>{of}</returnType>");
+    let inherits = |what: &str| {
+        format!(
+            "<addData>{}</addData>",
+            data("pouinheritance", &format!("<Inheritance>{what}</Inheritance>"))
+        )
+    };
+    let property = |get: &str, set: &str| {
+        let interface = returns("<INT/>");
+        data("property", &format!("<Property name=\"Speed\"><interface>{interface}</interface>
+            <GetAccessor><interface/>{}</GetAccessor><SetAccessor><interface/>{}</SetAccessor></Property>", st(get), st(set)))
+    };
+    let method = |name: &str, of: &str, text: &str, declared: &str| {
+        data(
+            "method",
+            &format!(
+                "<Method name=\"{name}\"><interface>{of}</interface>{}{}</Method>",
+                st(text),
+                plain(declared)
+            ),
+        )
+    };
+    let base = format!(
+        "<pou name=\"Base\" pouType=\"functionBlock\"><interface><localVars>{}</localVars>{}</interface>{}<addData>{}{}{}</addData></pou>",
+        variable("v", "<INT/>"),
+        inherits("<Implements>I</Implements>"),
+        st(""),
+        // A method declares variables of its own, which are none of the block.
+        method(
+            "Run",
+            &returns("<INT/>"),
+            "times := v; Run := times;",
+            "METHOD Run : INT VAR_INST times : INT; END_VAR VAR CONSTANT v2 : INT; END_VAR"
+        ),
+        property("Speed := v;", "v := Speed + 1;"),
+        data(
+            "interfaceasplaintext",
+            &plain("FUNCTION_BLOCK Base IMPLEMENTS I VAR v : INT; END_VAR")
+        ),
+    );
+    let derived = format!(
+        "<pou name=\"Derived\" pouType=\"functionBlock\"><interface>{}</interface>{}<addData>{}</addData></pou>",
+        inherits("<Extends>Base</Extends>"),
+        st(""),
+        method("Run", &returns("<INT/>"), "Run := SUPER^.Run() * 2;", "METHOD Run : INT"),
+    );
+    let interface = data("interface", &format!(
+        "<Interface name=\"I\"><Methods><Method name=\"Run\"><interface>{0}</interface></Method></Methods>
+         <Properties><Property name=\"Speed\"><interface>{0}</interface><GetAccessor/><SetAccessor/></Property></Properties>{1}</Interface>",
+        returns("<INT/>"), plain("INTERFACE I"),
+    ));
+    let xml = |condition: &str| {
+        let variables: String = [
+            ("o", "<derived name=\"Base\"/>"),
+            ("t", "<derived name=\"Derived\"/>"),
+            ("i", "<derived name=\"I\"/>"),
+            ("r", "<derived name=\"REFERENCE TO INT\"/>"),
+            ("q", "<pointer><baseType><INT/></baseType></pointer>"),
+            ("n", "<INT/>"),
+            ("m", "<INT/>"),
+            ("probe", "<derived name=\"TON\"/>"),
+        ]
+        .iter()
+        .map(|(name, of)| variable(name, of))
+        .collect();
+        let text = format!("i := t; i.Speed := 4; n := i.Run(); i := o; i.Speed := 1; r REF= m; q := ADR(m); r := i.Run(); q^ := q^ + 5;
+            IF {condition} THEN probe(); END_IF");
+        let text = text.replace('<', "&lt;");
+        let main = format!(
+            "<pou name=\"main\" pouType=\"program\"><interface><localVars>{variables}</localVars></interface>{}</pou>",
+            st(&text)
+        );
+        format!("<?xml version=\"1.0\" encoding=\"utf-8\"?><project xmlns=\"http://www.plcopen.org/xml/tc6_0200\">
+            <types><dataTypes/><pous>{main}{base}{derived}</pous></types><addData>{interface}</addData></project>")
+    };
+    let bound = |condition: &str| {
+        micros(&audited("main.xml", &xml(condition)).unwrap_or_else(|faults| panic!("{faults:?}")))
+    };
+    assert!(bound("n = 10 AND m = 7 AND o.v = 2 AND t.v = 5") >= PROBE);
+    assert!(bound("n <> 10 OR m <> 7 OR o.v <> 2 OR t.v <> 5") < PROBE);
+}
+
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, most: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        usize::try_from((self.0 >> 11) % most as u64).expect("small")
+    }
+}
+
+/// The blocks of the random programs: one has a method `Add`, one extends it and calls it twice, one does something else.
+const BLOCKS: &str = "
+    INTERFACE I METHOD Add VAR_INPUT k : INT; END_VAR END_METHOD PROPERTY Level : INT GET END_GET SET END_SET END_PROPERTY END_INTERFACE
+    FUNCTION_BLOCK A IMPLEMENTS I VAR v : INT; END_VAR
+      METHOD Add VAR_INPUT k : INT; END_VAR v := v + Scale(k); END_METHOD
+      METHOD Scale : INT VAR_INPUT k : INT; END_VAR Scale := k; END_METHOD
+      PROPERTY Level : INT GET Level := v; END_GET SET v := Level; END_SET END_PROPERTY
+    END_FUNCTION_BLOCK
+    FUNCTION_BLOCK B EXTENDS A
+      METHOD Add VAR_INPUT k : INT; END_VAR SUPER^.Add(k); SUPER^.Add(1); END_METHOD
+      METHOD Scale : INT VAR_INPUT k : INT; END_VAR Scale := SUPER^.Scale(k) + 2; END_METHOD
+    END_FUNCTION_BLOCK
+    FUNCTION_BLOCK C IMPLEMENTS I VAR v : INT; END_VAR
+      METHOD Add VAR_INPUT k : INT; END_VAR v := v - k; END_METHOD
+      PROPERTY Level : INT GET v := v + 1; Level := v; END_GET SET v := 2 * Level; END_SET END_PROPERTY
+    END_FUNCTION_BLOCK";
+
+/// What a random program does, as text and as an interpreter of its own carries it out.
+#[derive(Clone)]
+enum Step {
+    /// An interface becomes an instance, or the other interface.
+    Mean(usize, usize),
+    Same(usize),
+    Add(usize, i64),
+    Put(usize, i64),
+    Get(usize, usize),
+    /// A pointer becomes a number's address; a reference likewise.
+    Point(usize, usize),
+    Write(usize, i64),
+    Read(usize, usize),
+    If(usize, Vec<Step>, Vec<Step>),
+}
+
+const INSTANCES: [(&str, char); 4] = [("o1", 'A'), ("o2", 'B'), ("o3", 'C'), ("o4", 'B')];
+const NUMBERS: [&str; 3] = ["x", "y", "z"];
+
+#[derive(Clone, Default)]
+struct State {
+    values: [i64; 4],
+    means: [usize; 2],
+    numbers: [i64; 3],
+    points: [usize; 2],
+}
+
+impl State {
+    fn run(&mut self, steps: &[Step], inputs: [bool; 2]) {
+        for step in steps {
+            match step {
+                Step::Mean(which, instance) => self.means[*which] = *instance,
+                Step::Same(which) => self.means[*which] = self.means[1 - *which],
+                Step::Add(which, k) => {
+                    let own = self.means[*which];
+                    self.values[own] += match INSTANCES[own].1 {
+                        'A' => *k,
+                        'B' => k + 2 + 3,
+                        _ => -k,
+                    };
+                }
+                Step::Put(which, k) => {
+                    let own = self.means[*which];
+                    self.values[own] = if INSTANCES[own].1 == 'C' { 2 * k } else { *k };
+                }
+                Step::Get(which, number) => {
+                    let own = self.means[*which];
+                    if INSTANCES[own].1 == 'C' {
+                        self.values[own] += 1;
+                    }
+                    self.numbers[*number] = self.values[own];
+                }
+                Step::Point(which, number) => self.points[*which] = *number,
+                Step::Write(which, k) => self.numbers[self.points[*which]] += k,
+                Step::Read(which, number) => {
+                    self.numbers[*number] = self.numbers[self.points[*which]]
+                }
+                Step::If(input, yes, no) => self.run(if inputs[*input] { yes } else { no }, inputs),
+            }
+        }
+    }
+}
+
+fn text(steps: &[Step]) -> String {
+    let mut all = String::new();
+    for step in steps {
+        let end = match step {
+            Step::Mean(which, own) => writeln!(all, "i{which} := {};", INSTANCES[*own].0),
+            Step::Same(which) => writeln!(all, "i{which} := i{};", 1 - which),
+            Step::Add(which, k) => writeln!(all, "i{which}.Add({k});"),
+            Step::Put(which, k) => writeln!(all, "i{which}.Level := {k};"),
+            Step::Get(which, number) => writeln!(all, "{} := i{which}.Level;", NUMBERS[*number]),
+            Step::Point(0, number) => writeln!(all, "p := ADR({});", NUMBERS[*number]),
+            Step::Point(_, number) => writeln!(all, "r REF= {};", NUMBERS[*number]),
+            Step::Write(0, k) => writeln!(all, "p^ := p^ + {k};"),
+            Step::Write(_, k) => writeln!(all, "r := r + {k};"),
+            Step::Read(0, number) => writeln!(all, "{} := p^;", NUMBERS[*number]),
+            Step::Read(_, number) => writeln!(all, "{} := r;", NUMBERS[*number]),
+            Step::If(input, yes, no) => {
+                let name = ["a", "b"][*input];
+                writeln!(all, "IF {name} THEN\n{}ELSE\n{}END_IF", text(yes), text(no))
+            }
+        };
+        end.expect("a string takes all");
+    }
+    all
+}
+
+fn steps(dice: &mut Dice, many: usize, depth: usize) -> Vec<Step> {
+    let one = |dice: &mut Dice| {
+        let (which, k) = (dice.below(2), i64::try_from(dice.below(9)).expect("small") + 1);
+        match dice.below(if depth > 0 { 10 } else { 8 }) {
+            0 => Step::Mean(which, dice.below(4)),
+            1 => Step::Same(which),
+            2 => Step::Add(which, k),
+            3 => Step::Put(which, k),
+            4 => Step::Get(which, dice.below(3)),
+            5 => Step::Point(which, dice.below(3)),
+            6 => Step::Write(which, k),
+            7 => Step::Read(which, dice.below(3)),
+            _ => {
+                let [yes, no] = [0; 2].map(|_| steps(dice, 3, depth - 1));
+                Step::If(which, yes, no)
+            }
+        }
+    };
+    (0..many).map(|_| one(dice)).collect()
+}
+
+#[test]
+fn random_programs_agree_with_an_interpreter() {
+    let more: u64 = std::env::var("SCANBOUND_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
+    let variables = "o1 : A; o2, o4 : B; o3 : C; i0, i1 : I; x, y, z : INT; p : POINTER TO INT; r : REFERENCE TO INT;";
+    for case in 0..12 * more {
+        let mut dice = Dice(case * 7919 + 12345);
+        let mut all = vec![Step::Mean(0, dice.below(4)), Step::Mean(1, dice.below(4))];
+        all.extend([Step::Point(0, dice.below(3)), Step::Point(1, dice.below(3))]);
+        all.extend(steps(&mut dice, 8, 2));
+        let begin = "o1.v := 0; o2.v := 0; o3.v := 0; o4.v := 0; x := 0; y := 0; z := 0;";
+        let body = format!("{begin}\n{}", text(&all));
+        let ends: Vec<String> = [(false, false), (false, true), (true, false), (true, true)]
+            .iter()
+            .map(|&(a, b)| {
+                let mut state = State::default();
+                state.run(&all, [a, b]);
+                let owns = INSTANCES
+                    .iter()
+                    .zip(state.values)
+                    .map(|((name, _), v)| format!("{name}.v = {v}"));
+                let numbers =
+                    NUMBERS.iter().zip(state.numbers).map(|(name, v)| format!("{name} = {v}"));
+                let all: Vec<String> = owns.chain(numbers).collect();
+                let input =
+                    |name: &str, on: bool| if on { name.to_owned() } else { format!("NOT {name}") };
+                format!("({} AND {} AND {})", input("a", a), input("b", b), all.join(" AND "))
+            })
+            .collect();
+        for end in &ends {
+            assert!(may(BLOCKS, variables, &body, end), "case {case}: never {end}\n{body}");
+        }
+        let none = format!("NOT ({})", ends.join(" OR "));
+        assert!(!may(BLOCKS, variables, &body, &none), "case {case}: {none}\n{body}");
+    }
+}
