@@ -65,7 +65,8 @@ fn what_excludes_each_other_is_not_added_up() {
     assert_eq!(of("n : UINT; d : DINT;", "d := n; IF d > 40000 THEN x := TRUE; END_IF"), Ok(2));
     // A sum that does not fit its type: some compilers keep all of it.
     assert_eq!(of("n : SINT;", "IF n + n = 254 THEN x := TRUE; END_IF"), Ok(1));
-    assert_eq!(of("n : SINT;", "n := n + n; IF n = 254 THEN x := TRUE; END_IF"), Ok(1));
+    let stored = "n := n + n; d := n; IF d = 254 THEN x := TRUE; END_IF";
+    assert_eq!(of("n : SINT; d : DINT;", stored), Ok(2));
 }
 
 #[test]
@@ -117,15 +118,18 @@ fn loops_that_may_go_round_more_often_are_not_cut_short() {
 
 #[test]
 fn constants_are_as_wide_as_they_have_to_be() {
-    // None of these constants fits the variable: what holds always, or never, does so.
+    // None of these constants fits the variable, with its sign or without: what holds always, or never, does so.
     let taken = |variables: &str, condition: &str| {
         of(variables, &format!("IF {condition} THEN x := TRUE; y := TRUE; ELSE z := TRUE; END_IF"))
     };
-    assert_eq!(taken("n : INT;", "n < 40000"), Ok(2));
-    assert_eq!(taken("n : INT;", "n > 40000"), Ok(1));
-    assert_eq!(taken("n : UINT;", "n > -1"), Ok(2));
-    assert_eq!(taken("n : UINT;", "n < -1"), Ok(1));
+    assert_eq!(taken("n : INT;", "n < 70000"), Ok(2));
+    assert_eq!(taken("n : INT;", "n > 70000"), Ok(1));
+    assert_eq!(taken("n : UINT;", "n > -40000"), Ok(2));
+    assert_eq!(taken("n : UINT;", "n < -40000"), Ok(1));
     assert_eq!(taken("n : USINT;", "300 > n"), Ok(2));
+    // These fit it by their bits, by which some controllers compare.
+    assert_eq!(taken("n : INT;", "n > 40000"), Ok(2));
+    assert_eq!(taken("n : UINT;", "n < -1"), Ok(2));
     // NOT of a number is a number.
     assert_eq!(of("n : INT;", "n := NOT 5; IF n = -6 THEN x := TRUE; y := TRUE; END_IF"), Ok(3));
 }

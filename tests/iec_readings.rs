@@ -421,7 +421,7 @@ fn counters_may_stop_at_their_preset_and_at_0() {
     assert_eq!(up("c.CV = n AND n >= 3 AND n < 100").0, calls + 1);
     assert_eq!(up("c.CV = n + 1 AND n >= 3 AND n < 100").0, calls + 1);
     assert_eq!(up("c.CV = n AND n > 0 AND n < 3").0, calls);
-    assert_eq!(up("n < 100 AND c.CV > n + 1").0, calls);
+    assert_eq!(up("n < 100 AND n >= 0 AND c.CV > n + 1").0, calls);
     assert_eq!(up("NOT c.Q AND n >= 3"), (calls, calls));
     let down =
         "c(CD := FALSE, LD := FALSE, PV := 3); n := c.CV; c(CD := TRUE, LD := FALSE, PV := 3);";

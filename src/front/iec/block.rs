@@ -1,10 +1,16 @@
 //! The standard's function blocks.
 
 use super::emit::{Emit, Place};
-use super::value::constant;
+use super::mixed::below_zero;
+use super::open::opened;
+use super::types::{INT, Ty};
+use super::value::{Value, constant};
 use crate::program::{
     BitTarget, Cell, Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
 };
+
+/// What some controllers do.
+const COUNTS_WORDS: &str = "counters count words without a sign";
 
 fn all(parts: impl IntoIterator<Item = Logic>) -> Logic {
     Logic::All(parts.into_iter().collect())
@@ -54,6 +60,25 @@ impl Emit<'_> {
         self.builder.add(Some(Self::key(&[kind], "timer")), effects, Step::Act { fires });
     }
 
+    /// Takes note of a part of a block, if it is what a counter stands at, or where it is through.
+    pub(super) fn note_count(&mut self, of: &Ty, part: &Place) {
+        let is_one = matches!(of, Ty::Standard("CTU" | "CTD" | "CTUD", _));
+        if is_one && matches!(part.ty, Ty::Number(_)) {
+            self.counts.extend(part.tag.cell());
+        }
+    }
+
+    /// What was read of a cell: of a counter's, it may be a number without a sign.
+    pub(super) fn as_count(&mut self, cell: Option<Cell>, value: Value) -> Value {
+        match value {
+            Value::Number(kind, number) if cell.is_some_and(|cell| self.counts.contains(&cell)) => {
+                let below = below_zero(INT, &number);
+                opened(Value::Number(kind, number), Some(below))
+            }
+            value => value,
+        }
+    }
+
     fn counter(&mut self, kind: &'static str, place: &Place) {
         let cell = |name: &str| Self::part(place, name).and_then(|part| part.tag.cell());
         let bit = |name: &str| cell(name).map_or(Logic::Const(false), Logic::cell);
@@ -69,14 +94,40 @@ impl Emit<'_> {
         let up = || Number::Add(Box::new(word(count)), one());
         let down = || Number::Sub(Box::new(word(count)), one());
         let (reset, load) = (bit("R"), bit("LD"));
-        let below = compare(Relation::Less, word(count), constant(i64::from(i16::MAX), 1));
-        let above = compare(Relation::Greater, word(count), constant(i64::from(i16::MIN), 1));
+        // The standard has PV and CV as INT, others as WORD.
+        let is_word = self.differs(COUNTS_WORDS);
+        let either = |signed: Logic, unsigned: Logic| {
+            let other = all([is_word.clone(), unsigned]);
+            any([all([is_word.clone().not(), signed]), other])
+        };
+        let unsigned = |relation, left, right| {
+            let reading = Reading::Unsigned;
+            Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+        };
+        let full = || {
+            either(
+                compare(Relation::GreaterOrEqual, word(count), word(preset)),
+                unsigned(Relation::GreaterOrEqual, word(count), word(preset)),
+            )
+        };
+        let empty = || {
+            either(
+                compare(Relation::LessOrEqual, word(count), constant(0, 1)),
+                compare(Relation::Equal, word(count), constant(0, 1)),
+            )
+        };
+        let below = either(
+            compare(Relation::Less, word(count), constant(i64::from(i16::MAX), 1)),
+            compare(Relation::NotEqual, word(count), constant(-1, 1)),
+        );
+        let above = either(
+            compare(Relation::Greater, word(count), constant(i64::from(i16::MIN), 1)),
+            compare(Relation::NotEqual, word(count), constant(0, 1)),
+        );
         // The standard counts on beyond the preset and below 0, some controllers stop there.
         let stops = self.differs("counters stop at their preset and at 0");
-        let is_full = compare(Relation::GreaterOrEqual, word(count), word(preset));
-        let is_empty = compare(Relation::LessOrEqual, word(count), constant(0, 1));
-        let below = all([below, all([is_full, stops.clone()]).not()]);
-        let above = all([above, all([is_empty, stops]).not()]);
+        let below = all([below, all([full(), stops.clone()]).not()]);
+        let above = all([above, all([empty(), stops]).not()]);
         let rises = |input: &str, was: Cell| all([bit(input), Logic::cell(was).not()]);
         match kind {
             "CTU" => {
@@ -84,16 +135,14 @@ impl Emit<'_> {
                 self.write_if(counts, vec![write(up())], None);
                 self.write_if(reset, vec![write(constant(0, 1))], None);
                 self.write(vec![set(was, bit("CU"))]);
-                let full = compare(Relation::GreaterOrEqual, word(count), word(preset));
-                self.finish(kind, cell("Q"), full, None);
+                self.finish(kind, cell("Q"), full(), None);
             }
             "CTD" => {
                 let counts = all([rises("CD", was), load.clone().not(), above]);
                 self.write_if(counts, vec![write(down())], None);
                 self.write_if(load, vec![write(word(preset))], None);
                 self.write(vec![set(was, bit("CD"))]);
-                let empty = compare(Relation::LessOrEqual, word(count), constant(0, 1));
-                self.finish(kind, cell("Q"), empty, None);
+                self.finish(kind, cell("Q"), empty(), None);
             }
             _ => {
                 let Some(was_down) = cell("was_down") else { return };
@@ -107,9 +156,7 @@ impl Emit<'_> {
                 self.write_if(all([load, reset.clone().not()]), vec![write(word(preset))], None);
                 self.write_if(reset, vec![write(constant(0, 1))], None);
                 self.write(vec![set(was, bit("CU")), set(was_down, bit("CD"))]);
-                let full = compare(Relation::GreaterOrEqual, word(count), word(preset));
-                let empty = compare(Relation::LessOrEqual, word(count), constant(0, 1));
-                self.finish(kind, cell("QU"), full, cell("QD").map(|cell| (cell, empty)));
+                self.finish(kind, cell("QU"), full(), cell("QD").map(|cell| (cell, empty())));
             }
         }
     }

@@ -55,7 +55,8 @@ impl Emit<'_> {
             return self.copy_whole(&Whole::Place(from), &Whole::Place(to), line);
         };
         self.cost(&["LD"], "contact");
-        self.copied_to(Found::Place(to), super::expr::read(cell, &from.ty), line)
+        let value = self.as_count(Some(cell), super::expr::read(cell, &from.ty));
+        self.copied_to(Found::Place(to), value, line)
     }
 
     fn copied_to(&mut self, to: Found, value: Value, line: u32) -> Result<(), Fault> {

@@ -95,6 +95,8 @@ pub(super) struct Emit<'p> {
     pub(super) presets_left: BTreeSet<Cell>,
     /// The times of steps that are asked for.
     pub(super) times_read: BTreeSet<Cell>,
+    /// What counters stand at, and where they are through, as far as it is asked for.
+    pub(super) counts: BTreeSet<Cell>,
     pub(super) references: References,
     /// Whether variables have to lie in the same places the next time.
     keeps_places: bool,
@@ -146,6 +148,7 @@ impl<'p> Emit<'p> {
             returned: BTreeMap::new(),
             presets_left: BTreeSet::new(),
             times_read: BTreeSet::new(),
+            counts: BTreeSet::new(),
             references: References::default(),
             keeps_places: false,
             between: [0, 0],

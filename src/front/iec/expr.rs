@@ -1,12 +1,13 @@
 //! Expressions, as what the analysis follows.
 
 use super::emit::Emit;
+use super::mixed::{mixed, typed};
 use super::open::{complement, joined, opened, parted};
 use super::references::WORD;
 use super::references::{Walk, Way};
 use super::resolve::{Context, Element, Found};
 use super::types::{ANY_UNIT, DINT, Kind, Refers, Ty, holding};
-use super::value::{Value, constant, real, wrapped};
+use super::value::{Value, constant, real, within};
 use super::within::shown;
 use crate::base::code::Code;
 use crate::front::builder::always;
@@ -116,7 +117,7 @@ impl Emit<'_> {
                 let value = small.map_err(|_| wrong(line, expr, "is too large"))?;
                 match of.as_deref().and_then(super::types::elementary) {
                     Some(Ty::Number(kind @ Kind::Whole { .. })) => {
-                        Value::Number(kind, constant(value, kind.words()))
+                        Value::Number(kind, within(kind, value))
                     }
                     Some(Ty::Bit) => Value::Bit(Logic::Const(value != 0)),
                     _ => Value::Constant(value),
@@ -187,7 +188,8 @@ impl Emit<'_> {
         let run = Input::Run(address, Shape::Cells, Count::Exactly(words));
         if let Ty::Number(kind) = element.place.ty {
             let number = self.worked_out(words, Some((Operation::Copy, vec![run], words)));
-            return Value::Number(kind, number);
+            let cell = element.place.tag.cell();
+            return self.as_count(cell, Value::Number(kind, number));
         }
         if let Ty::Reference(kind, of) = element.place.ty.clone() {
             let number = self.worked_out(words, Some((Operation::Copy, vec![run], words)));
@@ -334,7 +336,7 @@ impl Emit<'_> {
             _ => (one, two),
         };
         let ((one, open), (two, also)) = (parted(one), parted(two));
-        match (one, two) {
+        match typed(one, two) {
             (Value::Bit(one), Value::Bit(two)) => {
                 self.cost(&[row(operator, None)], "logic");
                 let differ = || {
@@ -377,6 +379,11 @@ impl Emit<'_> {
                 Ok(Value::Bit(self.any_bit(ANY_UNIT)))
             }
             (Value::Number(one_kind, one), Value::Number(two_kind, two)) => {
+                if let Some(kind) = mixed(one_kind, two_kind) {
+                    let one = self.operand((one_kind, one, open), kind, relation);
+                    let two = self.operand((two_kind, two, also), kind, relation);
+                    return self.mixed_numbers(operator, relation, kind, one, two);
+                }
                 let kind = common(one_kind, two_kind);
                 let one = self.operand((one_kind, one, open), kind, relation);
                 let two = self.operand((two_kind, two, also), kind, relation);
@@ -397,11 +404,11 @@ impl Emit<'_> {
     fn constant_as(&mut self, kind: Kind, value: i64) -> Number {
         match kind {
             Kind::Real => real(&value.to_string()).unwrap_or_else(|| constant(0, 2)),
-            _ => constant(value, kind.words()),
+            _ => within(kind, value),
         }
     }
 
-    fn numbers(
+    pub(super) fn numbers(
         &mut self,
         operator: Operator,
         relation: Option<Relation>,
@@ -442,50 +449,6 @@ impl Emit<'_> {
             true => compare,
             false => self.open_bit(compare, Logic::Any(beyond)),
         }))
-    }
-
-    /// A number of one kind as one of another.
-    pub(super) fn converted(&mut self, number: Number, from: Kind, to: Kind) -> Number {
-        if from == to {
-            return number;
-        }
-        self.charge_conversion(from, to);
-        let whole = |kind: Kind| matches!(kind, Kind::Whole { .. } | Kind::Time);
-        match (from, to) {
-            (from, to) if whole(from) && whole(to) => {
-                let (have, want) = (from.words(), to.words());
-                if want == have {
-                    return wrapped(to, number);
-                }
-                let mut words = self.words(number, have);
-                if want < have {
-                    words.truncate(usize::try_from(want).unwrap_or(0));
-                    return wrapped(to, Number::Words(words));
-                }
-                words.resize(usize::try_from(want).unwrap_or(0), WordSource::Const(0));
-                let wide = Number::Words(words);
-                if !from.is_signed() {
-                    return wide;
-                }
-                // The sign goes into the words above.
-                let sign = || Box::new(constant(1 << (16 * have - 1), want));
-                let flipped = Number::Xor(Box::new(wide), sign());
-                Number::Sub(Box::new(flipped), sign())
-            }
-            (from, Kind::Real) if whole(from) && from.words() <= 2 => {
-                self.worked_out(2, Some((Operation::ToReal, vec![Input::Number(number)], 2)))
-            }
-            (Kind::Real, to) if whole(to) && to.words() <= 2 => {
-                let words = to.words();
-                let size = u8::try_from(words).unwrap_or(1);
-                let operation = Operation::FromReal(size);
-                let found =
-                    self.worked_out(words, Some((operation, vec![Input::Number(number)], words)));
-                wrapped(to, found)
-            }
-            _ => self
-                .any_number(to, "a conversion that is not followed: the result may be any number"),
-        }
     }
 
     /// An expression as a bit.

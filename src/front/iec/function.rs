@@ -1,20 +1,18 @@
 //! Functions: the standard's, and the project's own.
 
 use super::emit::{Emit, Place, What};
-use super::expr::{common, row};
+use super::expr::row;
 use super::open::{beyond, complement, opened};
 use super::resolve::{Context, Found, unknown};
-use super::types::{ANY_UNIT, DINT, Kind, Ty, elementary, holding, is_elementary};
-use super::value::Value;
+use super::types::{ANY_UNIT, Kind, Ty, elementary, is_elementary};
+use super::value::{Value, wrapped};
 use super::whole::Whole;
 use super::within::{shown, works};
 use crate::front::builder::always;
 use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Section, Variable, same, show};
-use crate::program::{
-    Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
-};
+use crate::program::{Compare, Logic, Number, Reading, Relation, Step};
 
 impl<'p> Emit<'p> {
     /// The result of a function or a method.
@@ -132,6 +130,7 @@ impl<'p> Emit<'p> {
             };
             let Some(from) = Self::part(place, name) else { continue };
             let begin = self.builder.next();
+            self.note_count(&place.ty, &from);
             if let Some(cell) = from.tag.cell() {
                 let mut value = self.read_of(cell, &from.ty);
                 if let (Value::Bit(logic), true) = (&value, negated) {
@@ -314,36 +313,39 @@ impl<'p> Emit<'p> {
             self.cost(&[&upper, "CONVERT"], "conversion");
             let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), reads);
             return match to {
-                Some(to) => self.converted_once(Some(value), &to, line),
+                Some(to) => self.charged_already(|emit| emit.conversion(Some(value), &to, line)),
                 // Without a type, compilers differ in how many digits there are.
                 None => Ok(Value::Any),
             };
         }
         if let Some((from, to)) = upper.split_once("_TO_") {
-            let to = elementary(to).ok_or_else(|| unknown(line, name))?;
-            let from = elementary(from).ok_or_else(|| unknown(line, name))?;
-            match is_text(&from) || is_text(&to) {
+            let to = elementary(to).map(|of| (to, of)).ok_or_else(|| unknown(line, name))?;
+            let from = elementary(from).map(|of| (from, of)).ok_or_else(|| unknown(line, name))?;
+            match is_text(&from.1) || is_text(&to.1) {
                 true => self.cost(&[&upper, "FUNCTION"], "special"),
                 false => self.cost(&[&upper, "CONVERT"], "conversion"),
             }
-            if is_time(&from) != is_time(&to) {
-                return Ok(self.of_any_unit(&to));
+            if is_time(&from.1) != is_time(&to.1) {
+                return Ok(self.of_any_unit(&to.1));
             }
-            return self.converted_once(seen(values.into_iter().next(), &to), &to, line);
+            let value = seen(values.into_iter().next(), &to.1);
+            return self.charged_already(|emit| emit.named_conversion(value, Some(from), to, line));
         }
-        if let Some(to) = upper.strip_prefix("TO_").and_then(elementary) {
+        let to = upper.strip_prefix("TO_").and_then(|to| Some((to, elementary(to)?)));
+        if let Some(to) = to {
             // What is not followed may be a text.
-            let of_text = matches!(values.first(), Some(Value::Any)) || is_text(&to);
+            let of_text = matches!(values.first(), Some(Value::Any)) || is_text(&to.1);
             match of_text {
                 true => self.cost(&[&upper, "FUNCTION"], "special"),
                 false => self.cost(&[&upper, "CONVERT"], "conversion"),
             }
             let from = values.first();
             let of_time = matches!(from, Some(Value::Number(Kind::Time, _)));
-            if of_time != is_time(&to) {
-                return Ok(self.of_any_unit(&to));
+            if of_time != is_time(&to.1) {
+                return Ok(self.of_any_unit(&to.1));
             }
-            return self.converted_once(seen(values.into_iter().next(), &to), &to, line);
+            let value = seen(values.into_iter().next(), &to.1);
+            return self.charged_already(|emit| emit.named_conversion(value, None, to, line));
         }
         let operator = match upper.as_str() {
             "ADD" | "ADD_TIME" => Some(Operator::Add),
@@ -424,6 +426,7 @@ impl<'p> Emit<'p> {
                     right: zero(),
                 }));
                 let flipped = Number::Sub(Box::new(zero()), Box::new(number.clone()));
+                let flipped = wrapped(kind, flipped);
                 // The least number has no positive one of its type.
                 let beyond = beyond(Operator::Subtract, kind, &zero(), &number);
                 let beyond = beyond.filter(|_| kind.is_signed());
@@ -496,116 +499,14 @@ impl<'p> Emit<'p> {
         }
     }
 
-    /// A conversion that is charged already.
-    fn converted_once(&mut self, value: Option<Value>, to: &Ty, line: u32) -> Result<Value, Fault> {
+    /// What is done for something that is charged as a whole.
+    fn charged_already<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
         let from = self.builder.next();
-        let found = self.conversion(value, to, line);
+        let found = work(self);
         for at in from..self.builder.next() {
             self.program().instructions[at].timing = None;
         }
         found
-    }
-
-    fn conversion(&mut self, value: Option<Value>, to: &Ty, line: u32) -> Result<Value, Fault> {
-        let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
-        Ok(match (to, value) {
-            (Ty::Bit, Value::Bit(logic)) => Value::Bit(logic),
-            (Ty::Bit, Value::Number(kind, number)) => {
-                let compare = Compare {
-                    relation: Relation::NotEqual,
-                    reading: Reading::Unsigned,
-                    left: number,
-                    right: super::value::constant(0, kind.words()),
-                };
-                Value::Bit(Logic::Compare(Box::new(compare)))
-            }
-            (Ty::Bit, Value::Constant(value)) => Value::Bit(Logic::Const(value != 0)),
-            (Ty::Number(kind), Value::Any) => Value::Number(
-                *kind,
-                self.any_number(
-                    *kind,
-                    "a conversion that is not followed: the result may be any number",
-                ),
-            ),
-            (Ty::Number(kind), value) => Value::Number(*kind, self.as_number(value, *kind, line)?),
-            (Ty::Bit, Value::Any) => Value::Bit(
-                self.any_bit("a conversion that is not followed: it may be true or false"),
-            ),
-            _ => Value::Any,
-        })
-    }
-
-    /// The first value where a condition holds, else the second.
-    pub(super) fn chosen(
-        &mut self,
-        which: Logic,
-        first: Value,
-        second: Value,
-        line: u32,
-    ) -> Result<Value, Fault> {
-        let (first, second) = (self.settled(first), self.settled(second));
-        if let (Value::Bit(one), Value::Bit(two)) = (&first, &second) {
-            let which = self.keep_bit(which);
-            let yes = Logic::All(vec![which.clone(), one.clone()]);
-            return Ok(Value::Bit(Logic::Any(vec![
-                yes,
-                Logic::All(vec![which.not(), two.clone()]),
-            ])));
-        }
-        let kind = match (&first, &second) {
-            (Value::Number(one, _), Value::Number(two, _)) => common(*one, *two),
-            (Value::Number(kind, _), Value::Constant(value))
-            | (Value::Constant(value), Value::Number(kind, _)) => holding(*kind, *value),
-            (Value::Number(kind, _), _) | (_, Value::Number(kind, _)) => *kind,
-            (Value::Constant(one), Value::Constant(two)) => holding(holding(DINT, *one), *two),
-            _ => return Ok(Value::Any),
-        };
-        let which = self.keep_bit(which);
-        let (first, second) =
-            (self.as_number(first, kind, line)?, self.as_number(second, kind, line)?);
-        let cell = self.words_between(kind.words());
-        let targets = || (0..kind.words()).map(|at| WordTarget::Cell(cell.plus(at))).collect();
-        self.write(vec![Write::Words(targets(), second)]);
-        self.write_if(which, vec![Write::Words(targets(), first)], None);
-        let words = (0..kind.words()).map(|at| WordSource::Cell(cell.plus(at))).collect();
-        Ok(Value::Number(kind, Number::Words(words)))
-    }
-
-    /// A value between two others. Where these are crossed, controllers take one or the other.
-    fn limited(
-        &mut self,
-        low: Value,
-        value: Value,
-        high: Value,
-        line: u32,
-    ) -> Result<Value, Fault> {
-        let [low, value, high] = [low, value, high].map(|value| self.frozen(value));
-        let least = self.better(low.clone(), value, true, line)?;
-        let found = self.better(least, high.clone(), false, line)?;
-        let is_right =
-            matches!((&low, &high), (Value::Constant(low), Value::Constant(high)) if low <= high);
-        if is_right || matches!(found, Value::Any) {
-            return Ok(found);
-        }
-        let from = self.builder.next();
-        let found = self.frozen(found);
-        let crossed = self.combined(Operator::Greater, low.clone(), high, line)?;
-        // It is part of the function.
-        for at in from..self.builder.next() {
-            self.program().instructions[at].timing = None;
-        }
-        let Value::Bit(crossed) = crossed else { return Ok(Value::Any) };
-        let other = self.differs("LIMIT takes the lower one of limits that are crossed");
-        self.chosen(Logic::All(vec![crossed, other]), low, found, line)
-    }
-
-    /// The larger or the smaller of two values.
-    fn better(&mut self, one: Value, two: Value, larger: bool, line: u32) -> Result<Value, Fault> {
-        let operator = if larger { Operator::GreaterOrEqual } else { Operator::LessOrEqual };
-        match self.combined(operator, one.clone(), two.clone(), line)? {
-            Value::Bit(which) => self.chosen(which, one, two, line),
-            _ => Ok(Value::Any),
-        }
     }
 }
 

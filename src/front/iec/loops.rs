@@ -2,6 +2,7 @@
 
 use super::emit::Emit;
 use super::expr::read;
+use super::mixed::{below_zero, mixed};
 use super::reach::alike;
 use super::resolve::{Context, Found};
 use super::statement::Ways;
@@ -221,6 +222,12 @@ impl Emit<'_> {
             };
             let start = self.value(at, &from, line)?;
             let last = self.value(at, end, line)?;
+            let last = match last {
+                Value::Number(Kind::Whole { bits: ..32, .. }, _) => {
+                    Value::Number(DINT, self.as_number(last, DINT, line)?)
+                }
+                last => last,
+            };
             let last = self.combined(Operator::Add, last, Value::Constant(far + beyond), line)?;
             let beyond = self.holds(first, start, last, line)?;
             self.without_end(beyond);
@@ -321,6 +328,8 @@ impl Emit<'_> {
             First::Held => self.value(at, &Expr::Variable(variable.clone()), line)?,
         };
         let to = self.value(at, to, line)?;
+        let held = kind_of(range);
+        let crosses = matches!(&to, Value::Number(kind, _) if mixed(held, *kind).is_some());
         for (value, far) in [(from, 0), (to, far)] {
             if let Value::Number(Kind::Whole { bits, signed }, _) = value
                 && (bits > 32 || (bits == 32 && !signed))
@@ -328,6 +337,11 @@ impl Emit<'_> {
                 return endless("the ends of the loop have more than 31 bits".to_owned());
             }
             let mut number = self.as_number(value, DINT, line)?;
+            if crosses {
+                // Some controllers take it as a very large one.
+                number = Number::Words(self.copied(number, 2));
+                self.without_end(below_zero(DINT, &number));
+            }
             if far != 0 {
                 number = Number::Add(Box::new(number), Box::new(constant(far, 2)));
             }
@@ -520,6 +534,18 @@ fn whole_range(bits: u8, signed: bool) -> (i64, i64) {
         true => (-(1 << (bits - 1)), (1 << (bits - 1)) - 1),
         false => (0, (1 << bits) - 1),
     }
+}
+
+/// The type that holds these whole numbers.
+fn kind_of((least, most): (i64, i64)) -> Kind {
+    let bits = if most >> 16 != 0 {
+        32
+    } else if most >> 8 != 0 {
+        16
+    } else {
+        8
+    };
+    Kind::Whole { bits, signed: least < 0 }
 }
 
 /// The parts of a condition that are joined so.

@@ -143,7 +143,7 @@ impl Emit<'_> {
                 let words = vec![crate::program::WordSource::Cell(cell)];
                 Value::Address(Number::Words(words), can)
             }
-            ty => super::expr::read(cell, ty),
+            ty => self.as_count(Some(cell), super::expr::read(cell, ty)),
         }
     }
 

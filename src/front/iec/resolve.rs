@@ -435,12 +435,18 @@ impl<'p> Emit<'p> {
         for part in rest {
             found = match (found, part) {
                 (Found::Place(place), Part::Name(name)) => match Self::part(&place, name) {
-                    Some(place) => Found::Place(place),
+                    Some(part) => {
+                        self.note_count(&place.ty, &part);
+                        Found::Place(part)
+                    }
                     None => return Err(unknown(line, &show::path(path))),
                 },
                 (Found::Element(element), Part::Name(name)) => {
                     match Self::part(&element.place, name) {
-                        Some(place) => Found::Element(Element { place, ..element }),
+                        Some(place) => {
+                            self.note_count(&element.place.ty, &place);
+                            Found::Element(Element { place, ..element })
+                        }
                         None => return Err(unknown(line, &show::path(path))),
                     }
                 }

@@ -2,9 +2,11 @@
 
 use super::emit::Emit;
 use super::expr::common;
+use super::mixed::{below_zero, mixed, typed};
 use super::open::opened;
 use super::types::{DINT, Kind, holding};
 use super::value::{Value, constant, wrapped};
+use crate::iec::ast::Operator;
 use crate::iec::fault::Fault;
 use crate::program::meaning::{Operand as Input, Operation, Unary};
 use crate::program::{
@@ -108,7 +110,93 @@ impl Emit<'_> {
         }
         let words = cells(first, kind.words());
         self.open_where(none, &words);
-        Ok(Value::Number(kind, Number::Words(words)))
+        Ok(Value::Number(kind, wrapped(kind, Number::Words(words))))
+    }
+
+    /// The first value where a condition holds, else the second.
+    pub(super) fn chosen(
+        &mut self,
+        which: Logic,
+        first: Value,
+        second: Value,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let (first, second) = typed(self.settled(first), self.settled(second));
+        let mut crosses = None;
+        if let (Value::Bit(one), Value::Bit(two)) = (&first, &second) {
+            let which = self.keep_bit(which);
+            let yes = Logic::All(vec![which.clone(), one.clone()]);
+            return Ok(Value::Bit(Logic::Any(vec![
+                yes,
+                Logic::All(vec![which.not(), two.clone()]),
+            ])));
+        }
+        let kind = match (&first, &second) {
+            (Value::Number(one, _), Value::Number(two, _)) => {
+                crosses = mixed(*one, *two);
+                crosses.unwrap_or_else(|| common(*one, *two))
+            }
+            (Value::Number(kind, _), Value::Constant(value))
+            | (Value::Constant(value), Value::Number(kind, _)) => holding(*kind, *value),
+            (Value::Number(kind, _), _) | (_, Value::Number(kind, _)) => *kind,
+            (Value::Constant(one), Value::Constant(two)) => holding(holding(DINT, *one), *two),
+            _ => return Ok(Value::Any),
+        };
+        let which = self.keep_bit(which);
+        let (first, second) =
+            (self.as_number(first, kind, line)?, self.as_number(second, kind, line)?);
+        let cell = self.words_between(kind.words());
+        let targets = || (0..kind.words()).map(|at| WordTarget::Cell(cell.plus(at))).collect();
+        self.write(vec![Write::Words(targets(), second)]);
+        self.write_if(which, vec![Write::Words(targets(), first)], None);
+        let words = (0..kind.words()).map(|at| WordSource::Cell(cell.plus(at))).collect();
+        let number = Number::Words(words);
+        // Of one with a sign and one without, the same bits may be two numbers.
+        let beyond = crosses.map(|kind| below_zero(kind, &number));
+        Ok(opened(Value::Number(kind, number), beyond))
+    }
+
+    /// A value between two others. Where these are crossed, controllers take one or the other.
+    pub(super) fn limited(
+        &mut self,
+        low: Value,
+        value: Value,
+        high: Value,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let [low, value, high] = [low, value, high].map(|value| self.frozen(value));
+        let least = self.better(low.clone(), value, true, line)?;
+        let found = self.better(least, high.clone(), false, line)?;
+        let is_right =
+            matches!((&low, &high), (Value::Constant(low), Value::Constant(high)) if low <= high);
+        if is_right || matches!(found, Value::Any) {
+            return Ok(found);
+        }
+        let from = self.builder.next();
+        let found = self.frozen(found);
+        let crossed = self.combined(Operator::Greater, low.clone(), high, line)?;
+        // It is part of the function.
+        for at in from..self.builder.next() {
+            self.program().instructions[at].timing = None;
+        }
+        let Value::Bit(crossed) = crossed else { return Ok(Value::Any) };
+        let other = self.differs("LIMIT takes the lower one of limits that are crossed");
+        self.chosen(Logic::All(vec![crossed, other]), low, found, line)
+    }
+
+    /// The larger or the smaller of two values.
+    pub(super) fn better(
+        &mut self,
+        one: Value,
+        two: Value,
+        larger: bool,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let operator = if larger { Operator::GreaterOrEqual } else { Operator::LessOrEqual };
+        match self.combined(operator, one.clone(), two.clone(), line)? {
+            Value::Bit(which) => self.chosen(which, one, two, line),
+            _ => Ok(Value::Any),
+        }
     }
 
     /// Decimal digits of four bits as a number, or the opposite. Anything where they are none, or the number has too many.
@@ -155,6 +243,8 @@ fn kind_of(values: &[Value]) -> Option<Kind> {
         found = Some(match (found, value) {
             (None, Value::Number(kind, _)) => *kind,
             (None, Value::Constant(value)) => holding(DINT, *value),
+            // Which number the same bits are, compilers differ.
+            (Some(own), Value::Number(kind, _)) if mixed(own, *kind).is_some() => return None,
             (Some(own), Value::Number(kind, _)) => common(own, *kind),
             (Some(own), Value::Constant(value)) => holding(own, *value),
             (_, Value::Bit(_) | Value::Open(..) | Value::Address(..) | Value::Any) => return None,

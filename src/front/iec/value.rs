@@ -26,6 +26,16 @@ pub(super) fn constant(value: i64, words: u32) -> Number {
     Number::Words((0..words).map(|at| WordSource::Const(word(at))).collect())
 }
 
+/// The words of a constant that becomes one of a type.
+pub(super) fn within(kind: Kind, value: i64) -> Number {
+    let value = match kind {
+        Kind::Whole { bits: 8, signed: true } => i64::from((value & 0xFF) as u8 as i8),
+        Kind::Whole { bits: 8, signed: false } => value & 0xFF,
+        _ => value,
+    };
+    constant(value, kind.words())
+}
+
 /// What a number's type keeps of words that may hold more: those of 8 bits wrap within their word.
 pub(super) fn wrapped(kind: Kind, number: Number) -> Number {
     let Kind::Whole { bits: 8, signed } = kind else { return number };
