@@ -13,6 +13,10 @@ use std::fmt::Write as _;
 const PROBE: u64 = 1_000_000;
 
 fn audited(name: &str, text: &str) -> Result<Audit, Vec<(Code, String)>> {
+    trusting(Trust::None, name, text)
+}
+
+fn trusting(trust: Trust, name: &str, text: &str) -> Result<Audit, Vec<(Code, String)>> {
     let mut rows = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES {
         let _ = writeln!(rows, "@{class},0,0");
@@ -22,8 +26,7 @@ fn audited(name: &str, text: &str) -> Result<Audit, Vec<(Code, String)>> {
         Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
     let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
     let facts = Facts::default();
-    let request =
-        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+    let request = Request { table: Some(&table), trust, ..Request::new(&inputs, &facts) };
     match audit(&request) {
         Ok(found) => Ok(found),
         Err(Failure::Input(faults)) => {
@@ -208,16 +211,25 @@ fn what_is_meant_at_first_is_found() {
           METHOD FB_Init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; k : I; END_VAR j := k; END_METHOD
           METHOD Both i.M(); j.M(); END_METHOD
         END_FUNCTION_BLOCK";
-    let variables = "o : A; t : B; u : User(k := t) := (i := o);";
     for declared in ["u : User(k := t);", "u : User := (k := t);"] {
         let variables = format!("o : A; t : B; {declared}");
         let body = "o.n := 0; t.n := 0; u.i := o; u.Both();";
         assert!(may(units, &variables, body, "t.n = 2") && may(units, &variables, body, "o.n = 1"));
     }
-    let _ = variables;
     let listed = "o : A; t : B; all : ARRAY[1..2] OF I := [o, t]; k : INT;";
     let body = "o.n := 0; t.n := 0; FOR k := 1 TO 2 DO all[k].M(); END_FOR";
     assert!(may(units, listed, body, "o.n = 1") && may(units, listed, body, "t.n = 2"));
+    // What FB_Init leaves is not known to be 0.
+    let left = "FUNCTION_BLOCK L VAR_OUTPUT n : INT; END_VAR METHOD FB_Init : BOOL n := 3; END_METHOD END_FUNCTION_BLOCK";
+    assert!(
+        trusting(Trust::All, "main.st", &program(left, "l : L;", "", "l.n = 3"))
+            .is_ok_and(|found| micros(&found) >= PROBE)
+    );
+    let plain = "FUNCTION_BLOCK L VAR_OUTPUT n : INT; END_VAR END_FUNCTION_BLOCK";
+    assert!(
+        trusting(Trust::All, "main.st", &program(plain, "l : L;", "", "l.n = 3"))
+            .is_ok_and(|found| micros(&found) < PROBE)
+    );
     let global = format!("{units} VAR_GLOBAL o : A; t : B; i : I := t; END_VAR");
     // A variable of the program's own hides nothing from a list of global variables.
     always(&global, "t : A;", "i.M();", "main.t.n = main.t.n");
@@ -244,6 +256,18 @@ fn what_is_not_followed_is_refused() {
     // A copy has no address of its own.
     let units = "FUNCTION_BLOCK B VAR_IN_OUT io : INT; END_VAR VAR p : POINTER TO INT; END_VAR p := ADR(io); p^ := 1; END_FUNCTION_BLOCK";
     assert_eq!(refused(units, "o : B; x : INT;", "o(io := x);")[0].0, Code::NotModelled);
+    // Nor has an instance that is handed over so, whose own method says where it is.
+    let units = "FUNCTION_BLOCK I VAR_OUTPUT n : INT; END_VAR METHOD Tell known := THIS; END_METHOD END_FUNCTION_BLOCK
+        FUNCTION_BLOCK B VAR_IN_OUT io : I; END_VAR io.Tell(); END_FUNCTION_BLOCK
+        VAR_GLOBAL known : POINTER TO I; END_VAR";
+    assert_eq!(
+        refused(units, "o : B; i : I;", "o(io := i); known^.n := 1;")[0].0,
+        Code::NotModelled
+    );
+    // An instance of a method's own carries out FB_Init with each call.
+    let units = "FUNCTION_BLOCK I VAR_OUTPUT n : INT; END_VAR METHOD FB_Init : BOOL n := 3; END_METHOD END_FUNCTION_BLOCK
+        FUNCTION_BLOCK B METHOD M VAR i : I; END_VAR i(); END_METHOD END_FUNCTION_BLOCK";
+    assert_eq!(refused(units, "o : B;", "o.M();")[0].0, Code::NotModelled);
     // What is called may write what it is handed over in and out through a pointer, too.
     let units = "FUNCTION_BLOCK B VAR_IN_OUT io : INT; END_VAR VAR_INPUT p : POINTER TO INT; END_VAR p^ := 1; io := io + 1; END_FUNCTION_BLOCK";
     assert_eq!(

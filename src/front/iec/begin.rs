@@ -46,6 +46,25 @@ impl Emit<'_> {
         }
     }
 
+    /// Refuses what begins anew with each call and holds what is not followed then: what references in it mean at first, and
+    /// FB_Init, which takes its time in each call.
+    pub(super) fn begins_plain(&self, place: &Place, given: bool, line: u32) -> Result<(), Fault> {
+        let has_method = |pou: usize| {
+            let mut all = lineage(self.project, pou).into_iter().flat_map(|pou| &pou.methods);
+            all.any(|one| {
+                ["FB_Init", "FB_Reinit", "FB_Exit"].iter().any(|own| same(own, &one.name))
+            })
+        };
+        let mut found = given && has_reference(&place.ty);
+        each_block(&place.ty, &mut |pou, ty| found |= has_method(pou) || has_reference(ty));
+        if !found || matches!(place.ty, Ty::Reference(..)) {
+            return Ok(());
+        }
+        let what = format!("{} begins anew with each call, which is not followed", place.name);
+        let help = "declare it where it lasts: as VAR of a function block or of the program";
+        Err(Fault::new(line, what).code(Code::NotModelled).help(help))
+    }
+
     /// Carries out FB_Init of an instance, and begins with its variables.
     fn begin_instance(&mut self, instance: usize, from: Option<(&Context, &[Argument])>) {
         let place = self.instances[instance].place.clone();
@@ -158,6 +177,19 @@ fn has_reference(ty: &Ty) -> bool {
         Ty::Array { of, .. } => has_reference(of),
         Ty::Parts(parts) | Ty::Block(_, parts) => parts.iter().any(|(_, ty)| has_reference(ty)),
         _ => false,
+    }
+}
+
+/// Shows the blocks in a type.
+fn each_block(ty: &Ty, see: &mut dyn FnMut(usize, &Ty)) {
+    match ty {
+        Ty::Array { of, .. } => each_block(of, see),
+        Ty::Parts(parts) => parts.iter().for_each(|(_, ty)| each_block(ty, see)),
+        Ty::Block(pou, parts) => {
+            see(*pou, ty);
+            parts.iter().for_each(|(_, ty)| each_block(ty, see));
+        }
+        _ => {}
     }
 }
 

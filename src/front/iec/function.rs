@@ -175,6 +175,7 @@ impl<'p> Emit<'p> {
         };
         for one in variables.iter().filter(begins) {
             let Some(part) = Self::part(place, &one.name) else { continue };
+            self.begins_plain(&part, one.initial.is_some(), line)?;
             let value = match &one.initial {
                 initial if matches!(part.ty, Ty::Reference(..)) => match (initial, &part.ty) {
                     (Some(initial), Ty::Reference(kind, _)) => {

@@ -171,6 +171,7 @@ impl Emit<'_> {
             same(&path.first, "THIS") && path.rest.iter().all(|p| *p == Part::Dereference);
         if is_this {
             let place = self.instances[at.instance].place.clone();
+            self.is_no_copy(&place, line)?;
             let index = self.target(&place);
             return Ok(Value::Address(constant(word(index), 1), vec![index]));
         }
@@ -223,17 +224,9 @@ impl Emit<'_> {
             }
             _ => {}
         }
-        // It is followed as a copy.
-        if self.is_in_out(at, path) {
-            let what = format!(
-                "the address of {} is taken, which is handed over in and out: not followed",
-                show::path(path)
-            );
-            let help = "hand over a reference or a pointer instead of VAR_IN_OUT";
-            return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
-        }
         match self.find_plain(at, path, line)? {
             Found::Place(place) => {
+                self.is_no_copy(&place, line)?;
                 let index = self.target(&place);
                 Ok(Value::Address(constant(word(index), 1), vec![index]))
             }
@@ -275,19 +268,37 @@ impl Emit<'_> {
         }
     }
 
-    /// Whether a path begins at a variable that is handed over in and out.
-    fn is_in_out(&mut self, at: &Context, path: &Path) -> bool {
-        let own = lineage(self.project, self.instances[at.instance].pou);
-        let in_out = |one: &&Variable| one.section == Section::InOut;
-        let methods = own.iter().flat_map(|pou| &pou.methods).flat_map(|one| &one.variables);
-        let mut all = own.iter().flat_map(|pou| &pou.variables).chain(methods).filter(in_out);
-        let names = path.rest.iter().filter_map(|part| match part {
-            Part::Name(name) => Some(name),
-            _ => None,
+    /// Refuses the address of what is handed over in and out, or stands in that: it is followed as a copy.
+    fn is_no_copy(&self, place: &Place, line: u32) -> Result<(), Fault> {
+        let name = place.name.to_ascii_uppercase();
+        let is_copy = name.match_indices('.').any(|(at, _)| {
+            let rest = &name[at + 1..];
+            let part = rest.split(['.', '[']).next().unwrap_or_default();
+            let is_own = |one: &Variable| one.section == Section::InOut && same(&one.name, part);
+            // What stands before it is an instance, or a method of one.
+            let owner = &name[..at];
+            let unit = |name: &str| {
+                let own = self.by_name.get(name).map(|&own| self.instances[own].pou);
+                own.map(|own| lineage(self.project, own)).unwrap_or_default()
+            };
+            let of_method = owner.strip_suffix("()").and_then(|rest| rest.rsplit_once('.'));
+            match of_method {
+                Some((instance, _)) => {
+                    let all = unit(instance).into_iter().flat_map(|pou| &pou.methods);
+                    { all }.any(|method| method.variables.iter().any(is_own))
+                }
+                None => unit(owner).into_iter().any(|pou| pou.variables.iter().any(is_own)),
+            }
         });
-        let units = self.project.pous.iter().flat_map(|pou| &pou.variables).filter(in_out);
-        all.any(|one| same(&one.name, &path.first)) || { names }
-            .any(|name| units.clone().any(|one| same(&one.name, name)))
+        if !is_copy {
+            return Ok(());
+        }
+        let what = format!(
+            "the address of {} is taken, which is handed over in and out: not followed",
+            place.name
+        );
+        let help = "hand over a reference or a pointer instead of VAR_IN_OUT";
+        Err(Fault::new(line, what).code(Code::NotModelled).help(help))
     }
 
     /// A jump over what is for one number alone.
@@ -345,6 +356,7 @@ impl Emit<'_> {
             let what = format!("{shown} may refer to {} variables", can.len());
             return Err(not_followed(line, what));
         }
+        self.cost(&["LD"], "contact");
         let words = match can.len() {
             1 => Vec::new(),
             _ => {

@@ -105,6 +105,7 @@ impl<'p> Emit<'p> {
             let help = "assign it to a variable of its own before, or call it in a statement";
             return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
         };
+        self.cost(&["LD"], "contact");
         let place = self.target_at(*only);
         self.with_name(place, &show::path(&way.before), |emit, first| {
             emit.find(at, &Path { first, rest: way.rest }, line)
