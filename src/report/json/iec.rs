@@ -3,7 +3,6 @@
 use crate::audit::{self, TaskUse};
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::ops::Not;
 
 /// A task of a project that has several.
 #[derive(Serialize, JsonSchema)]
@@ -42,7 +41,6 @@ pub(super) fn task(one: &TaskUse) -> Task<'_> {
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Coactivity<'a> {
     without_ps: u64,
-    #[serde(skip_serializing_if = "Not::not")]
     cut: bool,
     active: &'a [String],
 }
