@@ -327,12 +327,6 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
         ..PowerUp::default()
     };
     let project = emit.project;
-    // What methods that are carried out before the first scan leave is not followed.
-    if emit.begins_with_more || begins_with_method(project) {
-        let globals = emit.globals.values().filter(|place| place.name.starts_with("%I"));
-        known.inputs.extend(globals.flat_map(|place| place.tag.regions()));
-        return known;
-    }
     // What an instance's declaration gives to its parts is not followed: then no instance is known to begin with 0.
     let gives = |one: &Variable| {
         let is_literal = |initial: &Expr| matches!(initial, Expr::Literal(_));
@@ -381,6 +375,10 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
     latch_within(emit, &mut known, &globals);
     for place in globals.iter().filter(|place| place.name.starts_with("%I")) {
         known.inputs.extend(place.tag.regions());
+    }
+    // What methods that are carried out before the first scan leave in variables is not followed.
+    if emit.begins_with_more || begins_with_method(project) {
+        known.cleared.retain(|own| matches!(own, Region::Area(_)));
     }
     known
 }
