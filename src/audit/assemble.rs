@@ -178,7 +178,7 @@ impl<'a> Findings<'a> {
                 self.group(index, explained, search, &names, &uses, real)
             })
             .collect();
-        let parts = TableParts { program: self.program, prices: self.prices, bound: &bound };
+        let parts = TableParts { prices: self.prices, bound: &bound };
         let uppers = self.maxima.iter().map(|maximum| maximum.upper);
         let table = parts.table_use(self.table, &self.costs(real), uppers);
         let clocked = self.program.clocked;

@@ -136,7 +136,7 @@ fn shown(
         Some(FormUse {
             line: one.line.clone(),
             rows,
-            by_class: price.as_ref().is_some_and(|price| price.by_class),
+            by_class: price.as_ref().is_some_and(|price| price.instead_of.is_some()),
             class: key.class,
             price,
             follow: parts.iter().map(|&at| follow(&program, &program.instructions[at])).max()?,

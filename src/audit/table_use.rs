@@ -2,7 +2,6 @@
 
 use super::{AssumedUse, Bound, FactorUse, Share, TableUse};
 use crate::base::time::Picos;
-use crate::program::Program;
 use crate::timing::price::{Price, Prices};
 use crate::timing::table::{Evidence, Factor, Table};
 use std::cmp::Reverse;
@@ -11,7 +10,6 @@ use std::sync::Arc;
 
 /// What was bounded, by which prices.
 pub struct TableParts<'a> {
-    pub program: &'a Program,
     pub prices: &'a Prices,
     pub bound: &'a Bound,
 }
@@ -44,23 +42,21 @@ impl TableParts<'_> {
         }
     }
 
-    /// The assumed times of instructions, by the table's row, or by mnemonic where the row is that of a class.
+    /// The assumed times of instructions, by the table's row, or by the row that would price them where that is a class's.
     fn assumed_instructions(&self, costs: &[(usize, Picos)]) -> Vec<AssumedUse> {
         let is_assumed = |price: &&Arc<Price>| price.evidence == Evidence::Assumed;
         let mut rows: Vec<AssumedUse> = Vec::new();
         let mut known: BTreeMap<&str, usize> = BTreeMap::new();
         // Of each instruction, its row.
         let mut row_of: Vec<Option<usize>> = Vec::new();
-        let instructions = self.program.instructions.iter().zip(&self.prices.instructions);
-        for (instruction, price) in instructions {
+        for price in &self.prices.instructions {
             let row = price.as_ref().filter(is_assumed).map(|price| {
-                let mnemonic = instruction.text.split(' ').next().unwrap_or_default();
-                let name = if price.by_class { mnemonic } else { &price.row };
+                let name = price.instead_of.as_ref().unwrap_or(&price.row);
                 let row = *known.entry(name).or_insert_with(|| {
                     rows.push(AssumedUse {
-                        name: name.to_owned(),
+                        name: name.to_string(),
                         row: price.row.to_string(),
-                        by_class: price.by_class,
+                        by_class: price.instead_of.is_some(),
                         count: 0,
                         time: Picos::ZERO,
                     });

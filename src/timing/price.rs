@@ -40,8 +40,8 @@ pub struct Price {
     pub evidence: Evidence,
     /// The rows used, joined by ` + `.
     pub row: Arc<str>,
-    /// Whether the first row is that of a class, not the instruction's own.
-    pub by_class: bool,
+    /// Where the first row is that of a class: the most general name under which the instruction could have its own.
+    pub instead_of: Option<Arc<str>>,
     /// Where the number of units is not known: the largest number, which was charged.
     pub at_most_units: Option<u64>,
 }
@@ -285,7 +285,8 @@ fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'
         None => {
             let row = table.row(&format!("@{}", key.class)).ok_or(NoPrice::Missing)?;
             let sum = with_extras(table, key, touched, row, None);
-            Sum { by_class: true, ..sum }
+            let name = key.names.last().map_or("", String::as_str);
+            Sum { instead_of: Some(name.into()), ..sum }
         }
     };
     if key.dearer {
@@ -339,7 +340,7 @@ struct Sum<'a> {
     units: u64,
     evidence: Evidence,
     rows: Vec<&'a str>,
-    by_class: bool,
+    instead_of: Option<Arc<str>>,
     /// Whether words say how many units there are.
     by_words: bool,
     at_most_units: Option<u64>,
@@ -355,7 +356,7 @@ impl<'a> Sum<'a> {
             units,
             evidence: row.evidence,
             rows: Vec::new(),
-            by_class: false,
+            instead_of: None,
             by_words: false,
             at_most_units: None,
         };
@@ -424,7 +425,7 @@ impl<'a> Sum<'a> {
             off: fit(self.off)?,
             evidence: self.evidence,
             row: self.rows.join(" + ").into(),
-            by_class: self.by_class,
+            instead_of: self.instead_of,
             at_most_units: self.at_most_units,
         })
     }

@@ -42,7 +42,7 @@ fn the_first_name_with_a_row_counts_then_the_class() {
     assert_eq!(found(&["OUT:Y", "OUT"]), (us(2), us(1), "OUT".into()));
     assert_eq!(found(&["OUTH:T", "OUTH"]), (us(9), us(8), "@coil".into()));
     let by_class = price_of(&table, &key(&["OUTH"], "coil", Units::None), &Tags::new()).unwrap();
-    assert!(by_class.by_class);
+    assert_eq!(by_class.instead_of.as_deref(), Some("OUTH"));
     assert_eq!(by_class.evidence, Evidence::Assumed);
     let missing = price_of(&table, &key(&["MOV"], "move", Units::None), &Tags::new());
     assert_eq!(missing, Err(NoPrice::Missing));
