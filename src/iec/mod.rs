@@ -205,6 +205,25 @@ pub fn setter(property: &str) -> String {
 }
 
 impl Pou {
+    /// A unit, or a method, that holds nothing yet.
+    #[must_use]
+    pub fn new(name: &str, kind: PouKind, line: u32) -> Pou {
+        Pou {
+            name: name.to_owned(),
+            kind,
+            extends: None,
+            implements: Vec::new(),
+            result: None,
+            variables: Vec::new(),
+            body: Body::empty(),
+            actions: Vec::new(),
+            transitions: Vec::new(),
+            methods: Vec::new(),
+            file: 0,
+            line,
+        }
+    }
+
     /// The variable that holds its result: its name, or that of the property that it reads.
     #[must_use]
     pub fn result_name(&self) -> &str {

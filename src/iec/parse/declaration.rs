@@ -137,7 +137,7 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
             }
         }
         if cursor.is_sign(";") && open == "[" {
-            return Ok(Expr::Call(Path::name("~initial"), Vec::new()));
+            return Ok(Expr::Call(Path::name(UNREAD), Vec::new()));
         }
         cursor.back_to(place);
         if let Ok(value) = expression(cursor) {
@@ -147,10 +147,13 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
         while !cursor.is_sign(";") && *cursor.peek() != Token::End {
             cursor.next();
         }
-        return Ok(Expr::Call(Path::name("~initial"), Vec::new()));
+        return Ok(Expr::Call(Path::name(UNREAD), Vec::new()));
     }
     expression(cursor)
 }
+
+/// What stands for a value that cannot be read.
+pub const UNREAD: &str = "~initial";
 
 /// The name under which a declaration keeps the values of an array's elements: `a : ARRAY[1..2] OF INT := [1, 2]`.
 pub const LISTED: &str = "~listed";

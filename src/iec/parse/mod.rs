@@ -10,28 +10,15 @@ mod unit;
 
 use super::ast::{Expr, Statement};
 use super::fault::Fault;
-use super::{Body, Pou, PouKind, Project, Section, TypeRef, Variable};
+use super::{Pou, PouKind, Project, Section, TypeRef, Variable};
 use cursor::Cursor;
-pub use declaration::{CONSTRUCTED, LISTED};
+pub use declaration::{CONSTRUCTED, LISTED, UNREAD};
 pub use expression::duration;
 pub use il::MERGED;
 
 /// A method without a body and variables.
 pub(super) fn method(name: &str, result: Option<TypeRef>, line: u32) -> Pou {
-    Pou {
-        name: name.to_owned(),
-        kind: PouKind::Function,
-        extends: None,
-        implements: Vec::new(),
-        result,
-        variables: Vec::new(),
-        body: Body::empty(),
-        actions: Vec::new(),
-        transitions: Vec::new(),
-        methods: Vec::new(),
-        file: 0,
-        line,
-    }
+    Pou { result, ..Pou::new(name, PouKind::Function, line) }
 }
 
 /// The method that reads (or writes) a property, without its body. What is written is an input of the property's name.

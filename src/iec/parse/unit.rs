@@ -113,20 +113,7 @@ fn modifiers(cursor: &mut Cursor) {
 fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, Fault> {
     modifiers(cursor);
     let name = cursor.name("a unit's name")?;
-    let mut pou = Pou {
-        name,
-        kind,
-        extends: None,
-        implements: Vec::new(),
-        result: None,
-        variables: Vec::new(),
-        body: Body::empty(),
-        actions: Vec::new(),
-        transitions: Vec::new(),
-        methods: Vec::new(),
-        file: 0,
-        line,
-    };
+    let mut pou = Pou::new(&name, kind, line);
     if kind == PouKind::Interface && cursor.is_word("EXTENDS") {
         pou.implements = named_list(cursor)?;
     } else if cursor.take_word("EXTENDS") {

@@ -55,7 +55,7 @@ fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
         .filter_map(|one| {
             let name = child(one, "Name")?.text()?.trim().to_owned();
             let text = child(one, "Value")?.text().unwrap_or_default();
-            let some = || Expr::Call(Path::name("~initial"), Vec::new());
+            let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
             let value = parse::expression(text, line).unwrap_or_else(|_| some());
             Some(Argument { name: Some(name), is_output: false, value })
         })
@@ -65,7 +65,7 @@ fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
 
 /// What a variable holds at first; what cannot be read is some value.
 fn initial(value: Node<'_, '_>, line: u32) -> Expr {
-    let some = || Expr::Call(Path::name("~initial"), Vec::new());
+    let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
     let named = |(name, one): (Option<&str>, Node<'_, '_>)| {
         let value = elements(one).next().map_or_else(some, |value| initial(value, line));
         Argument { name: name.map(str::to_owned), is_output: false, value }

@@ -148,21 +148,12 @@ impl<'t> Reader<'t> {
     /// A unit or a method.
     fn unit(&mut self, node: Node<'_, '_>, kind: PouKind) -> Pou {
         let text = self.text;
-        let name = node.attribute("name").unwrap_or_default().to_owned();
+        let name = node.attribute("name").unwrap_or_default();
         let interface = child(node, "interface");
         let mut pou = Pou {
-            kind,
-            extends: None,
-            implements: Vec::new(),
             result: interface.and_then(|one| child(one, "returnType")).map(|of| type_ref(text, of)),
             variables: interface.map(|one| variables(text, one)).unwrap_or_default(),
-            body: Body::empty(),
-            actions: Vec::new(),
-            transitions: Vec::new(),
-            methods: Vec::new(),
-            file: 0,
-            line: text.line(node),
-            name,
+            ..Pou::new(name, kind, text.line(node))
         };
         let mut written = self.plain_text(node);
         if let Some(interface) = interface {
