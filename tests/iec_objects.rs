@@ -248,6 +248,13 @@ fn what_is_not_followed_is_refused() {
         );
     }
     assert!(!refused("", variables, "p := ADR(x); p[1] := 1;").is_empty());
+    // What it inherits is not there, and would cost nothing.
+    for units in [
+        "FUNCTION_BLOCK B EXTENDS Missing END_FUNCTION_BLOCK",
+        "TYPE B EXTENDS Missing : STRUCT n : INT; END_STRUCT END_TYPE",
+    ] {
+        assert_eq!(refused(units, "o : B;", "")[0].0, Code::UnknownType, "{units}");
+    }
     // A copy has no address of its own.
     let units = "FUNCTION_BLOCK B VAR_IN_OUT io : INT; END_VAR VAR p : POINTER TO INT; END_VAR p := ADR(io); p^ := 1; END_FUNCTION_BLOCK";
     assert_eq!(refused(units, "o : B; x : INT;", "o(io := x);")[0].0, Code::NotModelled);

@@ -11,6 +11,11 @@ use scanbound::timing::table::{CLASSES, Table};
 
 /// The longest scan in microseconds, where only these rows cost anything.
 fn bound(rows: &str, text: &str) -> Result<u64, Vec<Code>> {
+    bound_as("iec-text", rows, text)
+}
+
+/// The same of a text in a dialect.
+fn bound_as(dialect: &str, rows: &str, text: &str) -> Result<u64, Vec<Code>> {
     let mut all = "instruction,on_us,off_us,per_unit_us\n".to_owned();
     for class in CLASSES {
         if !rows.contains(&format!("@{class},")) {
@@ -28,7 +33,7 @@ fn bound(rows: &str, text: &str) -> Result<u64, Vec<Code>> {
     let request = Request {
         table: Some(&table),
         trust: Trust::None,
-        dialect: Some("iec-text"),
+        dialect: Some(dialect),
         ..Request::new(&inputs, &facts)
     };
     match audit(&request) {
@@ -38,10 +43,13 @@ fn bound(rows: &str, text: &str) -> Result<u64, Vec<Code>> {
     }
 }
 
+/// Elements and characters of wholes, each a microsecond.
+const MOVED: &str = "COPY,0,0,1\nCOMPARE,0,0,1\nCOPY_TEXT,0,0,1";
+
 /// What the elements and characters of wholes come to, each a microsecond.
 fn moved(units: &str, variables: &str, body: &str) -> u64 {
     let text = format!("{units} PROGRAM main VAR {variables} END_VAR {body} END_PROGRAM");
-    let found = bound("COPY,0,0,1\nCOMPARE,0,0,1\nCOPY_TEXT,0,0,1", &text);
+    let found = bound(MOVED, &text);
     found.unwrap_or_else(|codes| panic!("{codes:?}\n{text}"))
 }
 
@@ -75,6 +83,66 @@ fn texts_are_charged_by_the_length_that_is_declared() {
     assert_eq!(moved("", "s, t : STRING[80];", "IF s = t THEN ; END_IF"), 0);
     assert_eq!(moved("", "s, t : STRING[100];", "s := CONCAT(s, t);"), 120 + 100);
     assert_eq!(moved("", "s : STRING[200]; n : INT;", "n := LEN(s);"), 120);
+}
+
+#[test]
+fn texts_that_methods_and_properties_give_are_as_long_as_they_say() {
+    let units = "FUNCTION_BLOCK F
+          METHOD M : STRING[2000] END_METHOD
+          PROPERTY P : STRING[2000] GET END_GET END_PROPERTY
+        END_FUNCTION_BLOCK";
+    // Each result begins anew.
+    for (body, calls) in [
+        ("IF f.M() = f.M() THEN ; END_IF", 2),
+        ("IF f.P = f.P THEN ; END_IF", 2),
+        ("n := LEN(f.M());", 1),
+        ("n := LEN(f.P);", 1),
+    ] {
+        assert_eq!(moved(units, "f : F; n : INT;", body), 1920 + calls * 2000, "{body}");
+    }
+}
+
+#[test]
+fn a_text_that_a_drawing_hands_on_is_as_long_as_it_may_be() {
+    let from = |name: &str, block: u32| {
+        format!(
+            r#"<variable formalParameter="{name}"><connectionPointIn><connection refLocalId="{block}"/></connectionPointIn></variable>"#
+        )
+    };
+    let block = |id: u32, name: &str, inputs: String| {
+        format!(
+            r#"<block localId="{id}" typeName="{name}"><position x="{id}0" y="0"/><inputVariables>{inputs}</inputVariables>
+            <inOutVariables/><outputVariables><variable formalParameter="OUT"><connectionPointOut/></variable></outputVariables></block>"#
+        )
+    };
+    let both = |block: u32| from("IN1", block) + &from("IN2", block);
+    let text = format!(
+        r#"<project xmlns="http://www.plcopen.org/xml/tc6_0201"><types><dataTypes/><pous><pou name="main" pouType="program">
+        <interface><localVars><variable name="s"><type><string length="1000"/></type></variable>
+        <variable name="x"><type><BOOL/></type></variable></localVars></interface><body><FBD>
+        <inVariable localId="1"><position x="0" y="0"/><connectionPointOut/><expression>s</expression></inVariable>
+        {}{}
+        <outVariable localId="4"><position x="50" y="0"/><connectionPointIn><connection refLocalId="3"/></connectionPointIn>
+        <expression>x</expression></outVariable>
+        </FBD></body></pou></pous></types><instances><configurations/></instances></project>"#,
+        block(2, "CONCAT", both(1)),
+        block(3, "EQ", both(2)),
+    );
+    // CONCAT is given 2000 characters, EQ twice as many, of which each holds 80.
+    let found = bound_as("plcopen-xml", MOVED, &text);
+    assert_eq!(found, Ok(2000 - 80 + 4000 - 80));
+}
+
+#[test]
+fn assumed_times_are_named_by_the_row_that_would_price_them() {
+    let text = "PROGRAM main VAR p, q : ARRAY[0..9] OF INT; END_VAR q := p; q[0] := 1; END_PROGRAM";
+    let inputs = [Input { name: "main.st".to_owned(), bytes: text.as_bytes().to_vec() }];
+    let facts = Facts::default();
+    let request = Request { dialect: Some("iec-text"), ..Request::new(&inputs, &facts) };
+    let found = audit(&request).unwrap_or_else(|failure| panic!("{failure:?}"));
+    let names: Vec<&str> = found.table.assumed.iter().map(|one| one.name.as_str()).collect();
+    assert!(names.contains(&"COPY") && names.contains(&"ST"), "{names:?}");
+    assert!(!names.iter().any(|name| name.starts_with('q')), "{names:?}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::types::{Ty, lineage};
 use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Part, paths_of};
 use crate::iec::fault::Fault;
-use crate::iec::parse::{CONSTRUCTED, LISTED};
+use crate::iec::parse::{CONSTRUCTED, LISTED, UNREAD};
 use crate::iec::{PouKind, same};
 
 /// Larger arrays are not gone through.
@@ -112,7 +112,7 @@ impl Emit<'_> {
             _ => &[],
         };
         // What cannot be read may say anything.
-        let is_unread = matches!(initial, Some(Expr::Call(path, _)) if path.first == "~initial");
+        let is_unread = matches!(initial, Some(Expr::Call(path, _)) if path.first == UNREAD);
         if is_unread && has_reference(&place.ty) {
             let what = format!("what references in {} mean at first is not followed", place.name);
             let help = "assign them in the program";

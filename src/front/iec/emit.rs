@@ -2,7 +2,7 @@
 
 pub(super) use super::references::{Place, References};
 use super::tally::Tally;
-use super::types::{Kind, Ty, Types, first_name, layout};
+use super::types::{Extent, Kind, Ty, Types, first_name, layout};
 use super::value::Value;
 use crate::base::code::Code;
 use crate::base::facts::ActionOrder;
@@ -82,6 +82,8 @@ pub(super) struct Emit<'p> {
     pub(super) faults: Vec<(usize, Fault)>,
     /// Values kept under names that begin with `~`, in the routine that is put together.
     pub(super) kept: BTreeMap<String, Value>,
+    /// How large they are, of those that are not followed.
+    pub(super) kept_extents: BTreeMap<String, Extent>,
     /// Instructions that give back what was handed over in and out, with the file of the call and its line.
     pub(super) given_back: Vec<(std::ops::Range<usize>, usize, u32)>,
     pub(super) tally: Tally,
@@ -142,6 +144,7 @@ impl<'p> Emit<'p> {
             open: Vec::new(),
             faults: Vec::new(),
             kept: BTreeMap::new(),
+            kept_extents: BTreeMap::new(),
             given_back: Vec::new(),
             readings: BTreeMap::new(),
             open_ends: Vec::new(),

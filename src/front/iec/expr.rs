@@ -535,6 +535,9 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<(), Fault> {
         if target.first.starts_with('~') && target.rest.is_empty() {
+            if let (Value::Any, Some(of)) = (&value, of) {
+                self.note_extent(at, &target.first, of);
+            }
             if target.first.starts_with(MERGED)
                 && let Some(known) = self.kept.get(&target.first).cloned()
             {

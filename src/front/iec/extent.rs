@@ -4,26 +4,15 @@ use super::emit::Emit;
 use super::memory;
 use super::references::{Walk, Way};
 use super::resolve::{Context, Found};
-use super::types::{Kind, TEXT, Ty, lineage};
+use super::types::{Extent, Kind, TEXT, Ty, lineage};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Literal, Path};
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Pou, same};
+use crate::iec::{Body, Pou, getter, same};
 use crate::program::{TimingKey, Units};
 
 /// The price of a function of texts holds so many characters.
 const TEXT_HELD: u64 = 80;
-
-/// What an operand moves besides what its load is charged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Extent {
-    /// No more: it is one elementary value.
-    One,
-    /// So many elements of a structure, an array or an instance.
-    Elements(u64),
-    /// So many characters.
-    Characters(u64),
-}
 
 impl Emit<'_> {
     /// How many elementary variables a type has: a text's characters, what timers and charts remember among them.
@@ -123,17 +112,12 @@ impl Emit<'_> {
             Expr::Literal(Literal::Text(text)) => Extent::Characters(characters(text)),
             Expr::Variable(path) => self.extent_of(at, path),
             Expr::Call(path, given) => {
-                let name = path.as_name().unwrap_or_default();
-                let own = self.project.pous.iter().find(|pou| same(&pou.name, name));
-                if let Some(own) = own {
-                    let Some(of) = &own.result else { return Extent::One };
-                    let ty = self.types.resolve(of, own.line);
-                    return ty.map_or(Extent::One, |ty| self.extent_as(&ty));
+                let last =
+                    path.split_last().map_or(path.first.clone(), |(_, name)| name.to_owned());
+                if let Some(own) = self.extent_given(&|one| same(&one.name, &last)) {
+                    return own;
                 }
-                if path.as_name().is_none() {
-                    return Extent::One;
-                }
-                let upper = name.to_ascii_uppercase();
+                let upper = last.to_ascii_uppercase();
                 if upper.ends_with("TO_STRING") || upper.ends_with("TO_WSTRING") {
                     return Extent::Characters(u64::from(TEXT));
                 }
@@ -148,7 +132,32 @@ impl Emit<'_> {
         }
     }
 
+    /// The most that units and methods of some name give: which of them is meant may be told by a reference.
+    fn extent_given(&mut self, is: &dyn Fn(&Pou) -> bool) -> Option<Extent> {
+        let project = self.project;
+        let methods = project.pous.iter().flat_map(|pou| &pou.methods);
+        let all = project.pous.iter().chain(methods).filter(|one| is(one));
+        let given = all.map(|one| match &one.result {
+            Some(of) => {
+                let ty = self.types.resolve(of, one.line);
+                ty.map_or(Extent::One, |ty| self.extent_as(&ty))
+            }
+            None => Extent::One,
+        });
+        given.collect::<Vec<_>>().into_iter().reduce(Extent::larger)
+    }
+
+    /// Takes note of how large a value is that is kept and not followed.
+    pub(super) fn note_extent(&mut self, at: &Context, name: &str, of: &Expr) {
+        let own = self.extent(at, of);
+        let known = self.kept_extents.get(name).copied().unwrap_or(Extent::One);
+        self.kept_extents.insert(name.to_owned(), known.larger(own));
+    }
+
     fn extent_of(&mut self, at: &Context, path: &Path) -> Extent {
+        if let Some(known) = self.kept_extents.get(&path.first) {
+            return *known;
+        }
         match self.walk(at, path, true) {
             Walk::Type(ty) => self.extent_as(&ty),
             Walk::Way(Way::Referred(way)) => {
@@ -160,7 +169,10 @@ impl Emit<'_> {
                 });
                 found.unwrap_or(Extent::One)
             }
-            Walk::Way(Way::Property(_)) | Walk::Unknown => Extent::One,
+            Walk::Way(Way::Property(own)) => {
+                self.extent_given(&|one| same(&one.name, &getter(&own.name))).unwrap_or(Extent::One)
+            }
+            Walk::Unknown => Extent::One,
         }
     }
 
@@ -223,19 +235,6 @@ impl Emit<'_> {
     fn charge(&mut self, name: &str, class: &'static str, units: u64) {
         let key = counted(name, class, units);
         self.builder.add(Some(key), Vec::new(), crate::program::Step::Nothing);
-    }
-}
-
-impl Extent {
-    fn and(self, other: Extent) -> Extent {
-        use Extent::{Characters, Elements, One};
-        match (self, other) {
-            (One, other) | (other, One) => other,
-            (Characters(one), Characters(two)) => Characters(one.saturating_add(two)),
-            (Characters(one) | Elements(one), Characters(two) | Elements(two)) => {
-                Elements(one.saturating_add(two))
-            }
-        }
     }
 }
 

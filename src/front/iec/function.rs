@@ -501,7 +501,7 @@ impl<'p> Emit<'p> {
     }
 
     /// What is done for something that is charged as a whole.
-    fn charged_already<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+    pub(super) fn charged_already<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
         let from = self.builder.next();
         let found = work(self);
         for at in from..self.builder.next() {

@@ -172,13 +172,9 @@ impl Emit<'_> {
         if is_right || matches!(found, Value::Any) {
             return Ok(found);
         }
-        let from = self.builder.next();
         let found = self.frozen(found);
-        let crossed = self.combined(Operator::Greater, low.clone(), high, line)?;
-        // It is part of the function.
-        for at in from..self.builder.next() {
-            self.program().instructions[at].timing = None;
-        }
+        let crossed =
+            self.charged_already(|emit| emit.combined(Operator::Greater, low.clone(), high, line))?;
         let Value::Bit(crossed) = crossed else { return Ok(Value::Any) };
         let other = self.differs("LIMIT takes the lower one of limits that are crossed");
         self.chosen(Logic::All(vec![crossed, other]), low, found, line)

@@ -74,6 +74,7 @@ impl<'p> Emit<'p> {
         let entry = self.builder.next();
         self.routines.insert((instance, what.clone()), entry);
         self.kept.clear();
+        self.kept_extents.clear();
         let Some((pou, body)) = self.body(instance, what) else {
             self.landing();
             self.builder.add(None, Vec::new(), Step::Return);
@@ -240,6 +241,7 @@ impl<'p> Emit<'p> {
             Statements::Latch(target, set, condition) => {
                 match self.walk(at, target, true) {
                     Walk::Way(Way::Referred(way)) => {
+                        self.stays(at, &way, condition, line)?;
                         let done = self.each_target(at, &way, line, &mut |emit, path| {
                             let kind = Statements::Latch(path, *set, condition.clone());
                             emit.statement(at, &Statement { line, kind }, ways)?;

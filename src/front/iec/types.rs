@@ -280,6 +280,10 @@ impl<'p> Types<'p> {
             return Ok(Ty::Reference(Refers::Interface, Arc::new(of)));
         }
         if let Some(own) = self.project.types.iter().find(|one| same(&one.name, name)) {
+            // Bases that are declared gave it their parts when all files were read.
+            if let Some(base) = &own.extends {
+                return Err(unknown_base(&own.name, base, line));
+            }
             return self.resolve(&own.of, line);
         }
         standard(name).ok_or_else(|| {
@@ -303,7 +307,16 @@ impl<'p> Types<'p> {
         if let Some(known) = self.known.get(&at) {
             return Ok(known.parts.clone());
         }
-        let all: Vec<&Variable> = lineage(self.project, at)
+        let units = lineage(self.project, at);
+        for unit in &units {
+            // Without what it inherits, its calls and copies would cost too little.
+            if let Some(base) =
+                unit.extends.as_ref().filter(|base| self.project.pou(base).is_none())
+            {
+                return Err(unknown_base(&unit.name, base, unit.line));
+            }
+        }
+        let all: Vec<&Variable> = units
             .into_iter()
             .rev()
             .flat_map(|pou| &pou.variables)
@@ -425,6 +438,49 @@ fn is_kept(one: &Variable) -> bool {
 /// and a type of the project's with what that says.
 pub(super) fn is_elementary(variable: &Variable) -> bool {
     matches!(&variable.of, TypeRef::Named(name) if elementary(name).is_some())
+}
+
+/// What an operand moves besides what its load is charged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Extent {
+    /// No more: it is one elementary value.
+    One,
+    /// So many elements of a structure, an array or an instance.
+    Elements(u64),
+    /// So many characters.
+    Characters(u64),
+}
+
+impl Extent {
+    /// One of two of which it is not told which is meant.
+    pub(super) fn larger(self, other: Extent) -> Extent {
+        use Extent::{Characters, Elements, One};
+        match (self, other) {
+            (One, other) | (other, One) => other,
+            (Characters(one), Characters(two)) => Characters(one.max(two)),
+            (Characters(one) | Elements(one), Characters(two) | Elements(two)) => {
+                Elements(one.max(two))
+            }
+        }
+    }
+
+    pub(super) fn and(self, other: Extent) -> Extent {
+        use Extent::{Characters, Elements, One};
+        match (self, other) {
+            (One, other) | (other, One) => other,
+            (Characters(one), Characters(two)) => Characters(one.saturating_add(two)),
+            (Characters(one) | Elements(one), Characters(two) | Elements(two)) => {
+                Elements(one.saturating_add(two))
+            }
+        }
+    }
+}
+
+fn unknown_base(name: &str, base: &str, line: u32) -> Fault {
+    Fault::new(line, format!("{name} extends {base}, which is not known"))
+        .code(Code::UnknownType)
+        .text(base)
+        .help("give the file that declares it")
 }
 
 /// A unit and those that it extends, the last the first of all.
