@@ -1,5 +1,6 @@
 //! What of programs of IEC 61131-3 is followed exactly: that it is, that the report says so, and that it says what is not.
 
+use scanbound::audit::verdict::{Check, Margin, Verdict};
 use scanbound::audit::{Audit, Exactness, Failure, Request, audit};
 use scanbound::base::code::Code;
 use scanbound::base::facts::Facts;
@@ -452,9 +453,26 @@ fn loops_that_end_at_one_value_have_a_count() {
     assert_eq!(of("n := -1; WHILE n <> 0 DO n := n - 1; END_WHILE"), Ok(None));
     assert_eq!(of("n := 0; REPEAT n := n - 1; UNTIL n = 0 END_REPEAT"), Ok(None));
     assert_eq!(of("WHILE n <> m DO n := n + 1; END_WHILE"), Ok(None));
+    // Steps of more than one end where the last one still fits the variable.
+    let of_word = |first: u32| of(&format!("u := {first}; WHILE u > 0 DO u := u - 3; END_WHILE"));
+    assert_eq!((of_word(9), of_word(10)), (Ok(Some(4)), Ok(None)));
+    assert_eq!(of("s := 0; WHILE s < 100 DO s := s + 50; END_WHILE"), Ok(Some(3)));
+    assert_eq!(of("s := 1; WHILE s < 100 DO s := s + 50; END_WHILE"), Ok(Some(3)));
+    assert_eq!(of("s := -1; WHILE s < 100 DO s := s + 50; END_WHILE"), Ok(None));
+    let most = "s := LIMIT(10, s, 30); WHILE s >= -90 DO s := s - 37; END_WHILE";
+    assert_eq!(of(most), Ok(Some(5)));
     // A step of more than one may never meet it, and few values are gone through.
     assert_eq!(of("n := 4; WHILE n <> 0 DO n := n - 2; END_WHILE"), Err(Code::LoopCount));
     assert_eq!(of("s := 4; WHILE s <> 0 DO s := s - 1; END_WHILE"), Err(Code::LoopCount));
+}
+
+#[test]
+fn a_loop_that_nothing_is_known_to_end_refutes_no_limit() {
+    let text = "PROGRAM main VAR u : UINT; END_VAR u := 10; WHILE u > 0 DO u := u - 3; END_WHILE END_PROGRAM";
+    let found = audited("main.st", text).expect("an audit");
+    assert!(found.unbounded.len() == 1 && !found.is_endless());
+    let check = Check::new(&found, Picos(u64::MAX), Margin::default());
+    assert!(matches!(check.verdict, Verdict::Undecided(_)), "{:?}", check.verdict);
 }
 
 #[test]

@@ -83,7 +83,7 @@ fn programs() -> Vec<Vec<(Step, u64)>> {
             (act(), 1),
             (Step::Return, 1),
         ],
-        vec![(Step::Unbounded { from: 0 }, 1), (act(), 0)],
+        vec![(Step::Unbounded { from: 0, certain: true }, 1), (act(), 0)],
     ]
 }
 

@@ -28,10 +28,12 @@ pub enum Doubt {
         /// The file and the line of the first use.
         first: (String, u32),
     },
-    /// A scan can go round a loop for ever.
+    /// Nothing bounds a loop that a scan can come to.
     Endless {
         /// The line to which control goes back.
         line: u32,
+        /// Whether the scan can go round it for ever; else only nothing is known that ends it.
+        certain: bool,
     },
     /// Whether a scan can was not found out.
     PerhapsEndless {
@@ -61,7 +63,8 @@ impl Doubt {
             what: what.join(", "),
             first: (first.of(&program.files).name.clone(), first.line),
         });
-        let endless = endless.iter().map(|one| Doubt::Endless { line: one.to.line });
+        let endless =
+            endless.iter().map(|one| Doubt::Endless { line: one.to.line, certain: one.certain });
         let told = open.iter().take(MOST_TOLD);
         let told = told.map(|one| Doubt::PerhapsEndless { line: one.to.line });
         let more = open.len().checked_sub(MOST_TOLD).filter(|&more| more > 0);
@@ -120,9 +123,13 @@ impl fmt::Display for Doubt {
                 f,
                 "the program uses {what} (first in {file}:{line}): what networks take to refresh these is not stated and not in the bound: state it in a facts file (--facts): [network] refresh = \"1.5ms\", or refresh = \"none\" where nothing refreshes them"
             ),
-            Doubt::Endless { line } => write!(
+            Doubt::Endless { line, certain: true } => write!(
                 f,
                 "a scan can go round the loop to line {line} without end: nothing bounds it"
+            ),
+            Doubt::Endless { line, certain: false } => write!(
+                f,
+                "nothing is known that ends the loop to line {line}: let it count a variable up or down to a constant that its type holds with room to spare, or write it as FOR with EXIT"
             ),
             Doubt::PerhapsEndless { line } => {
                 write!(f, "whether the loop to line {line} can run without end was not found out")

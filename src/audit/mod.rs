@@ -190,6 +190,12 @@ impl Audit {
         possible(&self.bound, self.table.factor.as_ref(), self.clocked.is_some())
     }
 
+    /// Whether a scan was found that goes round a loop for ever.
+    #[must_use]
+    pub fn is_endless(&self) -> bool {
+        self.unbounded.iter().any(|one| one.certain)
+    }
+
     /// Whether a run from power-up to the scan that costs `Bound::lower` was found.
     #[must_use]
     pub fn is_reached(&self) -> bool {
@@ -381,7 +387,7 @@ pub struct NetworkUse {
     pub first: Location,
 }
 
-/// A loop that a scan can go round for ever.
+/// A loop that a scan can come to and that nothing bounds.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LoopUse {
     /// Where it begins.
@@ -392,6 +398,8 @@ pub struct LoopUse {
     pub begins: String,
     /// Its last one.
     pub ends: String,
+    /// Whether a scan can go round it for ever; else only nothing is known that ends it.
+    pub certain: bool,
 }
 
 /// One instruction on the path of the worst scan found.

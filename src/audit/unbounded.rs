@@ -1,4 +1,4 @@
-//! Loops that a scan can go round for ever: which of them can be reached at all, each proved by a replayed scan.
+//! Loops without a bound: which of them can be reached at all, each proved by a replayed scan.
 
 use super::LoopUse;
 use crate::base::time::{Picos, Times};
@@ -96,9 +96,9 @@ pub fn unasked(program: &Program) -> Vec<LoopUse> {
 
 fn shown(program: &Program, at: usize) -> LoopUse {
     let end = &program.instructions[at];
-    let from = match end.step {
-        Step::Unbounded { from } => from,
-        _ => at,
+    let (from, certain) = match end.step {
+        Step::Unbounded { from, certain } => (from, certain),
+        _ => (at, true),
     };
     let start = &program.instructions[from];
     LoopUse {
@@ -106,5 +106,6 @@ fn shown(program: &Program, at: usize) -> LoopUse {
         to: end.place,
         begins: start.text.to_string(),
         ends: end.text.to_string(),
+        certain,
     }
 }

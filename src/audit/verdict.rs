@@ -198,8 +198,10 @@ impl Check {
             let unknown = audit.points.iter().any(|points| points.most.is_none());
             reasons(&if unknown { audit.all_doubts() } else { audit.doubts.clone() })
         };
-        let verdict = if lower > limit || !audit.unbounded.is_empty() {
+        let verdict = if lower > limit || audit.is_endless() {
             Verdict::Refuted
+        } else if !audit.unbounded.is_empty() {
+            Verdict::Undecided(reasons(&audit.doubts))
         } else if upper > limit {
             let bases = audit.bases.iter().cloned().map(Reason::DearestBase);
             let found = [open(audit, limit, margin), bases.collect(), reasons(&audit.doubts)];
@@ -217,7 +219,7 @@ impl Check {
     /// The same where only a scan refutes to which a run from power-up was found.
     #[must_use]
     pub fn if_reached(mut self, audit: &Audit) -> Check {
-        if self.verdict == Verdict::Refuted && audit.unbounded.is_empty() && !audit.is_reached() {
+        if self.verdict == Verdict::Refuted && !audit.is_endless() && !audit.is_reached() {
             let reason = Reason::NotReached { took: audit.possible() };
             self.verdict = Verdict::Undecided(vec![reason]);
         }
@@ -229,7 +231,7 @@ impl Check {
     #[must_use]
     pub fn if_assumed_at_most(mut self, audit: &Audit, most: MostAssumed) -> Check {
         self.most_assumed = Some(most);
-        if !audit.unbounded.is_empty() || !self.assumed.is_above(most) {
+        if audit.is_endless() || !self.assumed.is_above(most) {
             return self;
         }
         let reason = Reason::Assumed {
@@ -360,8 +362,9 @@ mod tests {
         let mut endless = audit.clone();
         let at = crate::base::location::Location { file: 0, line: 1, step: None };
         let one = String::new;
-        let found = crate::audit::LoopUse { from: at, to: at, begins: one(), ends: one() };
-        endless.unbounded = vec![found];
+        let found =
+            crate::audit::LoopUse { from: at, to: at, begins: one(), ends: one(), certain: true };
+        endless.unbounded = vec![found.clone()];
         let check = Check::new(&endless, upper, Margin::default());
         let none = "0%".parse().expect("a share");
         assert_eq!(check.if_assumed_at_most(&endless, none).verdict, Verdict::Refuted);

@@ -119,7 +119,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(first) = audit.unbounded.first() {
         let file = first.to.of(&audit.files);
         let line = first.to.line;
-        return Err(anyhow!("nothing bounds the scan: it can go round the loop to line {line} of {file} without end (scanbound audit shows it)").into());
+        let what = match first.certain {
+            true => "a scan can go round without end",
+            false => "nothing is known to end",
+        };
+        return Err(anyhow!("nothing bounds the scan: {what} the loop to line {line} of {file} (scanbound audit shows it)").into());
     }
     let bounds = Bounds::of(&audit);
     let Some(found) = Comparison::new(audit.files, bounds, measurements, arguments.fit) else {

@@ -406,11 +406,13 @@ pub enum Step {
         /// When.
         fires: Logic,
     },
-    /// The end of a loop that goes on for ever: control has come round to where it was, and nothing that the loop asks
-    /// for has changed. A scan that gets here has no bound. It is followed no further, as if it ended.
+    /// A loop without a bound: control has come round to where it was, and nothing that the loop asks for has changed, or
+    /// nothing is known that ends it. A scan that gets here has no bound. It is followed no further, as if it ended.
     Unbounded {
         /// Where the loop begins; it ends where control came from.
         from: usize,
+        /// Whether it goes on for ever; else only no count of its turns is known.
+        certain: bool,
     },
     /// Runs the instructions up to its `ForEnd` so many times: the count as a signed number, but at
     /// least `least` and at most `most`. Read once. `ForBegin` itself is reached once, its `ForEnd` once an iteration.

@@ -428,7 +428,7 @@ fn a_sum_of_times_never_wraps() {
 fn a_scan_is_given_up_where_it_goes_round_for_ever() {
     let mut p = program(vec![
         instruction(Step::Jump { fires: m(0), target: 2 }, vec![]),
-        instruction(Step::Unbounded { from: 0 }, vec![]),
+        instruction(Step::Unbounded { from: 0, certain: true }, vec![]),
         instruction(Step::Nothing, vec![]),
     ]);
     let times = vec![Times::new(Picos(ON), Picos(OFF)); 3];

@@ -116,10 +116,11 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
     let mut found = vec![Finding { rule, level, message, place: first }];
     let mut add = |rule, level, message, place| found.push(Finding { rule, level, message, place });
     for one in audit.unbounded.iter().take(MOST) {
-        let message = format!(
-            "a scan can go round this loop without end: `{}` to `{}`",
-            one.begins, one.ends
-        );
+        let what = match one.certain {
+            true => "a scan can go round this loop without end",
+            false => "nothing is known that ends this loop",
+        };
+        let message = format!("{what}: `{}` to `{}`", one.begins, one.ends);
         add(rules::ENDLESS, Level::Error, message, at(one.from));
     }
     for one in audit.unknowns.iter().take(MOST) {

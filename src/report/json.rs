@@ -339,6 +339,7 @@ struct Loop<'a> {
     to_line: u32,
     begins: &'a str,
     ends: &'a str,
+    certain: bool,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -731,6 +732,7 @@ fn endless(one: &audit::LoopUse) -> Loop<'_> {
         to_line: one.to.line,
         begins: &one.begins,
         ends: &one.ends,
+        certain: one.certain,
     }
 }
 

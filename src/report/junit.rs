@@ -58,7 +58,8 @@ impl Checks for All {
 fn case(audit: &Audit, check: Option<&Check>, extent: Extent) -> TestCase {
     let answer = verdict::answer(audit, check).plain();
     let status = match check.map(|check| &check.verdict) {
-        _ if !audit.unbounded.is_empty() => failed("refuted", answer),
+        _ if audit.is_endless() => failed("refuted", answer),
+        None if !audit.unbounded.is_empty() => failed("undecided", answer),
         None | Some(Verdict::Proved) => TestCaseStatus::success(),
         Some(Verdict::Refuted) => failed("refuted", answer),
         Some(Verdict::Undecided(_)) => {

@@ -20,7 +20,11 @@ pub fn loops(audit: &Audit) -> String {
         [] => String::new(),
         loops => {
             let lines: String = loops.iter().map(line).collect();
-            format!("\nLoops that can run without end in one scan\n{lines}")
+            let title = match audit.is_endless() {
+                true => "Loops that can run without end in one scan",
+                false => "Loops of which nothing is known that ends them",
+            };
+            format!("\n{title}\n{lines}")
         }
     }
 }

@@ -207,7 +207,7 @@ impl Layout<'_> {
         for (jump, at, to) in std::mem::take(&mut open.rounds) {
             let from = open.laid.range((0, to)..).find(|(spot, _)| spot.1 == to);
             let from = from.map_or(start, |(_, &from)| from);
-            let round = self.put(at, None, Step::Unbounded { from }, vec![]);
+            let round = self.put(at, None, Step::Unbounded { from, certain: true }, vec![]);
             self.aim(jump, round);
         }
         for (jump, spot) in std::mem::take(&mut open.jumps) {

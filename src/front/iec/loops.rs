@@ -235,11 +235,12 @@ impl Emit<'_> {
         self.turns(at, variable, (First::Held, end, *by), (*far, fewest), line)
     }
 
-    /// Where a condition holds, the loop that begins has no end.
+    /// Where a condition holds, nothing is known that ends the loop that begins: its variable begins anew at the other end of
+    /// its type and may yet come to a value that does, or it goes round more often than is followed.
     fn without_end(&mut self, condition: Logic) {
         let skip = self.jump(condition.not(), None);
         let here = self.builder.next();
-        self.builder.add(None, Vec::new(), Step::Unbounded { from: here });
+        self.builder.add(None, Vec::new(), Step::Unbounded { from: here, certain: false });
         self.land(skip);
         self.landing();
     }
@@ -354,18 +355,27 @@ impl Emit<'_> {
         let [high, low] = [high, low].map(|end| Box::new(Number::Words(end.clone())));
         let apart = self.copies(Number::Sub(high, low), DINT);
         let difference = Number::Words(apart.clone());
-        let count = match by.abs() {
-            1 => Number::Add(Box::new(difference), Box::new(constant(1, 2))),
+        // How often it goes on behind its first turn, and the value with which it goes round last.
+        let (more, last) = match by.abs() {
+            1 => (difference, last),
             step => {
-                let steps = constant(step, 2);
-                let Value::Number(_, turns) =
-                    self.arithmetic(Operator::Divide, DINT, difference, steps)?
-                else {
+                let mut parts = Vec::new();
+                for operator in [Operator::Divide, Operator::Modulo] {
+                    let steps = constant(step, 2);
+                    match self.arithmetic(operator, DINT, difference.clone(), steps)? {
+                        Value::Number(_, part) => parts.push(Box::new(part)),
+                        _ => return endless("the loop's count is not followed".to_owned()),
+                    }
+                }
+                let end = Box::new(Number::Words(ends[1].clone()));
+                let (Some(short), Some(more)) = (parts.pop(), parts.pop()) else {
                     return endless("the loop's count is not followed".to_owned());
                 };
-                Number::Add(Box::new(turns), Box::new(constant(1, 2)))
+                let last = if by > 0 { Number::Sub(end, short) } else { Number::Add(end, short) };
+                (*more, Value::Number(DINT, last))
             }
         };
+        let count = Number::Add(Box::new(more), Box::new(constant(1, 2)));
         // A count of more than 16 bits is the largest there is: beyond that, nothing is bounded. A difference that does not
         // fit 31 bits comes out below 0.
         let words = self.copies(count, DINT);

@@ -26,6 +26,9 @@ pub(super) fn section(cursor: &mut Cursor) -> Option<Section> {
     Some(section)
 }
 
+/// Who may name what is declared.
+const ACCESS: &[&str] = &["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"];
+
 /// The variables of a section, up to its END_VAR.
 pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Variable>, Fault> {
     let (mut constant, mut retain) = (false, false);
@@ -34,7 +37,11 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
             constant = true;
         } else if cursor.take_word("RETAIN") || cursor.take_word("PERSISTENT") {
             retain = true;
-        } else if !cursor.take_word("NON_RETAIN") {
+        } else if cursor.take_word("NON_RETAIN") {
+        } else if cursor.is_one_of(ACCESS) && matches!(cursor.second(), Token::Word(_)) {
+            // Who may name them, which changes nothing that is carried out.
+            cursor.next();
+        } else {
             break;
         }
     }

@@ -24,12 +24,15 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
         row(
             "longest scan",
             right("unbounded").styled(BAD),
-            "a scan can go round a loop without end".to_owned(),
+            match audit.is_endless() {
+                true => "a scan can go round a loop without end".to_owned(),
+                false => "nothing is known that ends a loop".to_owned(),
+            },
         );
         row(
             "cut off",
             time(bound.upper),
-            "at most, if each scan ends where it has gone round such a loop".to_owned(),
+            "at most, if each scan ends where it comes to such a loop".to_owned(),
         );
     } else if audit.possible() == bound.upper {
         let what = format!("exact: a scan that takes this long was found and replayed{reached}");

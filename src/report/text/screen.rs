@@ -154,9 +154,7 @@ fn watchdog(audit: &Audit) -> Option<String> {
     let share = Share::of(audit.upper_with_all_points(), time);
     let told = match Check::new(audit, time, Margin::default()).verdict {
         Verdict::Proved => format!("kept, {share} of it used"),
-        Verdict::Refuted if !audit.unbounded.is_empty() => {
-            "runs out in a loop without end".to_owned()
-        }
+        Verdict::Refuted if audit.is_endless() => "runs out in a loop without end".to_owned(),
         Verdict::Refuted => "a scan was found that takes longer".to_owned(),
         Verdict::Undecided(_) if share <= Share(1000) => {
             format!("{share} of it used, what is not stated not counted")

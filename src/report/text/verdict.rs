@@ -56,8 +56,14 @@ pub(in crate::report) fn answer(audit: &Audit, check: Option<&Check>) -> Answer 
 fn bound(audit: &Audit) -> Answer {
     if let Some(first) = audit.unbounded.first() {
         let place = place(audit, first.from);
-        let told =
-            format!("Nothing bounds the scan: it can go round the loop at {place} without end.");
+        let told = match first.certain {
+            true => {
+                format!("Nothing bounds the scan: it can go round the loop at {place} without end.")
+            }
+            false => format!(
+                "Nothing is known to bound the scan: the loop at {place} may go round any number of times."
+            ),
+        };
         return Answer { style: BAD, word: "", told };
     }
     let (upper, lower) = (audit.bound.upper, audit.possible());
@@ -96,7 +102,7 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
             ),
         },
         Verdict::Refuted => {
-            let told = match audit.unbounded.first() {
+            let told = match audit.unbounded.iter().find(|one| one.certain) {
                 Some(first) => {
                     format!(
                         "a scan can go round the loop at {} without end",
@@ -114,6 +120,10 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
                 ),
             };
             Answer { style: BAD, word: "REFUTED", told }
+        }
+        Verdict::Undecided(_) if !audit.unbounded.is_empty() => {
+            let told = format!("{}; the limit is {limit}", bound(audit).told.trim_end_matches('.'));
+            Answer { style: CARE, word: "UNDECIDED", told }
         }
         Verdict::Undecided(reasons) if check.upper <= check.limit => {
             let doubts = reasons.iter().any(|reason| !matches!(reason, Reason::Assumed { .. }));
