@@ -557,3 +557,102 @@ fn what_is_fed_back_is_what_the_scan_before_left() {
         .replace("typeName=\"RS\"", "typeName=\"OR\"");
     assert_eq!(audited("main.xml", &function).err(), Some(vec![Code::Connection]));
 }
+
+/// The bound by a table by which a logarithm takes a microsecond, an addition to a text's or a number's type none.
+fn logarithms(text: &str) -> Result<(u64, usize), Vec<Code>> {
+    costing("LN,1,1\n", text)
+}
+
+/// The bound in microseconds where only these rows cost anything, and how many loops nothing is known to end.
+fn costing(rows: &str, text: &str) -> Result<(u64, usize), Vec<Code>> {
+    let mut table = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES {
+        table += &format!("@{class},0,0\n");
+    }
+    table += &format!("{rows}@end,0,\n");
+    let table = Table::parse("t.csv", table.as_bytes()).unwrap_or_else(|_| panic!("{rows}")).table;
+    let inputs = [Input { name: "main.st".into(), bytes: text.as_bytes().to_vec() }];
+    let facts = Facts::default();
+    let request =
+        Request { table: Some(&table), dialect: Some("iec-text"), ..Request::new(&inputs, &facts) };
+    match audit(&request) {
+        Ok(found) => Ok((micros(&found), found.unbounded.len())),
+        Err(Failure::Input(faults)) => Err(faults.iter().map(|fault| fault.code).collect()),
+        Err(other) => panic!("{text}: {other:?}"),
+    }
+}
+
+#[test]
+fn ends_of_loops_that_the_program_limits_bound_them() {
+    let of = |body: &str| {
+        let text = format!(
+            "PROGRAM main VAR_INPUT n, m : INT; END_VAR VAR i, k : INT; d : DINT; u : UINT; r : REAL;
+            s : STRING(20); END_VAR {body} END_PROGRAM"
+        );
+        logarithms(&text).unwrap_or_else(|faults| panic!("{body}: {faults:?}"))
+    };
+    let turns = |from_to: &str| of(&format!("FOR i := {from_to} DO r := LN(r); END_FOR"));
+    assert_eq!(turns("1 TO LIMIT(0, m, 20)"), (20, 0));
+    assert_eq!(turns("1 TO LIMIT(-5, m, 20)"), (20, 0));
+    assert_eq!(turns("1 TO MIN(m, 20)"), (20, 0));
+    assert_eq!(turns("MAX(m, 1) TO 20"), (20, 0));
+    assert_eq!(turns("1 TO LEN(s)"), (20, 0));
+    assert_eq!(turns("1 TO FIND(s, 'a')"), (20, 0));
+    let after = |before: &str, from_to: &str| {
+        of(&format!("{before} FOR i := {from_to} DO r := LN(r); END_FOR"))
+    };
+    assert_eq!(after("k := n; IF k > 20 THEN k := 20; END_IF", "1 TO k"), (20, 0));
+    assert_eq!(after("k := n; IF k > 20 OR k < 0 THEN k := 7; END_IF", "0 TO k"), (21, 0));
+    assert_eq!(after("d := LIMIT(0, n, 20);", "0 TO d BY 2"), (11, 0));
+    assert_eq!(after("d := n; IF d > 20 THEN d := 20; END_IF", "3 TO d BY 4"), (5, 0));
+    assert_eq!(after("u := LIMIT(UINT#5, INT_TO_UINT(n), UINT#20);", "1 TO u"), (20, 0));
+    assert_eq!(
+        of("IF n >= 0 AND n <= 20 THEN FOR i := n TO 20 DO r := LN(r); END_FOR END_IF"),
+        (21, 0)
+    );
+    assert_eq!(of("i := 0; WHILE i < MIN(m, 9) DO r := LN(r); i := i + 1; END_WHILE"), (9, 0));
+    // Nothing limits these.
+    assert_eq!(turns("n TO 20").1, 1);
+    assert!(turns("1 TO MAX(m, 20)").0 > 30_000);
+}
+
+#[test]
+fn what_leads_to_the_end_of_a_loop_is_paid_for_at_each_turn() {
+    let of = |end: &str| {
+        let text = format!(
+            "PROGRAM main VAR n, m, i : INT; END_VAR n := 2; m := 5; FOR i := 1 TO {end} DO ; END_FOR END_PROGRAM"
+        );
+        costing("MUL,1,1\n", &text).expect("a bound")
+    };
+    assert_eq!(of("n * m"), (11, 0));
+    assert_eq!(of("3 * 4"), (0, 0));
+}
+
+#[test]
+fn values_of_which_only_the_type_is_known_are_converted_for_the_same_price() {
+    let of = |statement: &str| {
+        let text = format!(
+            "FUNCTION G : LREAL VAR_INPUT v : LREAL; END_VAR G := v; END_FUNCTION
+            PROGRAM main VAR r, q : REAL; l : LREAL; n : INT; li : LINT; s : STRING; x : BOOL; END_VAR
+            {statement} END_PROGRAM"
+        );
+        costing("CONVERT,1,1\n", &text).unwrap_or_else(|faults| panic!("{statement}: {faults:?}")).0
+    };
+    for (statement, conversions) in [
+        ("r := ABS(q);", 0),
+        ("r := SQRT(q);", 0),
+        ("l := ABS(r);", 1),
+        ("l := LN(r);", 1),
+        ("r := TRUNC(q);", 1),
+        ("n := TRUNC(q);", 0),
+        ("n := LEN(s);", 0),
+        ("r := li * li;", 1),
+        ("l := li * li;", 1),
+        ("l := G(ABS(r));", 1),
+        ("l := G(SQRT(r));", 1),
+        // Given to what works with reals or long reals, and taken from it: one or the other.
+        ("r := SIN(n);", 2),
+    ] {
+        assert_eq!(of(statement), conversions, "{statement}");
+    }
+}

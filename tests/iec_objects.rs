@@ -583,3 +583,67 @@ fn random_programs_agree_with_an_interpreter() {
         assert!(!may(BLOCKS, variables, &body, &none), "case {case}: {none}\n{body}");
     }
 }
+
+#[test]
+fn what_is_handed_over_in_and_out_has_its_value_before_outputs_are_taken() {
+    let of = |given: &str, then: &str| {
+        let text = format!(
+            "FUNCTION_BLOCK F VAR_IN_OUT x : INT; END_VAR VAR_OUTPUT o : INT; END_VAR o := x; x := 7; END_FUNCTION_BLOCK
+            PROGRAM main VAR f1 : F; g : INT; t : TON; END_VAR g := 1; f1({given}); IF {then} THEN t(); END_IF END_PROGRAM"
+        );
+        micros(&audited("main.st", &text).unwrap_or_else(|faults| panic!("{given}: {faults:?}")))
+    };
+    for given in ["o => g, x := g", "x := g, o => g"] {
+        assert!(of(given, "g = 1") >= PROBE, "{given}");
+        assert!(of(given, "g = 7") < PROBE, "{given}");
+    }
+}
+
+#[test]
+fn what_is_handed_over_in_and_out_is_reached_by_calls_alone() {
+    let unit = "FUNCTION_BLOCK F VAR_IN_OUT x : INT; END_VAR VAR y : INT; END_VAR
+        METHOD Look : INT Look := x; END_METHOD
+        METHOD Around : INT Around := THIS^.Look(); END_METHOD
+        METHOD Own : INT VAR x : INT; END_VAR Own := x + y; END_METHOD
+        PROPERTY P : INT GET P := x; END_GET END_PROPERTY
+        y := Look(); Act();
+        ACTION Act: x := 5; END_ACTION
+        END_FUNCTION_BLOCK
+        FUNCTION_BLOCK D EXTENDS F END_FUNCTION_BLOCK";
+    let of = |statements: &str| {
+        audited(
+            "main.st",
+            &format!("{unit} PROGRAM main VAR f1 : F; d1 : D; g, n : INT; END_VAR {statements} END_PROGRAM"),
+        )
+        .map(|_| ())
+        .map_err(|faults| faults[0].0)
+    };
+    assert_eq!(of("f1(x := g); n := f1.Own(); n := f1.y;"), Ok(()));
+    for outside in [
+        "n := f1.Look();",
+        "n := f1.Around();",
+        "n := f1.P;",
+        "f1.Act();",
+        "f1.x := 5;",
+        "n := f1.x;",
+        "n := d1.Look();",
+        "f1();",
+    ] {
+        assert_eq!(of(&format!("f1(x := g); {outside}")), Err(Code::NotModelled), "{outside}");
+    }
+}
+
+#[test]
+fn a_private_method_of_a_base_is_not_taken_for_another() {
+    let of = |access: &str| {
+        let text = format!(
+            "FUNCTION_BLOCK B METHOD {access} M ; END_METHOD METHOD R M(); END_METHOD END_FUNCTION_BLOCK
+            FUNCTION_BLOCK F EXTENDS B METHOD M ; END_METHOD END_FUNCTION_BLOCK
+            PROGRAM main VAR f1 : F; END_VAR f1.R(); END_PROGRAM"
+        );
+        audited("main.st", &text).map(|_| ()).map_err(|faults| faults[0].0)
+    };
+    assert_eq!(of("PRIVATE"), Err(Code::NotModelled));
+    assert_eq!(of("PROTECTED"), Ok(()));
+    assert_eq!(of(""), Ok(()));
+}

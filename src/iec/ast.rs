@@ -120,6 +120,12 @@ impl Operator {
         }
     }
 
+    /// Whether it joins truth values or bits, of which it does not matter how they are grouped.
+    #[must_use]
+    pub fn is_of_bits(self) -> bool {
+        matches!(self, Operator::Or | Operator::Xor | Operator::And)
+    }
+
     /// How strongly it binds; a larger number binds more.
     #[must_use]
     pub fn binding(self) -> u8 {

@@ -186,6 +186,8 @@ pub struct Pou {
     pub transitions: Vec<Named>,
     /// Its methods, and what its properties read and write ([`getter`], [`setter`]).
     pub methods: Vec<Pou>,
+    /// Whether only the unit that declares it may call it, of a method (PRIVATE).
+    pub is_private: bool,
     /// The file, an index into the files that were read.
     pub file: usize,
     /// Its line.
@@ -219,6 +221,7 @@ impl Pou {
             actions: Vec::new(),
             transitions: Vec::new(),
             methods: Vec::new(),
+            is_private: false,
             file: 0,
             line,
         }

@@ -65,7 +65,14 @@ pub fn expr(one: &Expr) -> String {
         Expr::Negate(inner) => format!("-{}", bracketed(inner, 9)),
         Expr::Binary(operator, left, right) => {
             let own = operator.binding();
-            format!("{} {} {}", bracketed(left, own), operator.symbol(), bracketed(right, own + 1))
+            let is_same = matches!(&**right, Expr::Binary(inner, ..) if inner == operator);
+            let more = u8::from(!(is_same && operator.is_of_bits()));
+            format!(
+                "{} {} {}",
+                bracketed(left, own),
+                operator.symbol(),
+                bracketed(right, own + more)
+            )
         }
         Expr::Call(function, given) => format!("{}({})", path(function), arguments(given)),
     }

@@ -45,6 +45,23 @@ pub fn results(
             let moved = words.derived(Function::Moved(way), first, &places, count);
             Some((moved, places_fit(words, circuit, second[0], count)))
         }
+        Operation::Limit => {
+            let [low, high, number] = inputs else { return None };
+            if [high, number].iter().any(|one| one.len() != count) {
+                return None;
+            }
+            let mut is = |relation, one: &[Word], other: &[Word]| {
+                super::number::compare(words, circuit, relation, true, one, other)
+            };
+            let below = is(Relation::Less, number, low);
+            let above = is(Relation::Greater, number, high);
+            let crossed = is(Relation::Greater, low, high);
+            let kept = (0..count).map(|at| {
+                let inside = words.either(below, low[at], number[at]);
+                words.either(above, high[at], inside)
+            });
+            Some((kept.collect(), !crossed))
+        }
         Operation::Each(Unary::FromBcd) => {
             let number = of(Function::FromDecimal, count);
             let bits: Vec<Lit> = bits_of(words, circuit, first);

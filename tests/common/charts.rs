@@ -183,6 +183,7 @@ pub fn program(chart: Chart, actions: u64) -> Pou {
         actions: Vec::new(),
         transitions: Vec::new(),
         methods: Vec::new(),
+        is_private: false,
         file: 0,
         line: 1,
     }

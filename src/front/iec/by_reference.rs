@@ -3,7 +3,7 @@
 
 use super::emit::Emit;
 use super::function::{is_handed, parameters};
-use super::reach::overlap;
+use super::reach::{named_in, overlap};
 use super::resolve::{Context, Found};
 use super::types::lineage;
 use crate::base::code::Code;
@@ -29,6 +29,14 @@ impl Emit<'_> {
                 one.name
             );
             let help = "call the instance where it is declared";
+            return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
+        }
+        let names: Vec<_> = parameters(variables, given).filter_map(|(name, _)| name).collect();
+        let mut all = variables.iter().filter(|one| one.section == Section::InOut);
+        if let Some(left_out) = all.find(|own| !names.iter().any(|name| same(name, &own.name))) {
+            let message =
+                format!("{} is handed over in and out, and this call leaves it out", left_out.name);
+            let help = "hand it over in every call: what a call without it means differs";
             return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
         let handed: Vec<&Path> = parameters(variables, given)
@@ -79,6 +87,45 @@ impl Emit<'_> {
                 );
                 let help = "hand over a variable of its own, and assign it before and after";
                 return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses what names, from outside, a variable that an instance's calls hand over in and out: what the last call handed over
+    /// is meant.
+    pub(super) fn names_handed(&self, pou: usize, name: &str, line: u32) -> Result<(), Fault> {
+        if !lineage(self.project, pou).iter().any(|pou| is_handed(&pou.variables, name)) {
+            return Ok(());
+        }
+        let message = format!(
+            "{name} is handed over in and out, and reached while no call of its instance hands it over"
+        );
+        let help =
+            "copy it to a variable of the block in its body, or hand it over where it is needed";
+        Err(Fault::new(line, message).code(Code::NotModelled).help(help))
+    }
+
+    /// The same of what a method, property or action of a unit reaches, alone or by others of the unit.
+    pub(super) fn member_names_handed(
+        &self,
+        pou: usize,
+        member: &str,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let all = lineage(self.project, pou);
+        if !all.iter().flat_map(|pou| &pou.variables).any(|one| one.section == Section::InOut) {
+            return Ok(());
+        }
+        let mut members = vec![member.to_owned()];
+        let mut seen = 0;
+        while let Some(member) = members.get(seen).cloned() {
+            seen += 1;
+            for name in all.iter().flat_map(|pou| named_in(pou, &member)) {
+                self.names_handed(pou, name, line)?;
+                if !members.iter().any(|known| same(known, name)) {
+                    members.push(name.to_owned());
+                }
             }
         }
         Ok(())

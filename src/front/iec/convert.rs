@@ -2,7 +2,7 @@
 
 use super::emit::Emit;
 use super::mixed::below_zero;
-use super::types::{DINT, Kind, Ty, holding};
+use super::types::{DINT, Kind, Ty, elementary, holding};
 use super::value::{Value, constant, wrapped};
 use crate::iec::fault::Fault;
 use crate::program::meaning::{Operand as Input, Operation};
@@ -20,6 +20,21 @@ type Named<'n> = (&'n str, Ty);
 
 fn is_bits(name: &str) -> bool {
     matches!(name, "BYTE" | "WORD" | "DWORD" | "LWORD")
+}
+
+/// Whether a conversion makes a number that may have a sign a bit string that may be longer: on some controllers the sign goes on
+/// in its further bits, as many as they keep of what is converted.
+pub(super) fn lengthens_bits(name: &str) -> bool {
+    let Some((from, to)) = name.split_once("TO_") else { return false };
+    let bits = |name: &str| match elementary(name) {
+        Some(Ty::Number(Kind::Whole { bits, signed })) => Some((bits, signed)),
+        _ => None,
+    };
+    let longer = bits(to).filter(|_| is_bits(to)).map_or(0, |(bits, _)| bits);
+    match from.strip_suffix('_') {
+        Some(from) => bits(from).is_some_and(|(bits, signed)| signed && bits < longer),
+        None => from.is_empty() && longer > 8,
+    }
 }
 
 impl Emit<'_> {
@@ -235,13 +250,11 @@ impl Emit<'_> {
                 Value::Bit(Logic::Compare(Box::new(compare)))
             }
             (Ty::Bit, Value::Constant(value)) => Value::Bit(Logic::Const(value != 0)),
-            (Ty::Number(kind), Value::Any) => Value::Number(
-                *kind,
-                self.any_number(
-                    *kind,
-                    "a conversion that is not followed: the result may be any number",
-                ),
-            ),
+            (Ty::Number(kind), Value::Any) => {
+                self.charge_any_conversion(*kind);
+                let why = "a conversion that is not followed: the result may be any number";
+                Value::Number(*kind, self.any_number(*kind, why))
+            }
             (Ty::Number(kind), value) => Value::Number(*kind, self.as_number(value, *kind, line)?),
             (Ty::Bit, Value::Any) => Value::Bit(
                 self.any_bit("a conversion that is not followed: it may be true or false"),

@@ -89,8 +89,15 @@ impl Emit<'_> {
                 if let Value::Constant(value) = value {
                     return Ok(Value::Constant(value.wrapping_neg()));
                 }
-                self.cost(&["SUB"], "arithmetic");
                 let (value, beyond) = parted(value);
+                let kind = match value {
+                    Value::Number(kind, _) => Some(kind),
+                    _ => None,
+                };
+                let is_real = kind.is_none_or(|kind| matches!(kind, Kind::Real | Kind::Opaque(_)));
+                let class = if is_real { "real" } else { "arithmetic" };
+                let names = [row(Operator::Subtract, kind), row(Operator::Subtract, None)];
+                self.cost(&names, class);
                 let Value::Number(kind, number) = value else { return Ok(Value::Any) };
                 let zero = constant(0, kind.words());
                 let negated = self.arithmetic(Operator::Subtract, kind, zero, number)?;
@@ -139,7 +146,11 @@ impl Emit<'_> {
                     ),
                 ),
             },
-            Literal::Real(..) | Literal::Text(_) | Literal::Date(_) => Value::Any,
+            Literal::Real(..) | Literal::Date(_) => {
+                let why = "a long real or a date is not followed: it may be any";
+                Value::Number(Kind::Opaque(4), self.any_number(Kind::Opaque(4), why))
+            }
+            Literal::Text(_) => Value::Any,
         })
     }
 
@@ -247,7 +258,7 @@ impl Emit<'_> {
     pub(super) fn between(&mut self, value: Value) -> Value {
         let why = "what comes of a sum or product within an expression, of which compilers keep more or fewer bits: it may be anything";
         match value {
-            Value::Number(kind @ Kind::Whole { .. }, _) => {
+            Value::Number(kind @ Kind::Whole { .. }, _) | Value::Open(kind, ..) => {
                 Value::Number(kind, self.any_number(kind, why))
             }
             Value::Bit(_) => Value::Bit(self.any_bit(why)),
@@ -494,6 +505,7 @@ impl Emit<'_> {
             }
             Value::Constant(value) => Ok(self.constant_as(kind, value)),
             Value::Any | Value::Address(..) => {
+                self.charge_any_conversion(kind);
                 Ok(self.any_number(kind, "a value that is not followed: it may be any number"))
             }
             Value::Bit(logic) => {

@@ -232,6 +232,13 @@ impl Emit<'_> {
         }
     }
 
+    /// Charges that a value of which even the type is not known may become a real or a long real.
+    pub(super) fn charge_any_conversion(&mut self, to: Kind) {
+        if is_real(to) {
+            self.cost(&[&format!("ANY_TO_{}", name_of(to)), "CONVERT"], "conversion");
+        }
+    }
+
     fn charge(&mut self, name: &str, class: &'static str, units: u64) {
         let key = counted(name, class, units);
         self.builder.add(Some(key), Vec::new(), crate::program::Step::Nothing);

@@ -1,13 +1,15 @@
 //! Functions: the standard's, and the project's own.
 
+use super::convert::lengthens_bits;
 use super::emit::{Emit, Place, What};
 use super::expr::row;
 use super::open::{beyond, complement, opened};
 use super::resolve::{Context, Found, unknown};
-use super::types::{ANY_UNIT, Kind, Ty, elementary, is_elementary};
+use super::types::{ANY_UNIT, DINT, Extent, INT, Kind, Ty, elementary, is_elementary};
 use super::value::{Value, wrapped};
 use super::whole::Whole;
 use super::within::{shown, works};
+use crate::base::code::Code;
 use crate::front::builder::always;
 use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
@@ -115,11 +117,12 @@ impl<'p> Emit<'p> {
         line: u32,
     ) -> Result<(), Fault> {
         let is_both = |name: &str| is_handed(variables, name);
-        for (name, argument) in parameters(variables, given) {
-            let Some(name) = name else { continue };
-            if !argument.is_output && !is_both(name) {
-                continue;
-            }
+        // What is handed over in and out is the caller's own variable: it has its value before any output is taken.
+        let (handed, others): (Vec<_>, Vec<_>) = parameters(variables, given)
+            .filter_map(|(name, argument)| Some((name?, argument)))
+            .filter(|(name, argument)| argument.is_output || is_both(name))
+            .partition(|(name, _)| is_both(name));
+        for (name, argument) in handed.into_iter().chain(others) {
             let (target, negated) = match &argument.value {
                 Expr::Variable(path) if !path.first.is_empty() => (path, false),
                 Expr::Not(inner) => match inner.as_ref() {
@@ -255,7 +258,9 @@ impl<'p> Emit<'p> {
     ) -> Result<Value, Fault> {
         let found = self.worked(at, name, given, line)?;
         let upper = name.to_ascii_uppercase();
-        let shows = SHOWS_BITS.contains(&upper.as_str()) || decimal(&upper).is_some();
+        let shows = SHOWS_BITS.contains(&upper.as_str())
+            || decimal(&upper).is_some()
+            || lengthens_bits(&upper);
         let mut inputs = given.iter().filter(|one| !one.is_output).map(|one| &one.value);
         // What was given more bits than 32 shows those of a sum of 32.
         let is_long = matches!(found, Value::Number(Kind::Whole { bits: 64, .. }, _));
@@ -274,6 +279,11 @@ impl<'p> Emit<'p> {
         let upper = name.to_ascii_uppercase();
         let inputs = given.iter().filter(|one| !one.is_output && !is_named(one, "EN"));
         let inputs: Vec<&Expr> = inputs.map(|one| &one.value).collect();
+        if inputs.len() > MOST_INPUTS {
+            let told = format!("{upper} has more than {MOST_INPUTS} inputs");
+            let help = "give a part of them to another call";
+            return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
+        }
         let values = self.operands(at, &inputs, line, &mut |emit, which| {
             let may_be_left =
                 matches!(upper.as_str(), "SEL" | "MUX") && emit.calls_own(inputs[which]);
@@ -411,11 +421,14 @@ impl<'p> Emit<'p> {
                 self.limited(low, value, high, line)
             }
             ("ABS", 1) => {
-                self.cost(&["ABS"], "arithmetic");
-                let Value::Number(kind @ (Kind::Whole { .. } | Kind::Time), number) =
-                    values.remove(0)
-                else {
-                    return Ok(Value::Any);
+                let value = values.remove(0);
+                let is_whole = matches!(
+                    value,
+                    Value::Number(Kind::Whole { .. } | Kind::Time, _) | Value::Constant(_)
+                );
+                self.cost(&["ABS"], if is_whole { "arithmetic" } else { "real" });
+                let Value::Number(kind @ (Kind::Whole { .. } | Kind::Time), number) = value else {
+                    return self.any_result(&upper, Some(&value), Extent::One, line);
                 };
                 let words = self.words(number, kind.words());
                 let number = Number::Words(words);
@@ -456,11 +469,52 @@ impl<'p> Emit<'p> {
             }
             _ if FOLLOWED_NOT.contains(&upper.as_str()) => {
                 self.cost(&[&upper, "FUNCTION"], "special");
-                let at = self.builder.next() - 1;
-                self.program().approximate(at, format!("the result of {upper} may be any value"));
-                Ok(Value::Any)
+                let extent = inputs.first().map_or(Extent::One, |one| self.extent(at, one));
+                self.any_result(&upper, values.first(), extent, line)
             }
             _ => Err(unknown(line, &format!("function {name}"))),
+        }
+    }
+
+    /// The result of a function that is not followed: any of the type that it gives for what it is given.
+    fn any_result(
+        &mut self,
+        name: &str,
+        given: Option<&Value>,
+        extent: Extent,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let why = format!("the result of {name} may be any value");
+        let kind = match (name, given) {
+            (name, Some(Value::Number(kind @ (Kind::Real | Kind::Opaque(_)), _)))
+                if name == "ABS" || OF_REALS.contains(&name) =>
+            {
+                Some(*kind)
+            }
+            ("LEN" | "FIND", _) if matches!(extent, Extent::Characters(..=0x7FFF)) => Some(INT),
+            ("TRUNC" | "LEN" | "FIND" | "SIZEOF", _) => Some(DINT),
+            ("TIME", _) => Some(Kind::Time),
+            ("LTIME", _) => Some(Kind::Opaque(4)),
+            (name, given) => {
+                // It is given what it works with: controllers differ in whether that is a real or a long real.
+                if OF_REALS.contains(&name) && matches!(given, Some(Value::Number(..))) {
+                    self.cost(&["CONVERT"], "conversion");
+                }
+                None
+            }
+        };
+        let Some(kind) = kind else {
+            let at = self.builder.add(None, Vec::new(), Step::Nothing);
+            self.program().approximate(at, why);
+            return Ok(Value::Any);
+        };
+        let any = Value::Number(kind, self.any_number(kind, &why));
+        match (name, extent) {
+            ("LEN" | "FIND", Extent::Characters(most)) => {
+                let most = Value::Constant(i64::try_from(most).unwrap_or(i64::MAX));
+                self.charged_already(|emit| emit.limited(Value::Constant(0), any, most, line))
+            }
+            _ => Ok(any),
         }
     }
 
@@ -577,6 +631,9 @@ fn decimal(name: &str) -> Option<(bool, Option<Ty>)> {
     }
 }
 
+/// A function of the standard has no more inputs.
+const MOST_INPUTS: usize = 200;
+
 /// Functions of the standard that are operators, too, or give what they are given.
 const OPERATORS: &[&str] = &[
     "ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "GT", "GE", "EQ", "NE", "LE",
@@ -585,7 +642,11 @@ const OPERATORS: &[&str] = &[
 
 /// Functions of the standard that bring to light how many bits are kept of what they are given.
 const SHOWS_BITS: &[&str] =
-    &["MUL", "MULTIME", "DIV", "DIVTIME", "MOD", "SHL", "SHR", "ROL", "ROR", "MUX"];
+    &["MUL", "MULTIME", "DIV", "DIVTIME", "MOD", "SHL", "SHR", "ROL", "ROR", "MUX", "ABS"];
+
+/// Functions of the standard that are given reals or long reals, and give such.
+const OF_REALS: &[&str] =
+    &["SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"];
 
 /// Functions of the standard whose results may be any value.
 const FOLLOWED_NOT: &[&str] = &[

@@ -87,6 +87,10 @@ impl Emit<'_> {
         let now = self.value(at, &Expr::Variable(variable.clone()), line)?;
         let next = self.combined(Operator::Add, now, Value::Constant(by), line)?;
         self.assign(at, variable, next, line)?;
+        // Some controllers work the end out before each turn.
+        if self.constant(at, to).is_none() && !matches!(to, Expr::Variable(_)) {
+            self.value(at, to, line)?;
+        }
         self.close_loop(begin, "END_FOR");
         self.left_behind(at, variable, by, &turns, line)?;
         self.leave_loop(out);
@@ -337,6 +341,15 @@ impl Emit<'_> {
             {
                 return endless("the ends of the loop have more than 31 bits".to_owned());
             }
+            // A short one is kept as it is: what is known of its one word says more than what is known of two.
+            let is_short =
+                matches!(value, Value::Number(Kind::Whole { bits: ..=16, .. }, _)) && !crosses;
+            let value = match value {
+                Value::Number(kind, number) if is_short => {
+                    Value::Number(kind, Number::Words(self.copied(number, kind.words())))
+                }
+                value => value,
+            };
             let mut number = self.as_number(value, DINT, line)?;
             if crosses {
                 // Some controllers take it as a very large one.
@@ -346,15 +359,17 @@ impl Emit<'_> {
             if far != 0 {
                 number = Number::Add(Box::new(number), Box::new(constant(far, 2)));
             }
-            ends.push(self.copies(number, DINT));
+            ends.push(match is_short {
+                true => number,
+                false => Number::Words(self.copies(number, DINT)),
+            });
         }
-        let number = |words: &Vec<WordSource>| Value::Number(DINT, Number::Words(words.clone()));
+        let number = |number: &Number| Value::Number(DINT, number.clone());
         let (high, low) = if by > 0 { (&ends[1], &ends[0]) } else { (&ends[0], &ends[1]) };
         let last = number(&ends[1]);
         let [high_value, low_value] = [high, low].map(number);
-        let [high, low] = [high, low].map(|end| Box::new(Number::Words(end.clone())));
-        let apart = self.copies(Number::Sub(high, low), DINT);
-        let difference = Number::Words(apart.clone());
+        let difference = Number::Sub(Box::new(high.clone()), Box::new(low.clone()));
+        let apart = self.copies(difference.clone(), DINT);
         // How often it goes on behind its first turn, and the value with which it goes round last.
         let (more, last) = match by.abs() {
             1 => (difference, last),
@@ -367,7 +382,7 @@ impl Emit<'_> {
                         _ => return endless("the loop's count is not followed".to_owned()),
                     }
                 }
-                let end = Box::new(Number::Words(ends[1].clone()));
+                let end = Box::new(ends[1].clone());
                 let (Some(short), Some(more)) = (parts.pop(), parts.pop()) else {
                     return endless("the loop's count is not followed".to_owned());
                 };

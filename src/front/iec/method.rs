@@ -1,13 +1,15 @@
 //! Methods, calls through references and of what the base has, and what is known of variables as they are declared.
 
 use super::emit::{Emit, Place, What};
+use super::function::parameters;
 use super::references::{Walk, Way};
 use super::resolve::{Context, unknown};
 use super::types::{Kind, Refers, Ty, lineage};
 use super::value::Value;
+use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Operator, Part, Path};
 use crate::iec::fault::Fault;
-use crate::iec::{Pou, same, show};
+use crate::iec::{Pou, PouKind, Section, Variable, same, show};
 use crate::program::Logic;
 
 impl<'p> Emit<'p> {
@@ -128,6 +130,11 @@ impl<'p> Emit<'p> {
         let Some((unit, method)) = self.method_in(own, name) else {
             return Err(unknown(line, &format!("{}.{name}", self.instances[instance].place.name)));
         };
+        self.is_one_method(own, name, line)?;
+        self.has_one_default(own, method, given, line)?;
+        if instance != at.instance {
+            self.member_names_handed(own, name, line)?;
+        }
         let place = self.method_place_of(instance, from, &method.name)?;
         let owner = self.instances[instance].place.name.clone();
         self.has_one_name(at, Some(&owner), &method.variables, given, line)?;
@@ -150,6 +157,54 @@ impl<'p> Emit<'p> {
         let enable = self.end_enabled(at, &place, enabled, given, line)?;
         self.open_outputs(at, enable.as_ref(), given, line)?;
         self.result_if(enable, result, line)
+    }
+
+    /// Refuses a method that a base has as PRIVATE, too: by the standard's third edition the base's own calls mean that one, and
+    /// not all controllers do so.
+    fn is_one_method(&self, unit: usize, name: &str, line: u32) -> Result<(), Fault> {
+        let all = lineage(self.project, unit).into_iter();
+        let methods = all.flat_map(|pou| &pou.methods).filter(|method| same(&method.name, name));
+        let methods: Vec<&Pou> = methods.collect();
+        let is_hidden = methods.iter().skip(1).any(|method| method.is_private);
+        if !is_hidden {
+            return Ok(());
+        }
+        let told = format!("{name} is a PRIVATE method of a base, too: which one is meant differs");
+        let help = "give one of the two another name";
+        Err(Fault::new(line, told).code(Code::NotModelled).help(help))
+    }
+
+    /// Refuses a call that leaves out an input which another declaration of the method gives another value: which declaration
+    /// the call sees is not told.
+    fn has_one_default(
+        &self,
+        unit: usize,
+        method: &Pou,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let family = lineage(self.project, unit);
+        let interfaces = self.project.pous.iter().filter(|pou| pou.kind == PouKind::Interface);
+        let all = family.into_iter().chain(interfaces).flat_map(|pou| &pou.methods);
+        let others: Vec<&Pou> = all.filter(|one| same(&one.name, &method.name)).collect();
+        let handed: Vec<&String> =
+            parameters(&method.variables, given).filter_map(|(name, _)| name).collect();
+        let is_input = |one: &&Variable| one.section == Section::Input;
+        let left_out = method.variables.iter().filter(is_input).find(|own| {
+            let is_own = |one: &&Variable| same(&one.name, &own.name);
+            !handed.iter().any(|name| same(name, &own.name))
+                && others.iter().any(|other| {
+                    let also = other.variables.iter().find(is_own);
+                    also.is_some_and(|also| also.initial != own.initial)
+                })
+        });
+        let Some(own) = left_out else { return Ok(()) };
+        let told = format!(
+            "{} of {} is left out, and what it is then differs by declaration",
+            own.name, method.name
+        );
+        let help = "hand it over";
+        Err(Fault::new(line, told).code(Code::NotModelled).help(help))
     }
 
     /// The method that a unit has or inherits, and the unit that declares it.

@@ -45,7 +45,7 @@ pub(super) fn complement(value: Value) -> Value {
             let found = Value::Number(kind, wrapped(kind, flipped));
             let is_shorter = matches!(kind, Kind::Whole { bits: ..64, signed: false });
             let never = is_shorter.then_some(Logic::Const(true));
-            opened(found, beyond.or(never))
+            opened(found, never.or(beyond))
         }
     }
 }
@@ -197,7 +197,11 @@ impl Emit<'_> {
         };
         match beyond {
             Some(beyond) if is_longer && relation.is_none() => {
-                (self.widened(number, from, to, beyond), None)
+                let beyond = self.keep_bit(beyond);
+                let number = self.widened(number, from, to, beyond.clone());
+                // Of those bits there may be more yet.
+                let is_open = matches!(to, Kind::Whole { bits: ..64, .. });
+                (number, is_open.then_some(beyond))
             }
             beyond => (self.converted(number, from, to), beyond),
         }

@@ -74,6 +74,10 @@ impl Emit<'_> {
         line: u32,
         work: &mut Work<'_, Self>,
     ) -> Result<Vec<Value>, Fault> {
+        // Only what is called changes what others read.
+        if !exprs.iter().any(|one| self.calls_own(one)) {
+            return work(self, false);
+        }
         let pairs = (1..exprs.len()).flat_map(|one| (0..one).map(move |other| (one, other)));
         if !{ pairs }.any(|(one, other)| self.order_matters(at, exprs[one], exprs[other])) {
             return work(self, false);

@@ -45,28 +45,59 @@ fn code(pou: &Pou, with_body: bool) -> Vec<Code<'_>> {
 
 /// The same without that of its methods.
 fn code_beside(pou: &Pou, with_body: bool) -> Vec<Code<'_>> {
-    fn of<'p>(body: &'p Body, found: &mut Vec<Code<'p>>) {
-        match body {
-            Body::Code(_, statements) => found.push(Code::Statements(statements)),
-            Body::Chart(chart) => {
-                found.extend(chart.transitions.iter().map(|one| Code::Condition(&one.condition)));
-                for block in chart.steps.iter().flat_map(|step| &step.blocks) {
-                    match &block.target {
-                        Target::Inline(_, body) => of(body, found),
-                        Target::Path(path) => found.push(Code::Action(path)),
-                    }
-                }
-            }
-            // Where it is called, that is a fault.
-            Body::Unread(..) => {}
-        }
-    }
     let mut found = Vec::new();
     if with_body {
-        of(&pou.body, &mut found);
+        found.extend(code_of(&pou.body));
     }
     for one in pou.actions.iter().chain(&pou.transitions) {
-        of(&one.body, &mut found);
+        found.extend(code_of(&one.body));
+    }
+    found
+}
+
+/// The code of a body.
+fn code_of(body: &Body) -> Vec<Code<'_>> {
+    let mut found = Vec::new();
+    match body {
+        Body::Code(_, statements) => found.push(Code::Statements(statements)),
+        Body::Chart(chart) => {
+            found.extend(chart.transitions.iter().map(|one| Code::Condition(&one.condition)));
+            for block in chart.steps.iter().flat_map(|step| &step.blocks) {
+                match &block.target {
+                    Target::Inline(_, body) => found.extend(code_of(body)),
+                    Target::Path(path) => found.push(Code::Action(path)),
+                }
+            }
+        }
+        // Where it is called, that is a fault.
+        Body::Unread(..) => {}
+    }
+    found
+}
+
+/// The names that an action, a method or a property of a unit uses and does not declare itself.
+pub(super) fn named_in<'p>(pou: &'p Pou, member: &str) -> Vec<&'p str> {
+    let mut all: Vec<(Code<'p>, &'p [Variable])> = Vec::new();
+    for one in pou.actions.iter().filter(|one| same(&one.name, member)) {
+        all.extend(code_of(&one.body).into_iter().map(|code| (code, &[][..])));
+    }
+    let is_meant = |method: &&Pou| {
+        same(&method.name, member) || method.property().is_some_and(|own| same(own, member))
+    };
+    for method in pou.methods.iter().filter(is_meant) {
+        all.extend(code(method, true).into_iter().map(|code| (code, &method.variables[..])));
+    }
+    let mut found = Vec::new();
+    for (code, hidden) in all {
+        paths(code, &mut |path, _| {
+            let mut names = names(path);
+            let first = names.next();
+            let is_own = |name: &str| ["THIS", "SUPER"].iter().any(|own| same(own, name));
+            found.extend(match first {
+                Some(first) if is_own(first) => names.next(),
+                first => first.filter(|name| !declares(hidden, name)),
+            });
+        });
     }
     found
 }

@@ -437,6 +437,11 @@ impl<'p> Emit<'p> {
             found = match (found, part) {
                 (Found::Place(place), Part::Name(name)) => match Self::part(&place, name) {
                     Some(part) => {
+                        if let Ty::Block(pou, _) = place.ty
+                            && place.name != self.instances[at.instance].place.name
+                        {
+                            self.names_handed(pou, name, line)?;
+                        }
                         self.note_count(&place.ty, &part);
                         Found::Place(part)
                     }
@@ -445,6 +450,9 @@ impl<'p> Emit<'p> {
                 (Found::Element(element), Part::Name(name)) => {
                     match Self::part(&element.place, name) {
                         Some(place) => {
+                            if let Ty::Block(pou, _) = element.place.ty {
+                                self.names_handed(pou, name, line)?;
+                            }
                             self.note_count(&element.place.ty, &place);
                             Found::Element(Element { place, ..element })
                         }

@@ -1,11 +1,11 @@
 //! Functions of the standard that move bits, choose among values, or read and write decimal digits.
 
 use super::emit::Emit;
-use super::expr::common;
+use super::expr::{common, row};
 use super::mixed::{below_zero, mixed, typed};
 use super::open::opened;
 use super::types::{DINT, Kind, holding};
-use super::value::{Value, constant, wrapped};
+use super::value::{Value, constant, within, wrapped};
 use crate::iec::ast::Operator;
 use crate::iec::fault::Fault;
 use crate::program::meaning::{Operand as Input, Operation, Unary};
@@ -164,6 +164,9 @@ impl Emit<'_> {
         high: Value,
         line: u32,
     ) -> Result<Value, Fault> {
+        if let Some(found) = self.between_constants(&low, &value, &high) {
+            return Ok(found);
+        }
         let [low, value, high] = [low, value, high].map(|value| self.frozen(value));
         let least = self.better(low.clone(), value, true, line)?;
         let found = self.better(least, high.clone(), false, line)?;
@@ -178,6 +181,33 @@ impl Emit<'_> {
         let Value::Bit(crossed) = crossed else { return Ok(Value::Any) };
         let other = self.differs("LIMIT takes the lower one of limits that are crossed");
         self.chosen(Logic::All(vec![crossed, other]), low, found, line)
+    }
+
+    /// A whole number kept between constants of its own type that are not crossed: an operation of which later passes know what
+    /// it gives.
+    fn between_constants(&mut self, low: &Value, value: &Value, high: &Value) -> Option<Value> {
+        let (&Value::Constant(low), &Value::Constant(high)) = (low, high) else { return None };
+        let Value::Number(kind @ Kind::Whole { bits: bits @ ..=32, signed }, number) = value else {
+            return None;
+        };
+        // It is worked out with a sign.
+        let wide = match (bits, signed) {
+            (32, false) => return None,
+            (16, false) => DINT,
+            _ => *kind,
+        };
+        if low > high || [low, high].iter().any(|&end| holding(*kind, end) != *kind) {
+            return None;
+        }
+        for operator in [Operator::GreaterOrEqual, Operator::LessOrEqual] {
+            self.cost(&[row(operator, Some(*kind))], "compare");
+        }
+        let words = wide.words();
+        let number = self.converted(number.clone(), *kind, wide);
+        let ends = [low, high].map(|end| Input::Number(within(wide, end)));
+        let inputs = ends.into_iter().chain([Input::Number(number)]).collect();
+        let found = self.worked_out(words, Some((Operation::Limit, inputs, words)));
+        Some(Value::Number(*kind, self.converted(found, wide, *kind)))
     }
 
     /// The larger or the smaller of two values.

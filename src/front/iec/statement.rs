@@ -626,6 +626,9 @@ impl<'p> Emit<'p> {
             if let Some(pou) = pou {
                 let instance = self.instance(&owner, pou);
                 if self.body(instance, &What::Action(name.to_owned())).is_some() {
+                    if instance != at.instance {
+                        self.member_names_handed(pou, name, line)?;
+                    }
                     self.hand_over(at, &owner, &[], given, line)?;
                     self.call(
                         Logic::Const(true),

@@ -5,6 +5,7 @@ use super::types::{Kind, Ty};
 use super::value::Value;
 use crate::iec::ast::{Expr, Operator, Part, Path};
 use crate::iec::{PouKind, Project, same};
+use crate::program::Logic;
 
 /// An expression and all in it.
 pub(super) fn each(one: &Expr, see: &mut dyn FnMut(&Expr)) {
@@ -65,14 +66,15 @@ pub(super) fn multiplies(one: &Expr) -> bool {
 /// which a function of the standard was given, as it shows how many bits a compiler keeps of these. Of shorter ones, such
 /// functions are given all bits, and what no function was given says by itself where it does not fit.
 pub(super) fn shown(of: &Expr, value: Value, ty: &Ty) -> Value {
-    let is_longer = match (&value, ty) {
-        (Value::Number(Kind::Whole { bits: own @ 32.., .. }, _), Ty::Number(kind)) => {
-            !matches!(kind, Kind::Whole { bits, .. } if bits <= own)
+    match (value, ty) {
+        (Value::Number(kind @ Kind::Whole { bits: own @ 32.., .. }, number), Ty::Number(to))
+            if !matches!(to, Kind::Whole { bits, .. } if *bits <= own) && works(of) =>
+        {
+            Value::Open(kind, number, Logic::Const(true))
         }
-        (Value::Number(Kind::Whole { bits: 32.., .. }, _), Ty::Bit) => true,
-        _ => false,
-    };
-    if is_longer && works(of) { Value::Any } else { value }
+        (Value::Number(Kind::Whole { bits: 32.., .. }, _), Ty::Bit) if works(of) => Value::Any,
+        (value, _) => value,
+    }
 }
 
 /// Whether an expression adds, multiplies, negates or complements anything.

@@ -39,14 +39,63 @@ fn operator(cursor: &mut Cursor) -> Option<Operator> {
     })
 }
 
+/// So many operands may follow each other without brackets, unless they are joined by AND, OR or XOR.
+const MOST_IN_A_ROW: usize = 200;
+
+/// From so many on, operands of AND, OR and XOR are joined by halves.
+const MANY: usize = 16;
+
 fn binary(cursor: &mut Cursor, least: u8) -> Result<Expr, Fault> {
+    let line = cursor.line();
     let mut left = cursor.deeper(unary)?;
-    while let Some(operator) = operator(cursor).filter(|one| one.binding() > least) {
-        cursor.next();
-        let right = cursor.deeper(|cursor| binary(cursor, operator.binding()))?;
-        left = Expr::Binary(operator, Box::new(left), Box::new(right));
+    let mut row = 0;
+    while let Some(by) = operator(cursor).filter(|one| one.binding() > least) {
+        let mut all = vec![left];
+        while operator(cursor) == Some(by) {
+            cursor.next();
+            all.push(cursor.deeper(|cursor| binary(cursor, by.binding()))?);
+        }
+        if all.len() >= MANY && all.iter().all(can_be_grouped) && by.is_of_bits() {
+            left = by_halves(by, all);
+            continue;
+        }
+        row += all.len();
+        if row > MOST_IN_A_ROW {
+            let told = format!("more than {MOST_IN_A_ROW} operands follow each other");
+            let help = "assign a part of them to a variable of its own";
+            return Err(Fault::new(line, told).help(help));
+        }
+        let joined = |one, two| Expr::Binary(by, Box::new(one), Box::new(two));
+        left =
+            all.into_iter().reduce(joined).unwrap_or_else(|| Expr::Literal(Literal::Bool(false)));
     }
     Ok(left)
+}
+
+/// Many operands that one operator joins, the left half with the right one: no deeper than need be.
+fn by_halves(operator: Operator, mut all: Vec<Expr>) -> Expr {
+    match all.len() {
+        0 => Expr::Literal(Literal::Bool(false)),
+        1 => all.remove(0),
+        many => {
+            let right = all.split_off(many / 2);
+            let [left, right] = [all, right].map(|half| Box::new(by_halves(operator, half)));
+            Expr::Binary(operator, left, right)
+        }
+    }
+}
+
+/// Whether it does not matter with what else an operand is grouped: a constant takes its type from what is beside it.
+fn can_be_grouped(one: &Expr) -> bool {
+    match one {
+        Expr::Variable(_) | Expr::Literal(Literal::Bool(_)) => true,
+        Expr::Not(inner) => can_be_grouped(inner),
+        Expr::Binary(operator, left, right) => {
+            let is_relation = (4..=5).contains(&operator.binding());
+            is_relation || (can_be_grouped(left) && can_be_grouped(right))
+        }
+        Expr::Literal(_) | Expr::Negate(_) | Expr::Call(..) => false,
+    }
 }
 
 /// An operand: no operator but a sign or NOT, unless in brackets.

@@ -103,17 +103,21 @@ fn unit(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
 const MODIFIERS: &[&str] =
     &["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "FINAL", "ABSTRACT", "OVERRIDE"];
 
-fn modifiers(cursor: &mut Cursor) {
+/// Whether PRIVATE is among them.
+fn modifiers(cursor: &mut Cursor) -> bool {
+    let mut is_private = false;
     // A modifier alone is the unit's name.
     while cursor.is_one_of(MODIFIERS) && matches!(cursor.second(), Token::Word(_)) {
+        is_private |= cursor.is_word("PRIVATE");
         cursor.next();
     }
+    is_private
 }
 
 fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, Fault> {
-    modifiers(cursor);
+    let is_private = modifiers(cursor);
     let name = cursor.name("a unit's name")?;
-    let mut pou = Pou::new(&name, kind, line);
+    let mut pou = Pou { is_private, ..Pou::new(&name, kind, line) };
     if kind == PouKind::Interface && cursor.is_word("EXTENDS") {
         pou.implements = named_list(cursor)?;
     } else if cursor.take_word("EXTENDS") {

@@ -55,12 +55,32 @@ impl Evaluation<'_> {
     pub fn number(&self, number: &Number) -> Vec<Value> {
         match number {
             Number::Words(words) => words.iter().map(|word| self.word(*word)).collect(),
-            Number::Add(a, b) => sum(&self.number(a), &self.number(b), false),
-            Number::Sub(a, b) => sum(&self.number(a), &self.number(b), true),
+            Number::Add(a, b) | Number::Sub(a, b) => {
+                let subtract = matches!(number, Number::Sub(..));
+                let [left, right] = [a, b].map(|one| self.number(one));
+                if let ([left], [right]) = (&left[..], &right[..]) {
+                    return vec![left.plus(if subtract { right.negated() } else { *right })];
+                }
+                let words = left.len();
+                self.integers(number).map_or(vec![Value::TOP; words], |sum| sum.words(words))
+            }
             Number::And(a, b) => self.by_word(a, b, Value::and),
             Number::Or(a, b) => self.by_word(a, b, |a, b| a.or(b, false)),
             Number::Xor(a, b) => self.by_word(a, b, |a, b| a.or(b, true)),
         }
+    }
+
+    /// A signed number of two words as a whole: its words alone don't say which of their values go together.
+    fn integers(&self, number: &Number) -> Option<Integers> {
+        if let Some(word) = sign_extended(number) {
+            return Some(Integers::word(&self.word(word), true));
+        }
+        let found = match number {
+            Number::Add(a, b) => self.integers(a)?.plus(&self.integers(b)?)?,
+            Number::Sub(a, b) => self.integers(a)?.plus(&self.integers(b)?.negated()?)?,
+            other => Integers::signed(&self.number(other))?,
+        };
+        Some(found).filter(|found| found.fits(2))
     }
 
     fn by_word(&self, a: &Number, b: &Number, how: impl Fn(Value, Value) -> Value) -> Vec<Value> {
@@ -300,16 +320,18 @@ impl Evaluation<'_> {
     }
 }
 
-fn sum(left: &[Value], right: &[Value], subtract: bool) -> Vec<Value> {
-    if let ([left], [right]) = (left, right) {
-        return vec![left.plus(if subtract { right.negated() } else { *right })];
+/// The word whose sign goes on in the second word of a number: `(word ^ 0x8000) - 0x8000`.
+fn sign_extended(number: &Number) -> Option<WordSource> {
+    const SIGN: [WordSource; 2] = [WordSource::Const(0x8000), WordSource::Const(0)];
+    let Number::Sub(flipped, sign) = number else { return None };
+    let (Number::Xor(own, by), Number::Words(sign)) = (&**flipped, &**sign) else { return None };
+    match (&**own, &**by) {
+        (Number::Words(own), Number::Words(by)) => match own[..] {
+            [word, WordSource::Const(0)] => (by[..] == SIGN && sign[..] == SIGN).then_some(word),
+            _ => None,
+        },
+        _ => None,
     }
-    let sum = || {
-        let (left, right) = (Integers::signed(left)?, Integers::signed(right)?);
-        left.plus(&if subtract { right.negated()? } else { right })
-    };
-    let words = left.len();
-    sum().filter(|sum| sum.fits(words)).map_or(vec![Value::TOP; words], |sum| sum.words(words))
 }
 
 /// Whether a comparison surely holds.

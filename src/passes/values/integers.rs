@@ -71,7 +71,8 @@ impl Integers {
         }
     }
 
-    fn word(value: &Value, is_signed: bool) -> Integers {
+    /// A number of one word.
+    pub fn word(value: &Value, is_signed: bool) -> Integers {
         let number = |value: u16| match is_signed {
             true => i64::from(value.cast_signed()),
             false => i64::from(value),

@@ -372,6 +372,11 @@ impl Value {
         if let Some(found) = found {
             return found;
         }
+        // The highest bit alone comes out as it does in a sum.
+        const HIGHEST: u16 = 1 << 15;
+        if is_exclusive && [self, other].contains(&Value::constant(HIGHEST)) {
+            return self.plus(other);
+        }
         let ((a, ah), (b, bh)) = (self.unsigned(), other.unsigned());
         let low = if is_exclusive { 0 } else { a.max(b) };
         let high = (ah.max(bh) as u64 + 1).next_power_of_two() as i64 - 1;
