@@ -656,3 +656,74 @@ fn values_of_which_only_the_type_is_known_are_converted_for_the_same_price() {
         assert_eq!(of(statement), conversions, "{statement}");
     }
 }
+
+#[test]
+fn what_comes_of_sums_is_open_behind_functions_and_quotients_too() {
+    let of = |set: &str, condition: &str| {
+        let text = format!(
+            "PROGRAM main VAR i, j, k : INT; d, d2, q : DINT; u1, u2 : USINT; u : UINT; b1 : BYTE; w1 : WORD;
+            dw : DWORD; r : REAL; END_VAR {set} IF {condition} THEN r := LN(r); END_IF END_PROGRAM"
+        );
+        logarithms(&text).unwrap_or_else(|faults| panic!("{set} {condition}: {faults:?}")).0 == 1
+    };
+    // With 16 bits, with 32, and where nothing is lost.
+    for (set, may) in [
+        ("i := 30000; j := 0;", "i + LIMIT(0, i + j, 32000) < 0"),
+        ("i := 30000; j := 0;", "i + LIMIT(0, i + j, 32000) > 0"),
+        ("i := 30000; j := 0; q := i + ABS(i + j);", "q = -5536"),
+        ("i := 30000; j := 0; q := i + ABS(i + j);", "q = 60000"),
+        ("i := 30000; j := 0; k := 1;", "(i + j) / k + i < 0"),
+        ("i := -32768; j := 0; q := ABS(i + j);", "q = -32768"),
+        ("i := -32768; j := 0; q := ABS(i + j);", "q = 32768"),
+        ("i := -1; j := 0; dw := INT_TO_DWORD(i + j);", "dw = 16#FFFF"),
+        ("i := 16#7000; j := 0; q := SHL(i + j, 4);", "q = 0"),
+        ("u1 := 10; u2 := 210; u := 0; q := (u1 - u2) + u;", "q = -200"),
+        ("u1 := 200; i := 0;", "(u1 * u1) + i > 32767"),
+        ("b1 := 1; w1 := NOT SHL(b1, 1);", "w1 = 16#FFFD"),
+        ("d := 2147483647; d2 := 1;", "(d + d2) / 2 = 1073741824"),
+    ] {
+        assert!(of(set, may), "{set} {may}");
+    }
+    assert!(!of("i := 300; j := 5;", "MAX(i + j, 0) <> 305"));
+    assert!(!of("i := 300; j := 5;", "(i + j) / 5 <> 61"));
+    assert!(!of("i := 300; j := 5; d := INT_TO_DINT(i + j);", "d <> 305"));
+}
+
+#[test]
+fn first_values_are_known_of_what_the_program_writes() {
+    let units = "TYPE E : (Idle, Run, Stop); END_TYPE ";
+    let of = |trust: Trust, variables: &str, body: &str| {
+        let text = format!(
+            "{units} PROGRAM main VAR a AT %IX0.0 : BOOL; x : BOOL; {variables} END_VAR {body} END_PROGRAM"
+        );
+        micros(&trusting(trust, "main.st", &text).unwrap_or_else(|_| panic!("{body}")))
+    };
+    for (variables, steps) in [
+        ("s : INT := 1;", ["1", "2", "3"]),
+        ("s : USINT := 2;", ["1", "2", "3"]),
+        ("s : E;", ["E.Idle", "E.Run", "E.Stop"]),
+        ("s : E := E.Run;", ["E.Idle", "Run", "E#Stop"]),
+    ] {
+        let [one, two, three] = steps;
+        let body = format!(
+            "IF s = {one} THEN s := {two}; ELSIF s = {two} THEN s := {three}; ELSIF s = {three} THEN s := {one};
+             ELSE x := TRUE; x := TRUE; END_IF"
+        );
+        assert_eq!(of(Trust::All, variables, &body), 1, "{variables}");
+        assert_eq!(of(Trust::None, variables, &body), 2, "{variables}");
+    }
+    // Bits of which one is on from the first scan on.
+    let turns =
+        "IF a AND s1 THEN s1 := FALSE; s2 := TRUE; ELSIF s2 THEN s2 := FALSE; s1 := TRUE; END_IF
+                 IF s1 AND s2 THEN x := TRUE; x := TRUE; x := TRUE; END_IF";
+    assert_eq!(of(Trust::All, "s1 : BOOL := TRUE; s2 : BOOL;", turns), 2);
+    // What the program reads alone is a parameter, and what a loss of power leaves is not what is declared.
+    assert_eq!(of(Trust::All, "p : INT := 7;", "IF p <> 7 THEN x := TRUE; END_IF"), 1);
+    let retained = "END_VAR VAR RETAIN s : INT := 1;";
+    let body = "IF s = 1 THEN s := 2; s := 3; END_IF IF s = 2 THEN x := TRUE; x := TRUE; END_IF";
+    assert_eq!(of(Trust::All, retained, body), 2);
+    assert_eq!(of(Trust::All, "s : INT := 1;", body), 2);
+    // The first scan begins with them.
+    let once = "IF first THEN first := FALSE; x := TRUE; END_IF n := 1; n := n + 1;";
+    assert_eq!(of(Trust::All, "first : BOOL := TRUE; n : INT;", once), 4);
+}

@@ -170,7 +170,8 @@ fn power_up(program: &Program) -> String {
     for (place, one) in program.trusted.iter().enumerate() {
         let name = program.cell_name(one.cell);
         text += &format!(
-            "(declare-const w{place} (_ BitVec 16)) ; {name}\n(assert (= w{place} #x0000))\n"
+            "(declare-const w{place} (_ BitVec 16)) ; {name}\n(assert (= w{place} #x{:04X}))\n",
+            program.power_up.word(one.cell)
         );
         let [low, high] = [one.low, one.high].map(|end| end as u16);
         asked += &format!(

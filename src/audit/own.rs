@@ -123,7 +123,8 @@ impl<'p> Owners<'p> {
             .ranges
             .iter()
             .any(|range| range.cells.contains(&cell) && !(range.low..=range.high).contains(&0));
-        if is_set || !is_kept(program, cell) {
+        let is_other = program.power_up.word(cell) != 0;
+        if is_set || is_other || !is_kept(program, cell) {
             return Some(NotOwn::Others);
         }
         if !self.written.contains(&bit) {

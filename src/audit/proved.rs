@@ -185,7 +185,8 @@ fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize>
             // Two words are not watched together while the scan goes on.
             [cell] => {
                 let is_output = owners.is_output(cell) && is_kept(program, cell);
-                (is_ours(program, cell) || is_output) && (*low..=*high).contains(&0)
+                let first = program.power_up.word(cell).cast_signed();
+                (is_ours(program, cell) || is_output) && (*low..=*high).contains(&first.into())
             }
             _ => false,
         },

@@ -1,6 +1,7 @@
 //! What is known of the state in which a scan starts.
 
 use super::{BitTarget, Cell, Region};
+use std::collections::BTreeMap;
 
 /// A stated range of a word, or of two words read as one number, at the start of the scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,8 +60,10 @@ impl Apart {
 pub struct PowerUp {
     /// Cells that the outside sets before each scan, unless the program writes them.
     pub inputs: Vec<Region>,
-    /// Cells that are 0.
+    /// Cells that are 0, or hold what [`PowerUp::values`] says.
     pub cleared: Vec<Region>,
+    /// Words that hold something else than 0, as the program declares them.
+    pub values: BTreeMap<Cell, u16>,
     /// Those of them that keep what they held when the power fails, or may do so.
     pub latched: Vec<Region>,
     /// Bits that are on in the first scan and off in all others.
@@ -70,4 +73,12 @@ pub struct PowerUp {
     pub fresh: Option<BitTarget>,
     /// The word of the bit with which a program makes memory outlast that.
     pub holds: Option<Cell>,
+}
+
+impl PowerUp {
+    /// What a word holds that is cleared.
+    #[must_use]
+    pub fn word(&self, cell: Cell) -> u16 {
+        self.values.get(&cell).copied().unwrap_or(0)
+    }
 }

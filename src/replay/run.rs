@@ -116,7 +116,7 @@ impl Free for Start<'_> {
             }
             Some(before) => before.after(cell).0,
             None if self.outside.hides(cell, true) => self.outside.stated(cell),
-            None => 0,
+            None => self.outside.program.power_up.word(cell),
         }
     }
 

@@ -1,15 +1,16 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
 use super::emit::{Emit, Place, What};
+use super::first_values::{self, Begins, FirstValue};
 use super::refer;
 use super::references::References;
 use super::resolve::full_name;
-use super::types::{Kind, Ty, is_elementary, lineage};
+use super::types::{Ty, is_elementary, lineage};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
 use crate::front;
-use crate::iec::ast::{Expr, Literal};
+use crate::iec::ast::Expr;
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Project, Task, TypeRef, Variable, same};
 use crate::program::{AreaId, Logic, PowerUp, Program, Region, SourceFile, Step, flow};
@@ -106,8 +107,13 @@ fn emitted(
     emit.tasks = tasks.len();
     let mut entries = Vec::new();
     let mut main = 0..0;
+    let mut first = None;
     for (number, task) in tasks.iter().enumerate() {
         entries.push(emit.builder.next());
+        // Of several tasks it is not told which one begins.
+        if tasks.len() == 1 && first_values::any(project) {
+            first = emit.first_scan();
+        }
         // What tasks call is theirs: they may be in the midst of the same routine at once.
         emit.task = number;
         emit.routines.clear();
@@ -144,9 +150,10 @@ fn emitted(
         told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
         return Err(told);
     }
-    let mut known = power_up(emit);
+    let (mut known, values) = power_up(emit);
     // What shares memory begins with what either of them declares.
     known.cleared.retain(|own| !shared.iter().any(|one| flow::meet(*own, *one)));
+    emit.note_first_values(first, values, &shared, &mut known);
     emit.program().power_up = known;
     let mut program = std::mem::take(&mut emit.builder.program);
     program.mains = vec![main];
@@ -321,11 +328,12 @@ fn program(emit: &mut Emit<'_>, task: &Task, name: &str, of: &str) {
 }
 
 /// What is known of the state after power-up.
-fn power_up(emit: &mut Emit<'_>) -> PowerUp {
+fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
     let mut known = PowerUp {
         cleared: vec![Region::Area(AreaId(2)), Region::Area(AreaId(3))],
         ..PowerUp::default()
     };
+    let mut values = Vec::new();
     let project = emit.project;
     // What an instance's declaration gives to its parts is not followed: then no instance is known to begin with 0.
     let gives = |one: &Variable| {
@@ -356,7 +364,7 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
     for (pou, place) in instances {
         for variable in lineage(project, pou).into_iter().flat_map(|pou| &pou.variables) {
             if let Some(part) = Emit::part(&place, &variable.name) {
-                starts(&mut known, variable, &part);
+                values.extend(starts(emit, &mut known, variable, &part));
             }
         }
     }
@@ -369,7 +377,7 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
         let own = globals.iter().find(|place| same(&place.name, &name));
         // Of several of one name the first is meant.
         if let Some(place) = own.filter(|_| seen.insert(name)) {
-            starts(&mut known, variable, place);
+            values.extend(starts(emit, &mut known, variable, place));
         }
     }
     latch_within(emit, &mut known, &globals);
@@ -379,8 +387,9 @@ fn power_up(emit: &mut Emit<'_>) -> PowerUp {
     // What methods that are carried out before the first scan leave in variables is not followed.
     if emit.begins_with_more || begins_with_method(project) {
         known.cleared.retain(|own| matches!(own, Region::Area(_)));
+        values.clear();
     }
-    known
+    (known, values)
 }
 
 /// Whether a block has a method that is carried out when its instances begin.
@@ -423,41 +432,35 @@ fn latch_within(emit: &Emit<'_>, known: &mut PowerUp, globals: &[Place]) {
     }
 }
 
-fn starts(known: &mut PowerUp, variable: &Variable, place: &Place) {
+/// Takes note of the value with which a variable begins; that value, if it is another one than 0.
+fn starts(
+    emit: &Emit<'_>,
+    known: &mut PowerUp,
+    variable: &Variable,
+    place: &Place,
+) -> Option<FirstValue> {
     if variable.at.as_ref().is_some_and(|at| at.starts_with("%I")) {
         known.inputs.extend(place.tag.regions());
-        return;
+        return None;
     }
-    let is_zero = match &variable.initial {
-        None => true,
-        Some(Expr::Literal(Literal::Bool(value))) => !value,
-        Some(Expr::Literal(Literal::Int(value, _))) => *value == 0,
-        _ => false,
-    };
-    // What holds instances is told by their own variables, types may have initial values of their own.
-    let is_plain = match &place.ty {
-        Ty::Bit | Ty::Number(Kind::Whole { .. } | Kind::Real | Kind::Time) => {
-            is_elementary(variable)
-        }
-        Ty::Standard(..) => variable.initial.is_none(),
-        _ => false,
-    };
     let regions = place.tag.regions();
     if variable.retain {
         known.latched.extend(regions.iter().copied());
     }
-    if is_zero && is_plain {
-        // Whether a falling edge is seen in the first call, controllers differ.
-        let first = match &place.ty {
-            Ty::Standard("F_TRIG", _) => Emit::part(place, "was").map(|was| was.tag.regions()),
-            _ => None,
-        };
-        let first = first.unwrap_or_default();
-        if first.is_empty() {
-            known.cleared.extend(regions);
-            return;
-        }
-        let parts = ["CLK", "Q"].into_iter().filter_map(|name| Emit::part(place, name));
-        known.cleared.extend(parts.flat_map(|part| part.tag.regions()));
+    match emit.begins_with(variable, place)? {
+        Begins::Value(value) => return Some(value),
+        Begins::Zero => {}
     }
+    // Whether a falling edge is seen in the first call, controllers differ.
+    let first = match &place.ty {
+        Ty::Standard("F_TRIG", _) => Emit::part(place, "was").map(|was| was.tag.regions()),
+        _ => None,
+    };
+    if first.unwrap_or_default().is_empty() {
+        known.cleared.extend(regions);
+        return None;
+    }
+    let parts = ["CLK", "Q"].into_iter().filter_map(|name| Emit::part(place, name));
+    known.cleared.extend(parts.flat_map(|part| part.tag.regions()));
+    None
 }

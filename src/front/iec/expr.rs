@@ -258,7 +258,9 @@ impl Emit<'_> {
     pub(super) fn between(&mut self, value: Value) -> Value {
         let why = "what comes of a sum or product within an expression, of which compilers keep more or fewer bits: it may be anything";
         match value {
-            Value::Number(kind @ Kind::Whole { .. }, _) | Value::Open(kind, ..) => {
+            Value::Number(kind @ Kind::Whole { bits, .. }, _)
+            | Value::Open(kind @ Kind::Whole { bits, .. }, ..) => {
+                let kind = if bits < 32 { DINT } else { kind };
                 Value::Number(kind, self.any_number(kind, why))
             }
             Value::Bit(_) => Value::Bit(self.any_bit(why)),
@@ -341,11 +343,6 @@ impl Emit<'_> {
             let compare = Compare { relation, reading: Reading::Unsigned, left, right };
             return Ok(Value::Bit(Logic::Compare(Box::new(compare))));
         }
-        // A quotient shows all bits of what is divided.
-        let (one, two) = match operator {
-            O::Divide | O::Modulo | O::Power => (self.settled(one), self.settled(two)),
-            _ => (one, two),
-        };
         let ((one, open), (two, also)) = (parted(one), parted(two));
         match typed(one, two) {
             (Value::Bit(one), Value::Bit(two)) => {
@@ -439,7 +436,15 @@ impl Emit<'_> {
         self.cost(&names, class);
         let Some(relation) = relation else {
             let beyond = joined(operator, kind, (&left, open), (&right, also));
-            return Ok(opened(self.arithmetic(operator, kind, left, right)?, beyond));
+            let found = self.arithmetic(operator, kind, left, right)?;
+            // A quotient shows all bits of what is divided.
+            return Ok(match operator {
+                Operator::Divide | Operator::Modulo | Operator::Power => {
+                    let beyond = beyond.map(|beyond| self.keep_bit(beyond));
+                    self.any_where(found, beyond)
+                }
+                _ => opened(found, beyond),
+            });
         };
         if matches!(kind, Kind::Opaque(_)) {
             return Ok(Value::Bit(

@@ -3,7 +3,7 @@
 use super::convert::lengthens_bits;
 use super::emit::{Emit, Place, What};
 use super::expr::row;
-use super::open::{beyond, complement, opened};
+use super::open::{beyond, complement, opened, parted};
 use super::resolve::{Context, Found, unknown};
 use super::types::{ANY_UNIT, DINT, Extent, INT, Kind, Ty, elementary, is_elementary};
 use super::value::{Value, wrapped};
@@ -303,23 +303,41 @@ impl<'p> Emit<'p> {
                 self.assign(at, target, Value::Any, line)?;
             }
         }
-        let Some(mut values) = in_order(given, values) else {
+        let Some(values) = in_order(given, values) else {
             let why =
                 format!("not all inputs of {upper} are connected: the result may be any value");
             let at = self.builder.add(None, Vec::new(), Step::Nothing);
             self.program().approximate(at, why);
             return Ok(Value::Any);
         };
-        // Operators know what to do with what does not fit its type.
-        if !OPERATORS.contains(&upper.as_str()) {
-            values = values.into_iter().map(|value| self.settled(value)).collect();
+        // Operators know what to do with what does not fit its type. Of all else the result may be any there.
+        if OPERATORS.contains(&upper.as_str()) {
+            return self.of_values(at, name, given, &inputs, values, line);
         }
+        let (values, open): (Vec<Value>, Vec<_>) = values.into_iter().map(parted).unzip();
+        let open: Vec<Logic> = open.into_iter().flatten().collect();
+        let open = (!open.is_empty()).then(|| self.keep_bit(Logic::Any(open)));
+        let found = self.of_values(at, name, given, &inputs, values, line)?;
+        Ok(self.any_where(found, open))
+    }
+
+    /// What a function of the standard makes of values.
+    fn of_values(
+        &mut self,
+        at: &Context,
+        name: &str,
+        given: &[Argument],
+        inputs: &[&Expr],
+        mut values: Vec<Value>,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let upper = name.to_ascii_uppercase();
         let first = given.iter().find(|one| !one.is_output && !is_named(one, "EN"));
         let seen = |value: Option<Value>, to: &Ty| match first {
             Some(input) => value.map(|value| shown(&input.value, value, to)),
             None => value,
         };
-        self.charge_inputs(at, &upper, &inputs);
+        self.charge_inputs(at, &upper, inputs);
         if let Some((reads, to)) = decimal(&upper) {
             self.cost(&[&upper, "CONVERT"], "conversion");
             let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), reads);

@@ -20,6 +20,7 @@ mod emit;
 mod enable;
 mod expr;
 mod extent;
+mod first_values;
 mod forget;
 mod function;
 mod invariant;

@@ -175,6 +175,21 @@ impl Emit<'_> {
         Value::Number(to, number)
     }
 
+    /// A value that, where this holds, is any of its kind, or of more bits.
+    pub(super) fn any_where(&mut self, value: Value, beyond: Option<Logic>) -> Value {
+        let Some(beyond) = beyond else { return value };
+        let (value, own) = parted(value);
+        match value {
+            Value::Number(kind, number) => {
+                let words = self.copied(number, kind.words());
+                self.open_where(beyond.clone(), &words);
+                opened(opened(Value::Number(kind, Number::Words(words)), own), Some(beyond))
+            }
+            Value::Bit(logic) => Value::Bit(self.open_bit(logic, beyond)),
+            value => value,
+        }
+    }
+
     /// A number as one of a longer kind: any, where it does not fit its own.
     fn widened(&mut self, number: Number, from: Kind, to: Kind, beyond: Logic) -> Number {
         let number = self.converted(number, from, to);

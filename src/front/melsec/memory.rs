@@ -205,9 +205,8 @@ pub fn power_up(family: Family) -> PowerUp {
         cleared: cleared.map(|name| Region::Area(area(name))).into(),
         latched: latched.iter().map(|name| Region::Area(area(name))).collect(),
         first_scan: vec![Cell { area: area(relays), index: first }],
-        // STOP to RUN clears no relays.
-        fresh: None,
-        holds: None,
+        // STOP to RUN clears no relays: no bit says that memory was cleared.
+        ..PowerUp::default()
     }
 }
 

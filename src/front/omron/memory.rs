@@ -335,7 +335,7 @@ impl Memory {
             Family::Cs => Cell { area: AreaId(3), index: 500 },
         };
         let holds = Some(hold);
-        PowerUp { inputs: vec![inputs], cleared, latched, first_scan: Vec::new(), fresh, holds }
+        PowerUp { inputs: vec![inputs], cleared, latched, fresh, holds, ..PowerUp::default() }
     }
 
     /// Whether a timer's condition was on when it ran last, for timers that run out between instructions.

@@ -62,7 +62,7 @@ impl Across<'_> {
             work += kept.work;
             let before = trusted.len();
             trusted.retain(|&slot| {
-                kept.start[slot] != Value::constant(0) || self.always.contains(&slot)
+                kept.start[slot] != self.at_power_up(slot) || self.always.contains(&slot)
             });
             if trusted.len() == before {
                 kept.work = work;
@@ -74,12 +74,17 @@ impl Across<'_> {
         }
     }
 
+    /// What a trusted word holds at power-up.
+    fn at_power_up(&self, slot: usize) -> Value {
+        Value::constant(self.program.power_up.word(self.followed.words.cells()[slot]))
+    }
+
     fn fixpoint(&self, trusted: &[usize]) -> Option<Kept> {
         let Across { followed, free, .. } = *self;
         let mut start = free.to_vec();
         for &slot in trusted {
             // Stated ranges hold for every start.
-            start[slot] = Value::constant(0);
+            start[slot] = self.at_power_up(slot);
         }
         let mut work = 0;
         for scan in 0..MOST_SCANS {
@@ -138,7 +143,7 @@ impl Across<'_> {
         for _ in 0..NARROWED_SCANS {
             let mut closer = start.clone();
             for (&slot, &left) in trusted.iter().zip(&scanned.left) {
-                let value = left.join(Value::constant(0));
+                let value = left.join(self.at_power_up(slot));
                 if start[slot].holds(&value) {
                     closer[slot] = value;
                 }

@@ -124,10 +124,11 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
     let mut kept = Vec::new();
     if let Some(end) = end.filter(|_| settings.trust != Trust::None) {
         let cell = |slot: usize| slots.cells()[slot];
-        // What is stated never to be 0 somebody else set before the first scan.
-        let may_be_zero = |slot: usize| free[slot].holds(&Value::constant(0));
+        // What is stated not to be as at power-up somebody else set before the first scan.
+        let at_first = |slot: usize| Value::constant(program.power_up.word(cell(slot)));
+        let may_begin = |slot: usize| free[slot].holds(&at_first(slot));
         let ours: Vec<usize> = (0..slots.cells().len())
-            .filter(|&slot| is_ours(program, cell(slot)) && may_be_zero(slot))
+            .filter(|&slot| is_ours(program, cell(slot)) && may_begin(slot))
             .collect();
         let (alone, others): (Vec<usize>, Vec<usize>) =
             ours.into_iter().partition(|&slot| settings.trust.holds_alone(program, cell(slot)));
@@ -189,12 +190,13 @@ fn stated(program: &Program, slots: &Slots) -> Vec<Value> {
 fn keeps(program: &Program, slots: &Slots, written: &[Option<Value>]) -> BTreeSet<Cell> {
     let is_kept = |range: &&StartRange| {
         let [cell] = range.cells[..] else { return false };
-        // The first scan after power-up starts from 0.
-        if !is_ours(program, cell) || !(range.low..=range.high).contains(&0) {
+        let first = program.power_up.word(cell);
+        let is_stated = (range.low..=range.high).contains(&first.cast_signed().into());
+        if !is_ours(program, cell) || !is_stated {
             return false;
         }
         let written = slots.slot(cell).and_then(|slot| written[slot]);
-        written.filter(|written| *written != Value::constant(0)).is_some_and(|written| {
+        written.filter(|written| *written != Value::constant(first)).is_some_and(|written| {
             let (low, high) = written.signed();
             range.low <= low && high <= range.high
         })
@@ -206,7 +208,7 @@ fn keeps(program: &Program, slots: &Slots, written: &[Option<Value>]) -> BTreeSe
     kept.into_iter().map(|range| range.cells[0]).filter(|cell| !other(cell)).collect()
 }
 
-/// Whether nobody but the program has reason to write a cell, which is 0 at power-up.
+/// Whether nobody but the program has reason to write a cell, of which it is known what it holds at power-up.
 ///
 /// What may change at any moment is named here so that nothing is said of it. No bound can rest on what is believed of it
 /// either way: every read of it is any value (`passes::interrupts`).
