@@ -684,6 +684,16 @@ fn what_comes_of_sums_is_open_behind_functions_and_quotients_too() {
     ] {
         assert!(of(set, may), "{set} {may}");
     }
+    // Literals that REAL does not hold, and numbers of which some have a sign.
+    for (set, may) in [
+        ("r := 0.1;", "r > 0.1"),
+        ("r := 0.1;", "MAX(r, 0.1) > r"),
+        ("i := -5; u := 10;", "LIMIT(0, i, u) = 10"),
+        ("i := -5; u := 10;", "MAX(i, 0, u) = 65531"),
+    ] {
+        assert!(of(set, may), "{set} {may}");
+    }
+    assert!(!of("r := 0.5;", "r <> 0.5"));
     assert!(!of("i := 300; j := 5;", "MAX(i + j, 0) <> 305"));
     assert!(!of("i := 300; j := 5;", "(i + j) / 5 <> 61"));
     assert!(!of("i := 300; j := 5; d := INT_TO_DINT(i + j);", "d <> 305"));

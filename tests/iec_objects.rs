@@ -647,3 +647,31 @@ fn a_private_method_of_a_base_is_not_taken_for_another() {
     assert_eq!(of("PROTECTED"), Ok(()));
     assert_eq!(of(""), Ok(()));
 }
+
+#[test]
+fn where_an_output_goes_stays_the_same_while_the_call_runs() {
+    let of = |given: &str| {
+        let text = format!(
+            "VAR_GLOBAL idx : INT; END_VAR
+            FUNCTION_BLOCK F VAR_INPUT n : INT; END_VAR VAR_OUTPUT o : INT; END_VAR VAR_EXTERNAL idx : INT; END_VAR
+            o := n; idx := 2; END_FUNCTION_BLOCK
+            PROGRAM main VAR f1 : F; ga : ARRAY[1..3] OF INT; k : INT; END_VAR VAR_EXTERNAL idx : INT; END_VAR
+            k := LIMIT(1, k, 3); f1({given}); END_PROGRAM"
+        );
+        audited("main.st", &text).map(|_| ()).map_err(|faults| faults[0].0)
+    };
+    assert_eq!(of("n := ga[k], o => ga[k]"), Ok(()));
+    assert_eq!(of("n := ga[idx], o => k"), Ok(()));
+    assert_eq!(of("o => ga[idx]"), Err(Code::NotModelled));
+}
+
+#[test]
+fn instances_within_structures_are_called_by_numbers_that_are_worked_out() {
+    let units = "TYPE S : STRUCT t : ARRAY[1..2] OF TON; n : INT; END_STRUCT END_TYPE";
+    let variables = "s : ARRAY[0..3] OF S; k, j : INT;";
+    let calls =
+        "FOR k := 0 TO 3 DO FOR j := 1 TO 2 DO s[k].t[j](IN := TRUE, PT := T#1s); END_FOR END_FOR";
+    let text = program(units, variables, calls, "a AND NOT a");
+    let found = audited("main.st", &text).unwrap_or_else(|faults| panic!("{faults:?}"));
+    assert_eq!(micros(&found) / PROBE, 8);
+}

@@ -54,7 +54,12 @@ impl Emit<'_> {
                 _ => None,
             })
             .collect();
-        for (number, path) in handed.iter().enumerate() {
+        for path in handed.iter().chain(&taken) {
+            // Where an element is looked for, or what a pointer means, may be settled before the call or behind it.
+            let moves = |emit: &Self, one: &Path| {
+                handed.iter().chain(&taken).any(|other| overlap(one, other))
+                    || emit.is_reached(at, one, false)
+            };
             let mut moved = false;
             for index in path.rest.iter().filter_map(|part| match part {
                 Part::Index(indices) => Some(indices),
@@ -62,23 +67,25 @@ impl Emit<'_> {
             }) {
                 moved |= index.iter().any(|index| {
                     let mut found = self.calls_own(index);
-                    super::within::variables(index, &mut |one| {
-                        let is_given = |other: &Path| overlap(one, other);
-                        found |= handed.iter().any(|other| is_given(other))
-                            || taken.iter().any(|other| is_given(other))
-                            || self.is_reached(at, one, false);
-                    });
+                    super::within::variables(index, &mut |one| found |= moves(self, one));
                     found
                 });
             }
+            let pointer = path.rest.iter().position(|part| *part == Part::Dereference);
+            if let Some(end) = pointer.filter(|_| !same(&path.first, "THIS")) {
+                let pointer = Path { first: path.first.clone(), rest: path.rest[..end].to_vec() };
+                let mut others = handed.iter().chain(&taken).filter(|other| other != &path);
+                moved |= others.any(|other| overlap(&pointer, other) && other.rest.len() <= end)
+                    || self.is_reached(at, &pointer, false);
+            }
             if moved {
-                let message = format!(
-                    "which element {} is may change while it is handed over in and out",
-                    show::path(path)
-                );
-                let help = "assign the index to a variable that nothing else writes";
+                let message =
+                    format!("what {} means may change while the call runs", show::path(path));
+                let help = "assign the index or the address to a variable that nothing else writes";
                 return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
             }
+        }
+        for (number, path) in handed.iter().enumerate() {
             let twice = handed[..number].iter().any(|other| overlap(path, other));
             if twice || self.is_of(at, owner, path, line)? || self.is_reached(at, path, false) {
                 let message = format!(

@@ -45,6 +45,18 @@ fn address_word(value: &Value) -> Option<Number> {
     }
 }
 
+/// What is told of literals that REAL does not hold.
+const ROUNDED: &str = "a literal that REAL does not hold may be a long real: compared, it is larger or smaller than that REAL";
+
+/// Whether REAL does not hold a literal: some compilers take it as a long real where it is not stored.
+pub(super) fn is_rounded(one: &Expr) -> bool {
+    let Expr::Literal(Literal::Real(text, None)) = one else { return false };
+    match (text.parse::<f32>(), text.parse::<f64>()) {
+        (Ok(short), Ok(long)) => f64::from(short).to_bits() != long.to_bits(),
+        _ => true,
+    }
+}
+
 /// `NOT 1` is no truth value beside a whole number.
 fn masked(expr: &Expr, value: Value, beside: &Value) -> Value {
     match (expr, value, beside) {
@@ -248,10 +260,14 @@ impl Emit<'_> {
             let (left, right) = (self.extent(at, left), self.extent(at, right));
             self.charge_comparison(left, right);
         }
-        match (one, two) {
-            (Some(one), Some(two)) => self.combined(operator, one, two, line),
-            _ => Ok(Value::Any),
-        }
+        let (Some(one), Some(two)) = (one, two) else { return Ok(Value::Any) };
+        let found = self.combined(operator, one, two, line)?;
+        Ok(match found {
+            Value::Bit(_) if both.iter().any(|one| is_rounded(one)) => {
+                Value::Bit(self.any_bit(ROUNDED))
+            }
+            found => found,
+        })
     }
 
     /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of that.
@@ -262,6 +278,9 @@ impl Emit<'_> {
             | Value::Open(kind @ Kind::Whole { bits, .. }, ..) => {
                 let kind = if bits < 32 { DINT } else { kind };
                 Value::Number(kind, self.any_number(kind, why))
+            }
+            Value::Number(Kind::Real, _) => {
+                Value::Number(Kind::Real, self.any_number(Kind::Real, why))
             }
             Value::Bit(_) => Value::Bit(self.any_bit(why)),
             value => value,

@@ -2,7 +2,8 @@
 
 use super::convert::lengthens_bits;
 use super::emit::{Emit, Place, What};
-use super::expr::row;
+use super::expr::{is_rounded, row};
+use super::mixed::mixed;
 use super::open::{beyond, complement, opened, parted};
 use super::resolve::{Context, Found, unknown};
 use super::types::{ANY_UNIT, DINT, Extent, INT, Kind, Ty, elementary, is_elementary};
@@ -264,6 +265,10 @@ impl<'p> Emit<'p> {
         let mut inputs = given.iter().filter(|one| !one.is_output).map(|one| &one.value);
         // What was given more bits than 32 shows those of a sum of 32.
         let is_long = matches!(found, Value::Number(Kind::Whole { bits: 64, .. }, _));
+        let chooses = CHOOSES.contains(&upper.as_str());
+        if chooses && inputs.clone().any(is_rounded) {
+            return Ok(self.between(found));
+        }
         let differs = (shows || is_long) && inputs.any(works);
         Ok(if differs { self.between(found) } else { found })
     }
@@ -424,6 +429,21 @@ impl<'p> Emit<'p> {
                 };
                 self.chosen(which, two, one, line)
             }
+            ("MAX" | "MIN" | "LIMIT", 3..) if crosses(&values) => {
+                self.cost(&[&upper], "compare");
+                for value in values.windows(2) {
+                    self.better(value[0].clone(), value[1].clone(), true, line)?;
+                }
+                let why = "numbers with a sign and without are compared in more than one way";
+                let is_long = |value: &Value| {
+                    matches!(value, Value::Number(Kind::Whole { bits: 32.., .. }, _))
+                };
+                let kind = match values.iter().any(is_long) {
+                    true => Kind::Whole { bits: 64, signed: true },
+                    false => DINT,
+                };
+                Ok(Value::Number(kind, self.any_number(kind, why)))
+            }
             ("MAX" | "MIN", 2..) => {
                 let mut rest = values.into_iter();
                 let mut best = rest.next().unwrap_or(Value::Any);
@@ -583,6 +603,19 @@ impl<'p> Emit<'p> {
     }
 }
 
+/// Whether numbers with a sign and without stand together that are as long.
+fn crosses(values: &[Value]) -> bool {
+    let kinds: Vec<Kind> = values
+        .iter()
+        .filter_map(|value| match value {
+            Value::Number(kind, _) | Value::Open(kind, ..) => Some(*kind),
+            _ => None,
+        })
+        .collect();
+    let pairs = kinds.iter().flat_map(|one| kinds.iter().map(move |other| (*one, *other)));
+    { pairs }.any(|(one, other)| mixed(one, other).is_some())
+}
+
 /// Whether it is a duration. What number it is as another type hangs on the unit: milliseconds or seconds.
 fn is_time(ty: &Ty) -> bool {
     matches!(ty, Ty::Number(Kind::Time))
@@ -648,6 +681,9 @@ fn decimal(name: &str) -> Option<(bool, Option<Ty>)> {
         None => digits.is_empty().then_some((false, None)),
     }
 }
+
+/// Functions of the standard that compare their inputs, or give one of them.
+const CHOOSES: &[&str] = &["MAX", "MIN", "LIMIT", "SEL", "MUX", "GT", "GE", "EQ", "NE", "LE", "LT"];
 
 /// A function of the standard has no more inputs.
 const MOST_INPUTS: usize = 200;

@@ -28,6 +28,7 @@ mod loops;
 mod memory;
 mod method;
 mod mixed;
+mod numbered;
 mod open;
 mod operands;
 mod reach;

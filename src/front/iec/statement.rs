@@ -5,20 +5,15 @@ use super::memory::set;
 use super::references::{Walk, Way};
 use super::resolve::{Context, Found, unknown};
 use super::types::{DINT, Kind, Ty, lineage};
-use super::value::{Value, constant};
+use super::value::Value;
 use crate::base::code::Code;
 use crate::iec::ast::{
-    Argument, Expr, Kind as Statements, Literal, Operator, Part, Path, Selector, Statement, visit,
+    Argument, Expr, Kind as Statements, Operator, Part, Path, Selector, Statement, visit,
 };
 use crate::iec::fault::Fault;
 use crate::iec::{Body, Pou, PouKind, Section, same, show};
-use crate::program::{
-    Cell, Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
-};
+use crate::program::{Cell, Logic, Number, Step, WordSource, WordTarget, Write};
 use std::collections::BTreeMap;
-
-/// An array of so many instances is called by a number that is worked out.
-const MOST_INSTANCES: i64 = 64;
 
 /// What some controllers do.
 pub(super) const ENDS_CHART: &str = "RETURN in an action ends the whole chart";
@@ -653,55 +648,6 @@ impl<'p> Emit<'p> {
             }
             _ => Err(unknown(line, &show::path(target))),
         }
-    }
-
-    /// Calls the instance of an array that has this number, where that is worked out: the one of all whose number it is.
-    /// Whether it is such a call.
-    fn one_of_called(
-        &mut self,
-        at: &Context,
-        target: &Path,
-        given: &[Argument],
-        line: u32,
-    ) -> Result<bool, Fault> {
-        let Some((Part::Index(indices), owner)) = target.rest.split_last() else {
-            return Ok(false);
-        };
-        let owner = Path { first: target.first.clone(), rest: owner.to_vec() };
-        let [index] = &indices[..] else { return Ok(false) };
-        let Ok(Found::Place(all)) = self.find(at, &owner, line) else { return Ok(false) };
-        let Ty::Array { dimensions, of } = &all.ty else { return Ok(false) };
-        let is_instance = matches!(**of, Ty::Standard(..) | Ty::Block(..));
-        if !is_instance || self.constant(at, index).is_some() {
-            return Ok(false);
-        }
-        let (low, high) = match dimensions[..] {
-            [(low, high)] if high - low < MOST_INSTANCES => (low, high),
-            _ => {
-                let told = format!("{}: an instance of unknown number is called", all.name);
-                let help = "call one of an array of up to 64 instances, or write CASE";
-                return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
-            }
-        };
-        let number = self.number(at, index, DINT, line)?;
-        let words = self.copies(number, DINT);
-        for number in low..=high {
-            let own = Compare {
-                relation: Relation::Equal,
-                reading: Reading::Signed,
-                left: Number::Words(words.clone()),
-                right: constant(number, 2),
-            };
-            let skip = self.jump(Logic::Compare(Box::new(own)).not(), None);
-            let mut one = owner.clone();
-            let number = Literal::Int(number.into(), None);
-            one.rest.push(Part::Index(vec![Expr::Literal(number)]));
-            let done = self.called(at, &one, given, line);
-            self.land(skip);
-            self.landing();
-            done?;
-        }
-        Ok(true)
     }
 
     fn instance_called(
