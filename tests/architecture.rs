@@ -79,7 +79,16 @@ const KNOW_DIALECTS: &[&str] = &["front", "minasec", "snet", "calibrate", "comma
 /// Where floating point may be used: to show shares and to share out the search's own time, and where the PLC
 /// itself computes with reals. Beginnings of paths.
 const FLOATS: &[(&str, &[&str])] = &[
-    ("f64", &["src/report", "src/command", "src/solve/maxima.rs", "src/replay/lists.rs"]),
+    (
+        "f64",
+        &[
+            "src/report",
+            "src/command",
+            "src/front/iec/value.rs",
+            "src/solve/maxima.rs",
+            "src/replay/lists.rs",
+        ],
+    ),
     ("f32", &["src/front", "src/scan", "src/replay", "src/report", "src/command"]),
 ];
 

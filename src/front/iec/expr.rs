@@ -7,7 +7,7 @@ use super::references::WORD;
 use super::references::{Walk, Way};
 use super::resolve::{Context, Element, Found};
 use super::types::{ANY_UNIT, DINT, Kind, Refers, Ty, holding};
-use super::value::{Value, constant, real, within};
+use super::value::{Value, constant, is_real, real, within};
 use super::within::shown;
 use crate::base::code::Code;
 use crate::front::builder::always;
@@ -51,10 +51,7 @@ const ROUNDED: &str = "a literal that REAL does not hold may be a long real: com
 /// Whether REAL does not hold a literal: some compilers take it as a long real where it is not stored.
 pub(super) fn is_rounded(one: &Expr) -> bool {
     let Expr::Literal(Literal::Real(text, None)) = one else { return false };
-    match (text.parse::<f32>(), text.parse::<f64>()) {
-        (Ok(short), Ok(long)) => f64::from(short).to_bits() != long.to_bits(),
-        _ => true,
-    }
+    !is_real(text)
 }
 
 /// `NOT 1` is no truth value beside a whole number.

@@ -52,3 +52,8 @@ pub(super) fn real(text: &str) -> Option<Number> {
     let value: f32 = text.parse().ok()?;
     Some(constant(i64::from(value.to_bits()), 2))
 }
+
+/// Whether a single holds a number exactly.
+pub(super) fn is_real(text: &str) -> bool {
+    matches!((text.parse::<f32>(), text.parse::<f64>()), (Ok(short), Ok(long)) if f64::from(short) == long)
+}
