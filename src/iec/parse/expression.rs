@@ -396,7 +396,9 @@ mod tests {
         for (text, is) in [
             ("NOT a AND b OR c", "NOT a AND b OR c"),
             ("(a OR b) & c", "(a OR b) AND c"),
-            ("a OR (b OR c)", "a OR (b OR c)"),
+            ("a OR (b OR c)", "a OR b OR c"),
+            ("a OR (b AND c)", "a OR b AND c"),
+            ("a AND (b OR c)", "a AND (b OR c)"),
             ("a - (b - c) * 2 ** 3", "a - (b - c) * 2 ** 3"),
             ("x.y[1, i + 1].3 >= -5", "x.y[1, i + 1].3 >= -5"),
             ("MAX(a, IN2 := b)", "MAX(a, IN2 := b)"),
@@ -408,6 +410,29 @@ mod tests {
             assert_eq!(read(text), is, "{text}");
             assert_eq!(read(&read(text)), is, "{text}");
         }
+    }
+
+    #[test]
+    fn many_operands_of_bits_stand_no_deeper_than_need_be() {
+        fn depth(one: &Expr) -> usize {
+            match one {
+                Expr::Binary(_, left, right) => 1 + depth(left).max(depth(right)),
+                _ => 0,
+            }
+        }
+        let row = |many: usize, by: &str| -> String {
+            (0..many).map(|at| format!("x{at}")).collect::<Vec<_>>().join(by)
+        };
+        let read = |text: &str| crate::iec::parse::expression(text, 1);
+        for by in [" OR ", " AND ", " XOR "] {
+            let found = read(&row(5000, by)).expect("an expression");
+            assert!(depth(&found) <= 13, "{by}: {}", depth(&found));
+            assert_eq!(show::expr(&found), row(5000, by));
+        }
+        // Sums are worked out from left to right, and so is what is called.
+        assert_eq!(depth(&read(&row(200, " + ")).expect("a sum")), 199);
+        assert!(read(&row(201, " + ")).is_err());
+        assert_eq!(depth(&read(&row(40, "() OR ")).expect("calls")), 39);
     }
 
     #[test]

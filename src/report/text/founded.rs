@@ -62,7 +62,7 @@ pub(super) fn trusted(audit: &Audit, extent: Extent) -> String {
     }
     if !lines.is_empty() {
         lines.push(
-            "not covered: the first scans after a download or a change in RUN, when memory may hold anything; initial values that a parameter sets at power-up, and M, B and F that one latches: name these in [external]"
+            "not covered: the first scans after a download or a change in RUN, when memory may hold anything; what a CPU's parameters latch or give another value at power-up: name it in [external]"
                 .to_owned(),
         );
     }
