@@ -16,14 +16,18 @@ fn audited(name: &str, text: &str) -> Result<Audit, Vec<(Code, String)>> {
     trusting(Trust::None, name, text)
 }
 
-fn trusting(trust: Trust, name: &str, text: &str) -> Result<Audit, Vec<(Code, String)>> {
+/// Only stores and timers cost anything.
+fn table() -> Table {
     let mut rows = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES {
         let _ = writeln!(rows, "@{class},0,0");
     }
     let _ = writeln!(rows, "ST,1,1\nTON,{PROBE},{PROBE}\n@end,0,");
-    let table =
-        Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
+    Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
+}
+
+fn trusting(trust: Trust, name: &str, text: &str) -> Result<Audit, Vec<(Code, String)>> {
+    let table = table();
     let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
     let facts = Facts::default();
     let request = Request { table: Some(&table), trust, ..Request::new(&inputs, &facts) };
@@ -674,4 +678,65 @@ fn instances_within_structures_are_called_by_numbers_that_are_worked_out() {
     let text = program(units, variables, calls, "a AND NOT a");
     let found = audited("main.st", &text).unwrap_or_else(|faults| panic!("{faults:?}"));
     assert_eq!(micros(&found) / PROBE, 8);
+}
+
+#[test]
+fn of_a_library_the_declaration_and_the_time_are_enough() {
+    let units = "VAR_GLOBAL last : INT; other : INT; END_VAR
+        FUNCTION_BLOCK LOGGER VAR_INPUT level : INT; END_VAR VAR_OUTPUT done : BOOL; END_VAR VAR_IN_OUT count : INT; END_VAR
+        METHOD Pending : INT VAR_INPUT now : BOOL; END_VAR END_METHOD END_FUNCTION_BLOCK
+        FUNCTION_BLOCK QUIET EXTENDS LOGGER SUPER^(); END_FUNCTION_BLOCK
+        FUNCTION CHECKSUM : INT VAR_INPUT a, b : INT; END_VAR END_FUNCTION
+        FUNCTION HANDED : INT VAR_INPUT p : POINTER TO INT; END_VAR END_FUNCTION";
+    let facts = "[calls]\nLOGGER = { time = '20us' }\n'LOGGER.Pending' = { time = '3us' }
+        CHECKSUM = { time = '7us', writes = ['last'] }\nHANDED = { time = '1us' }\n";
+    let of = |facts: &str, statements: &str| {
+        let text = format!(
+            "{units} PROGRAM main VAR log, two : LOGGER; q : QUIET; n, io : INT; t : TON; END_VAR
+             VAR_EXTERNAL last, other : INT; END_VAR {statements} END_PROGRAM"
+        );
+        let facts = Facts::parse("facts.toml", facts).expect("facts");
+        let table = table();
+        let inputs = [Input { name: "main.st".to_owned(), bytes: text.into_bytes() }];
+        let request = Request {
+            table: Some(&table),
+            dialect: Some("iec-text"),
+            ..Request::new(&inputs, &facts)
+        };
+        match audit(&request) {
+            Ok(found) => Ok(micros(&found)),
+            Err(Failure::Input(faults)) => Err(faults[0].code),
+            Err(other) => panic!("{statements}: {other:?}"),
+        }
+    };
+    let stores = |statements: &str, took: u64| {
+        let found = of(facts, statements).unwrap_or_else(|code| panic!("{statements}: {code:?}"));
+        assert!((took..took + 10).contains(&found), "{statements}: {found}");
+    };
+    stores("log(count := io);", 20);
+    stores("log(count := io); two(count := io); n := CHECKSUM(1, 2);", 47);
+    stores("n := log.Pending(TRUE) + log.Pending(FALSE);", 6);
+    let may = |statements: &str, condition: &str| {
+        let text = format!("{statements} IF {condition} THEN t(); END_IF");
+        of(facts, &text).expect("a bound") >= PROBE
+    };
+    let call = "io := 1; log(level := 3, count := io);";
+    for what in ["log.done", "NOT log.done", "io <> 1", "log.level <> 3", "n <> 1"] {
+        assert!(may(&format!("{call} n := CHECKSUM(1, 2);"), what), "{what}");
+    }
+    assert!(may("last := 1; n := CHECKSUM(1, 2);", "last <> 1"));
+    // What it is not handed it does not write.
+    assert!(!may(
+        &format!("n := 1; other := 1; {call}"),
+        "n <> 1 OR other <> 1 OR two.level <> two.level"
+    ));
+    assert_eq!(of(facts, "n := HANDED(ADR(io));"), Err(Code::NotModelled));
+    assert_eq!(
+        of("[calls]\nCHECKSUM = { time = '7us', writes = ['nowhere'] }", "n := CHECKSUM(1, 2);"),
+        Err(Code::Fact)
+    );
+    assert_eq!(of("", "n := UNDECLARED(1);"), Err(Code::UnknownName));
+    // A body that is there is followed.
+    assert!(!may("q(count := io);", "FALSE"));
+    stores("q(count := io);", 20);
 }

@@ -72,6 +72,8 @@ pub enum Fact {
         time: Picos,
         /// What it writes, if that is stated.
         writes: Option<Vec<String>>,
+        /// Whether its declaration is there: besides, it writes what it is handed and what it holds itself.
+        declared: bool,
     },
     /// How many bits an index to file registers has.
     IndexBits(u32),
@@ -157,9 +159,10 @@ impl Fact {
         });
         let lacked = |name: &String| program.absent.iter().any(|one| one.name == *name);
         let calls = facts.calls.iter().filter(|(name, _)| lacked(name));
-        let calls = calls.map(|(_, call)| {
+        let calls = calls.map(|(plain, call)| {
             let StatedCall { name, time, writes } = call.clone();
-            Fact::Call { name, time, writes }
+            let declared = program.absent.iter().any(|one| one.name == *plain && one.declared);
+            Fact::Call { name, time, writes, declared }
         });
         let interrupts = program.interrupts.iter().filter(|one| one.stated);
         let interrupts =
@@ -212,7 +215,14 @@ impl fmt::Display for Fact {
                 let at = if at.contains(':') { format!("at {at}") } else { at.clone() };
                 write!(f, "the index {at} is {low} to {high} where it says what is written")
             }
-            Fact::Call { name, time, writes } => {
+            Fact::Call { name, time, writes, declared: true } => {
+                write!(f, "the body of {name} is not there: it takes {time} at most, and writes what it is handed and holds itself")?;
+                match writes.as_deref() {
+                    None | Some([]) => Ok(()),
+                    Some(variables) => write!(f, ", and {}", variables.join(", ")),
+                }
+            }
+            Fact::Call { name, time, writes, declared: false } => {
                 write!(f, "the routine {name} is not there: it takes {time} at most, and ")?;
                 match writes.as_deref() {
                     None => f.write_str("may write anything"),

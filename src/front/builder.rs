@@ -111,7 +111,13 @@ impl Builder {
         self.program.instructions.extend(parts);
         let what = "the routine is not there: what it may write takes any value";
         self.program.approximate(entry, what);
-        self.program.absent.push(Absent { name: name.to_owned(), entry, time, stated });
+        self.program.absent.push(Absent {
+            name: name.to_owned(),
+            entry,
+            time,
+            stated,
+            declared: false,
+        });
     }
 
     /// Whether so many cells can still be followed one by one.

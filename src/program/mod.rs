@@ -583,6 +583,8 @@ pub struct Absent {
     pub time: Picos,
     /// Whether the user stated that; else nothing is known of it, and what is found with it is no bound.
     pub stated: bool,
+    /// Whether its declaration is there: it writes what it is handed and what it holds itself, whatever else is stated.
+    pub declared: bool,
 }
 
 /// One source file.

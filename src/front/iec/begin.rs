@@ -171,7 +171,7 @@ impl Emit<'_> {
 }
 
 /// Whether a type holds references.
-fn has_reference(ty: &Ty) -> bool {
+pub(super) fn has_reference(ty: &Ty) -> bool {
     match ty {
         Ty::Reference(..) => true,
         Ty::Array { of, .. } => has_reference(of),

@@ -12,6 +12,24 @@ use crate::iec::fault::Fault;
 use crate::iec::{Body, PouKind, Section, TypeRef, Variable, same, show};
 
 impl Emit<'_> {
+    /// Refuses a call that leaves out what is handed over in and out.
+    pub(super) fn leaves_none_out(
+        &self,
+        variables: &[Variable],
+        given: &[Argument],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let names: Vec<_> = parameters(variables, given).filter_map(|(name, _)| name).collect();
+        let mut all = variables.iter().filter(|one| one.section == Section::InOut);
+        if let Some(left_out) = all.find(|own| !names.iter().any(|name| same(name, &own.name))) {
+            let message =
+                format!("{} is handed over in and out, and this call leaves it out", left_out.name);
+            let help = "hand it over in every call: what a call without it means differs";
+            return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
+        }
+        Ok(())
+    }
+
     /// Refuses a call that hands over a variable which what is called also reaches by another name: `owner` is the place of
     /// the instance that is called.
     pub(super) fn has_one_name(
@@ -29,14 +47,6 @@ impl Emit<'_> {
                 one.name
             );
             let help = "call the instance where it is declared";
-            return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
-        }
-        let names: Vec<_> = parameters(variables, given).filter_map(|(name, _)| name).collect();
-        let mut all = variables.iter().filter(|one| one.section == Section::InOut);
-        if let Some(left_out) = all.find(|own| !names.iter().any(|name| same(name, &own.name))) {
-            let message =
-                format!("{} is handed over in and out, and this call leaves it out", left_out.name);
-            let help = "hand it over in every call: what a call without it means differs";
             return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
         let handed: Vec<&Path> = parameters(variables, given)

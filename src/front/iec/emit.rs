@@ -5,7 +5,7 @@ use super::tally::Tally;
 use super::types::{Extent, Kind, Ty, Types, first_name, layout};
 use super::value::Value;
 use crate::base::code::Code;
-use crate::base::facts::ActionOrder;
+use crate::base::facts::{ActionOrder, StatedCall};
 use crate::base::location::Location;
 use crate::front::builder::{Builder, always};
 use crate::iec::fault::Fault;
@@ -118,6 +118,8 @@ pub(super) struct Emit<'p> {
     pub(super) action_order: Option<ActionOrder>,
     /// Whether others than the program may write variables.
     pub(super) others_write: bool,
+    /// What is stated of units whose bodies are not there, by name as [`crate::base::facts::plain`] has it.
+    pub(super) calls: BTreeMap<String, StatedCall>,
 }
 
 impl<'p> Emit<'p> {
@@ -163,6 +165,7 @@ impl<'p> Emit<'p> {
             all_clear: false,
             action_order: None,
             others_write: true,
+            calls: BTreeMap::new(),
         }
     }
 

@@ -76,6 +76,7 @@ impl<'p> Emit<'p> {
             }
         };
         let place = self.instances[instance].place.clone();
+        self.leaves_none_out(&own.variables, given, line)?;
         self.has_one_name(at, None, &own.variables, given, line)?;
         let enabled = self.begin_enabled(at, &place, given, line)?;
         self.hand_over(at, &place, &own.variables, given, line)?;
@@ -510,7 +511,10 @@ impl<'p> Emit<'p> {
                 let extent = inputs.first().map_or(Extent::One, |one| self.extent(at, one));
                 self.any_result(&upper, values.first(), extent, line)
             }
-            _ => Err(unknown(line, &format!("function {name}"))),
+            _ => {
+                let help = super::stand_in::help("give all files of the project", name);
+                Err(unknown(line, &format!("function {name}")).help(help))
+            }
         }
     }
 

@@ -137,6 +137,7 @@ impl<'p> Emit<'p> {
         }
         let place = self.method_place_of(instance, from, &method.name)?;
         let owner = self.instances[instance].place.name.clone();
+        self.leaves_none_out(&method.variables, given, line)?;
         self.has_one_name(at, Some(&owner), &method.variables, given, line)?;
         let enabled = self.begin_enabled(at, &place, given, line)?;
         self.hand_over(at, &place, &method.variables, given, line)?;

@@ -37,6 +37,7 @@ mod references;
 mod resolve;
 mod retained;
 mod selected;
+mod stand_in;
 mod statement;
 mod step_time;
 mod tally;

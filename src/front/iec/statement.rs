@@ -70,6 +70,9 @@ impl<'p> Emit<'p> {
         self.routines.insert((instance, what.clone()), entry);
         self.kept.clear();
         self.kept_extents.clear();
+        if self.stands_in(instance, what) {
+            return entry;
+        }
         let Some((pou, body)) = self.body(instance, what) else {
             self.landing();
             self.builder.add(None, Vec::new(), Step::Return);
@@ -554,7 +557,7 @@ impl<'p> Emit<'p> {
         self.has_one_name(at, Some(&place.name), &variables, given, line)?;
         self.hand_over(at, &place, &variables, given, line)?;
         let what = What::Inherited(base, String::new());
-        if self.body(at.instance, &what).is_some() {
+        if self.body(at.instance, &what).is_some() || self.is_stated(at.instance, &what) {
             self.call(Logic::Const(true), at.instance, what, "CAL");
         } else {
             self.cost(&["CAL"], "call");
@@ -678,6 +681,7 @@ impl<'p> Emit<'p> {
                 let all = lineage(self.project, pou);
                 let variables: Vec<_> =
                     all.into_iter().rev().flat_map(|pou| pou.variables.clone()).collect();
+                self.leaves_none_out(&variables, given, line)?;
                 self.has_one_name(at, Some(&place.name), &variables, given, line)?;
                 let inputs = self.begin_inputs(at, place, given, line)?;
                 self.hand_over(at, place, &variables, given, line)?;

@@ -290,7 +290,7 @@ impl<'p> Types<'p> {
             Fault::new(line, format!("the type {name} is not known"))
                 .code(Code::UnknownType)
                 .text(name)
-                .help("give the file that declares it")
+                .help(super::stand_in::help("give the file that declares it", name))
         })
     }
 
