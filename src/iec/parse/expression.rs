@@ -66,8 +66,7 @@ fn binary(cursor: &mut Cursor, least: u8) -> Result<Expr, Fault> {
             return Err(Fault::new(line, told).help(help));
         }
         let joined = |one, two| Expr::Binary(by, Box::new(one), Box::new(two));
-        left =
-            all.into_iter().reduce(joined).unwrap_or_else(|| Expr::Literal(Literal::Bool(false)));
+        left = all.into_iter().reduce(joined).unwrap_or(Expr::Literal(Literal::Bool(false)));
     }
     Ok(left)
 }
