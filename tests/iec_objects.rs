@@ -740,3 +740,31 @@ fn of_a_library_the_declaration_and_the_time_are_enough() {
     assert!(!may("q(count := io);", "FALSE"));
     stores("q(count := io);", 20);
 }
+
+#[test]
+fn what_nothing_calls_does_not_move_a_loops_end() {
+    let of = |methods: &str, other: &str| {
+        let text = format!(
+            "INTERFACE I METHOD M : INT END_METHOD END_INTERFACE
+            FUNCTION_BLOCK A IMPLEMENTS I VAR m : Mgr2; END_VAR METHOD M : INT {other} END_METHOD END_FUNCTION_BLOCK
+            FUNCTION_BLOCK Mgr2 VAR cnt : INT; END_VAR METHOD Clr cnt := 0; END_METHOD END_FUNCTION_BLOCK
+            FUNCTION_BLOCK Mgr VAR t : I; cnt : INT; END_VAR
+            METHOD Add IF cnt < 3 THEN cnt := cnt + 1; END_IF END_METHOD {methods}
+            METHOD Run VAR k : INT; END_VAR FOR k := 1 TO cnt DO t.M(); END_FOR END_METHOD
+            PROPERTY P : INT GET P := cnt; cnt := 0; END_GET END_PROPERTY
+            END_FUNCTION_BLOCK
+            PROGRAM main VAR o : A; mm : Mgr; END_VAR mm.t := o; mm.cnt := 2; mm.Add(); mm.Run(); END_PROGRAM"
+        );
+        audited("main.st", &text).map(|_| ()).map_err(|faults| faults[0].0)
+    };
+    assert_eq!(of("", "M := 1;"), Ok(()));
+    assert_eq!(of("METHOD M2 cnt := 0; END_METHOD", "M := 1;"), Ok(()));
+    // What a call leads to may be a method of that name, whoever has it.
+    assert_eq!(of("METHOD Clr cnt := 0; END_METHOD", "m.Clr();"), Err(Code::LoopCount));
+    assert_eq!(
+        of("METHOD Clr Clr2(); END_METHOD METHOD Clr2 cnt := 0; END_METHOD", "m.Clr();"),
+        Err(Code::LoopCount)
+    );
+    // The one that another unit has writes its own variable.
+    assert_eq!(of("METHOD Clr ; END_METHOD", "m.Clr();"), Ok(()));
+}

@@ -6,7 +6,7 @@ use super::expr::{is_rounded, row};
 use super::mixed::mixed;
 use super::open::{beyond, complement, opened, parted};
 use super::resolve::{Context, Found, unknown};
-use super::types::{ANY_UNIT, DINT, Extent, INT, Kind, Ty, elementary, is_elementary};
+use super::types::{ANY_UNIT, DINT, Extent, INT, Kind, Ty, declare, elementary, is_elementary};
 use super::value::{Value, wrapped};
 use super::whole::Whole;
 use super::within::{shown, works};
@@ -512,7 +512,7 @@ impl<'p> Emit<'p> {
                 self.any_result(&upper, values.first(), extent, line)
             }
             _ => {
-                let help = super::stand_in::help("give all files of the project", name);
+                let help = declare("give all files of the project", name);
                 Err(unknown(line, &format!("function {name}")).help(help))
             }
         }

@@ -9,6 +9,7 @@ use crate::iec::chart::Target;
 use crate::iec::fault::Fault;
 use crate::iec::{Body, Pou, PouKind, Section, TypeRef, Variable, same};
 use crate::program::flow;
+use std::collections::BTreeSet;
 
 /// What a path in code is for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -28,12 +29,24 @@ enum Code<'p> {
     Action(&'p Path),
 }
 
-/// The same, each with the variables of the method that it stands in.
-fn code_with(pou: &Pou, with_body: bool) -> Vec<(Code<'_>, &[Variable])> {
-    let methods = pou.methods.iter().map(|method| (code(method, true), &method.variables[..]));
+/// The code of a unit's actions, of charts, and of those methods that something names, and that of its body, if it is asked for;
+/// each with the variables of the method that it stands in.
+fn code_with<'p>(
+    pou: &'p Pou,
+    with_body: bool,
+    named: &BTreeSet<String>,
+) -> Vec<(Code<'p>, &'p [Variable])> {
+    let methods = pou.methods.iter().filter(|method| is_named(method, named));
+    let methods = methods.map(|method| (code(method, true), &method.variables[..]));
     let own = code_beside(pou, with_body);
     let all = std::iter::once((own, &[][..])).chain(methods);
     all.flat_map(|(all, hidden)| all.into_iter().map(move |one| (one, hidden))).collect()
+}
+
+/// Whether these names, in capitals, have that of a method, or of the property that it reads or writes.
+fn is_named(method: &Pou, named: &BTreeSet<String>) -> bool {
+    let has = |name: &str| named.contains(&name.to_ascii_uppercase());
+    has(&method.name) || method.property().is_some_and(has)
 }
 
 /// The code of a unit's actions, methods and charts, and that of its body, if it is asked for.
@@ -307,14 +320,15 @@ impl Emit<'_> {
         }
         let own = lineage(self.project, self.instances[at.instance].pou);
         let is_own = own.iter().any(|pou| declares(&pou.variables, &variable.first));
-        self.project.pous.iter().any(|pou| {
+        let named = self.named_from(body);
+        self.callable(&named).any(|pou| {
             // Nothing that is called carries out the body of the same instance. Its own actions and methods name the variable
             // as it does, other units through its instance.
             // But that of a unit which its own extends (`SUPER^()`).
             let related = own.iter().any(|one| same(&one.name, &pou.name));
             let is_first = own.first().is_some_and(|one| same(&one.name, &pou.name));
             let by_name = related || !is_own;
-            code_with(pou, !is_first).into_iter().any(|(code, hidden)| {
+            code_with(pou, !is_first, &named).into_iter().any(|(code, hidden)| {
                 let mut found = false;
                 paths(code, &mut |path, used| {
                     let part = |name: &str| names(path).skip(1).any(|one| same(one, name));
@@ -328,6 +342,37 @@ impl Emit<'_> {
                 });
                 found
             })
+        })
+    }
+
+    /// All names, in capitals, that statements name, and what they may call, and so on: a method that nothing of these names is
+    /// not carried out.
+    fn named_from(&self, body: &[Statement]) -> BTreeSet<String> {
+        let mut named = BTreeSet::new();
+        let take = |code: Code<'_>, named: &mut BTreeSet<String>| {
+            paths(code, &mut |path, _| {
+                named.extend(names(path).map(str::to_ascii_uppercase));
+            });
+        };
+        take(Code::Statements(body), &mut named);
+        loop {
+            let before = named.len();
+            let known = named.clone();
+            for pou in self.callable(&known) {
+                for (code, _) in code_with(pou, true, &known) {
+                    take(code, &mut named);
+                }
+            }
+            if named.len() == before {
+                return named;
+            }
+        }
+    }
+
+    /// The units that may be carried out where these names are named: a program only by its own.
+    fn callable<'a>(&'a self, named: &'a BTreeSet<String>) -> impl Iterator<Item = &'a Pou> {
+        self.project.pous.iter().filter(|pou| {
+            pou.kind != PouKind::Program || named.contains(&pou.name.to_ascii_uppercase())
         })
     }
 

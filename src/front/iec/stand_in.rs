@@ -5,19 +5,11 @@ use super::begin::has_reference;
 use super::emit::{Emit, Place, What};
 use super::types::lineage;
 use crate::base::code::Code;
-use crate::base::facts::{StatedCall, key, plain};
+use crate::base::facts::{StatedCall, plain};
 use crate::front::builder::always;
 use crate::iec::fault::Fault;
 use crate::iec::{Body, Pou, PouKind, same};
 use crate::program::{Absent, Region, Step, Write};
-
-/// The help for a name that the project does not declare: what else may be wrong, and what to do where a library has it.
-pub(super) fn help(first: &str, name: &str) -> String {
-    format!(
-        "{first}; of what a library has, declare inputs and outputs without a body, and state its time in a facts file (--facts): [calls] {} = {{ time = \"50us\" }}",
-        key(name)
-    )
-}
 
 impl<'p> Emit<'p> {
     /// What stands in for a body that is not there, if that is stated of its unit: where it stood, all that it has may hold

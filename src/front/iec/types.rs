@@ -1,6 +1,7 @@
 //! Types of IEC 61131-3 and how much memory they take.
 
 use crate::base::code::Code;
+use crate::base::facts::key;
 use crate::iec::ast::{Expr, Literal};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Project, TypeRef, Variable, same};
@@ -290,7 +291,7 @@ impl<'p> Types<'p> {
             Fault::new(line, format!("the type {name} is not known"))
                 .code(Code::UnknownType)
                 .text(name)
-                .help(super::stand_in::help("give the file that declares it", name))
+                .help(declare("give the file that declares it", name))
         })
     }
 
@@ -438,6 +439,14 @@ fn is_kept(one: &Variable) -> bool {
 /// and a type of the project's with what that says.
 pub(super) fn is_elementary(variable: &Variable) -> bool {
     matches!(&variable.of, TypeRef::Named(name) if elementary(name).is_some())
+}
+
+/// The help for a name that the project does not declare: what else may be wrong, and what to do where a library has it.
+pub(super) fn declare(first: &str, name: &str) -> String {
+    format!(
+        "{first}; of what a library has, declare inputs and outputs without a body, and state its time in a facts file (--facts): [calls] {} = {{ time = \"50us\" }}",
+        key(name)
+    )
 }
 
 /// What an operand moves besides what its load is charged.
