@@ -737,3 +737,23 @@ fn first_values_are_known_of_what_the_program_writes() {
     let once = "IF first THEN first := FALSE; x := TRUE; END_IF n := 1; n := n + 1;";
     assert_eq!(of(Trust::All, "first : BOOL := TRUE; n : INT;", once), 4);
 }
+
+#[test]
+fn controllers_that_look_at_transitions_in_the_first_scan_may_leave_the_initial_step_at_once() {
+    let of = |qualifier: &str, condition: &str| {
+        let text = format!(
+            "PROGRAM main VAR go AT %IX0.0 : BOOL; x : BOOL := TRUE; y : BOOL; END_VAR
+            INITIAL_STEP A : act({qualifier}); END_STEP
+            STEP B : late(N); END_STEP
+            TRANSITION FROM A TO B := {condition}; END_TRANSITION
+            TRANSITION FROM B TO A := NOT go; END_TRANSITION
+            ACTION act : x := FALSE; END_ACTION
+            ACTION late : IF x THEN y := TRUE; y := TRUE; y := TRUE; y := TRUE; END_IF END_ACTION
+            END_PROGRAM"
+        );
+        micros(&trusting(Trust::All, "main.st", &text).expect("an audit"))
+    };
+    // Without its action carried out, or as one that was there before and is not entered.
+    assert!(of("N", "go") >= 4);
+    assert!(of("P1", "go AND A.T > T#0s") >= 4);
+}

@@ -47,8 +47,15 @@ pub(super) fn assumed(audit: &Audit, extent: Extent) -> String {
 
 /// The words that are trusted, what for, and which scans that leaves out.
 pub(super) fn trusted(audit: &Audit, extent: Extent) -> String {
-    let mut lines: Vec<String> =
-        audit.assumptions.iter().map(|one| assumption(audit, one)).collect();
+    let shown = audit.assumptions.iter().take(extent.values);
+    let mut lines: Vec<String> = shown.map(|one| assumption(audit, one)).collect();
+    if let Some(rest) = audit.assumptions.len().checked_sub(extent.values).filter(|&rest| rest > 0)
+    {
+        lines.push(format!(
+            "and {} (-v)",
+            count(rest, "word or set of relays", "words or sets of relays")
+        ));
+    }
     if let Some(Minor { count: n, without }) = audit.what_if.as_ref().and_then(|one| one.minor) {
         let others = if lines.is_empty() { "" } else { "further " };
         let words = count(n, "word or set of relays", "words or sets of relays");
