@@ -274,7 +274,8 @@ impl Emit<'_> {
             Value::Number(kind @ Kind::Whole { bits, .. }, _)
             | Value::Open(kind @ Kind::Whole { bits, .. }, ..) => {
                 let kind = if bits < 32 { DINT } else { kind };
-                Value::Number(kind, self.any_number(kind, why))
+                // There may be more bits yet.
+                Value::Open(kind, self.any_number(kind, why), Logic::Const(true))
             }
             Value::Number(Kind::Real, _) => {
                 Value::Number(Kind::Real, self.any_number(Kind::Real, why))
