@@ -69,8 +69,7 @@ impl Emit<'_> {
         };
         let (halt, restart) = (flag("SFCInit"), flag("SFCReset"));
         self.at(chart.line, "SFC");
-        let first = self.keep_bit(Logic::cell(memory.started).not());
-        let begins = any([first.clone()]
+        let begins = any([Logic::cell(memory.started).not()]
             .into_iter()
             .chain(halt.into_iter().chain(restart).map(Logic::cell)));
         let begins = self.keep_bit(begins);
@@ -84,22 +83,14 @@ impl Emit<'_> {
             let cells = own.chain([action.on, action.stored]);
             resets.extend(cells.map(|cell| set(cell, Logic::Const(false))));
         }
-        let entered = self.differs("initial steps are not entered in the first scan");
-        let entered = all([first.clone(), entered]);
-        for (&cell, step) in memory.were.iter().zip(&chart.steps) {
-            let was = if step.initial { entered.clone() } else { Logic::Const(false) };
-            resets.push(set(cell, was));
-        }
+        resets.extend(memory.were.iter().map(|&cell| set(cell, Logic::Const(false))));
         self.write_if(begins.clone(), resets, None);
         self.times_begin(&memory, &begins);
         let stop = halt.map(|halt| self.jump(Logic::cell(halt), None));
         if self.actions_first {
             self.act(at, pou, chart, &memory);
         }
-        // matiec looks at transitions in the first scan, too.
-        let looks = self.differs("the first scan looks at transitions");
-        let looks = all([first, looks]);
-        let skip = self.jump(all([begins, looks.not()]), None);
+        let skip = self.jump(begins, None);
         self.evolve(at, chart, &memory);
         self.land(skip);
         self.landing();

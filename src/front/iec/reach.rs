@@ -369,10 +369,16 @@ impl Emit<'_> {
         }
     }
 
-    /// The units that may be carried out where these names are named: a program only by its own.
+    /// The units of which something may be carried out where these names are named: of a program, only by its own name, or that
+    /// of one of its actions, methods or named transitions.
     fn callable<'a>(&'a self, named: &'a BTreeSet<String>) -> impl Iterator<Item = &'a Pou> {
         self.project.pous.iter().filter(|pou| {
-            pou.kind != PouKind::Program || named.contains(&pou.name.to_ascii_uppercase())
+            let has = |name: &str| named.contains(&name.to_ascii_uppercase());
+            let mut parts = pou.actions.iter().chain(&pou.transitions);
+            pou.kind != PouKind::Program
+                || has(&pou.name)
+                || parts.any(|one| has(&one.name))
+                || pou.methods.iter().any(|method| is_named(method, named))
         })
     }
 
