@@ -284,3 +284,103 @@ fn drawn_conditions_may_fork_and_compare() {
     let faults = bound(&project("", "t:R_TRIG x:BOOL", &body, "x")).expect_err("refused");
     assert!(faults[0].contains("remembers"), "{faults:?}");
 }
+
+#[test]
+fn what_has_no_position_is_carried_out_as_the_file_has_it() {
+    let bare = |text: String| {
+        let (front, back) = text.split_once("<position").expect("a position");
+        format!("{front}{}", back.split_once("/>").expect("its end").1)
+    };
+    let body = format!(
+        "<LD>{RAIL}{}{}{}{}</LD>",
+        bare(contact(1, "", 0, "x")),
+        bare(coil(2, 1, "y")),
+        bare(contact(3, "", 0, "a")),
+        bare(coil(10, 3, "x"))
+    );
+    assert!(may("", "x:BOOL y:BOOL", &body, "y AND NOT x"));
+    assert!(!may("", "x:BOOL y:BOOL", &body, "a AND NOT x"));
+}
+
+#[test]
+fn variables_that_are_wired_in_and_out_are_written() {
+    let through = at("inOutVariable", 2, &[(1, "")], "<expression>x</expression>");
+    let body = format!("<FBD>{}{through}{}</FBD>", wired(1, "a"), out(3, (2, ""), "y"));
+    assert!(!may("", "x:BOOL y:BOOL", &body, "a AND NOT x"));
+    assert!(!may("", "x:BOOL y:BOOL", &body, "a AND NOT y"));
+}
+
+#[test]
+fn coils_to_which_nothing_leads_may_be_left_as_they_are() {
+    let body = format!("<LD>{}</LD>", at("coil", 2, &[], "<variable>x</variable>"));
+    assert!(may("", "x:BOOL", &body, "x"));
+    assert!(may("", "x:BOOL", &body, "NOT x"));
+}
+
+#[test]
+fn an_edge_beside_the_power_rail_is_looked_at_all_the_same() {
+    let body = format!(
+        "<LD>{RAIL}{}{}</LD>",
+        contact(1, "edge=\"rising\"", 0, "a"),
+        at("coil", 2, &[(0, ""), (1, "")], "<variable>x</variable>"),
+    );
+    let project = scanbound::iec::read("main.xml", &project("", "x:BOOL", &body, "x"));
+    let project = project.expect("a project");
+    let main = project.pous.iter().find(|pou| pou.name == "main").expect("the program");
+    assert!(main.variables.iter().any(|one| one.name.contains("e1")), "{:?}", main.variables);
+}
+
+#[test]
+fn a_thousand_ways_are_joined() {
+    let ways: String = (1..=1000).map(|id| contact(id, "", 0, "x")).collect();
+    let from: Vec<(u32, &str)> = (1..=1000).map(|id| (id, "")).collect();
+    let body =
+        format!("<LD>{RAIL}{ways}{}</LD>", at("coil", 2000, &from, "<variable>y</variable>"));
+    assert!(!may("", "x:BOOL y:BOOL", &body, "x AND NOT y"));
+}
+
+#[test]
+fn a_block_of_actions_belongs_to_all_steps_that_it_hangs_on() {
+    let block = at(
+        "actionBlock",
+        5,
+        &[(1, ""), (3, "")],
+        "<action qualifier=\"N\"><reference name=\"x\"/></action>",
+    );
+    let always = "<condition><inline><ST><p>TRUE</p></ST></inline></condition>";
+    let body = format!(
+        "<SFC><step localId=\"1\" name=\"s\" initialStep=\"true\"/>{}{}{}{}{block}</SFC>",
+        at("transition", 2, &[(1, "")], always),
+        at("step name=\"t\"", 3, &[(2, "")], ""),
+        at("transition", 4, &[(3, "")], always),
+        at("jumpStep targetName=\"s\"", 6, &[(4, "")], "")
+    );
+    let project = scanbound::iec::read("main.xml", &project("", "x:BOOL", &body, "x"));
+    let project = project.expect("a project");
+    let charts = project.charts();
+    let blocks: Vec<usize> = charts[0].2.steps.iter().map(|step| step.blocks.len()).collect();
+    assert_eq!(blocks, [1, 1]);
+}
+
+#[test]
+fn what_a_drawing_says_and_is_not_followed_is_refused() {
+    let refused = |body: &str, why: &str| {
+        let text = project("", "x:BOOL y:BOOL", body, "x");
+        let faults = bound(&text).expect_err("a refusal");
+        assert!(faults.iter().any(|fault| fault.contains(why)), "{faults:?}");
+    };
+    let inline = |inner: &str| format!("<inline>{inner}</inline>");
+    let two = format!("<LD>{RAIL}{}{}</LD>", coil(2, 0, "x"), coil(3, 0, "y"));
+    refused(&chart(&[], &inline(&two)), "several elements");
+    let always = inline("<ST><p>TRUE</p></ST>");
+    let plain = chart(&["<ST><p>x := TRUE;</p></ST>".to_owned()], &always);
+    refused(&plain.replace("<actionBlock", "<actionBlock negated=\"true\""), "negated");
+    refused(&plain.replace("<transition", "<transition priority=\"1x\""), "priority");
+    refused(&plain.replace("</SFC>", &format!("{}</SFC>", coil(9, 1, "y"))), "carries it out");
+    refused(&format!("{plain}</body><body>{plain}"), "second body");
+    refused("<ST><p>x := TRUE;</p></ST><IL>LD y</IL>", "several languages");
+    let edge = contact(1, "edge=\"both\"", 0, "a");
+    refused(&format!("<LD>{RAIL}{edge}{}</LD>", coil(2, 1, "x")), "both");
+    let jump = "<jump localId=\"7\" label=\"l\"/><label localId=\"8\" label=\"l\"/>";
+    refused(&format!("<LD>{jump}</LD>"), "nothing leads to it");
+}

@@ -18,10 +18,11 @@ pub struct Coactivity {
     pub active: Vec<String>,
 }
 
-/// So much of the time limit this may take where the audit before left over less: a tenth.
+/// So much of the time limit this may take, whatever the audit before has taken or left over: a tenth.
 const LEAST_SHARE: u32 = 10;
 
-/// Adds to an audit the bound without what charts keep apart: that of a whole audit, which has the time that is left over.
+/// Adds to an audit the bound without what charts keep apart: that of a whole audit. It may take as long as the audit before: what
+/// is asked for is the bound, and without the charts there is far more to search.
 /// Nothing is added without charts, where only a limit is asked for, and where nothing is bounded.
 ///
 /// # Errors
@@ -44,7 +45,9 @@ fn of(
         return Ok(None);
     }
     (request.progress)(Progress::Stage("solving without co-activity"));
-    let left = |limit: Duration| limit.saturating_sub(found.elapsed).max(limit / LEAST_SHARE);
+    let left = |limit: Duration| {
+        limit.saturating_sub(found.elapsed).min(found.elapsed).max(limit / LEAST_SHARE)
+    };
     let all = Request {
         apart: false,
         proves_facts: false,

@@ -74,7 +74,26 @@ pub fn expr(one: &Expr) -> String {
                 bracketed(right, own + more)
             )
         }
-        Expr::Call(function, given) => format!("{}({})", path(function), arguments(given)),
+        Expr::Call(function, given) => operation(function, given)
+            .unwrap_or_else(|| format!("{}({})", path(function), arguments(given))),
+    }
+}
+
+/// AND, OR, XOR and NOT that are drawn as blocks: in text they stand between what they join.
+fn operation(function: &Path, given: &[Argument]) -> Option<String> {
+    let is_input = |one: &Argument| {
+        let name = one.name.as_deref().unwrap_or("IN");
+        !one.is_output && name.get(..2).is_some_and(|begin| begin.eq_ignore_ascii_case("IN"))
+    };
+    let name = path(function).to_ascii_uppercase();
+    if !given.iter().all(is_input) {
+        return None;
+    }
+    let values: Vec<String> = given.iter().map(|one| bracketed(&one.value, u8::MAX)).collect();
+    match (name.as_str(), values.len()) {
+        ("AND" | "OR" | "XOR", 2..) => Some(format!("({})", values.join(&format!(" {name} ")))),
+        ("NOT", 1) => Some(format!("(NOT {})", values[0])),
+        _ => None,
     }
 }
 

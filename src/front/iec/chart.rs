@@ -8,6 +8,7 @@ use super::statement::ENDS_CHART;
 use super::turns;
 use super::types::{Ty, lineage};
 use super::value::Value;
+use crate::base::facts::ActionOrder;
 use crate::front::builder::always;
 use crate::iec::ast::{Kind as Statements, Path, Statement};
 use crate::iec::chart::{Chart, Target};
@@ -69,7 +70,8 @@ impl Emit<'_> {
         };
         let (halt, restart) = (flag("SFCInit"), flag("SFCReset"));
         self.at(chart.line, "SFC");
-        let begins = any([Logic::cell(memory.started).not()]
+        let first = self.keep_bit(Logic::cell(memory.started).not());
+        let begins = any([first.clone()]
             .into_iter()
             .chain(halt.into_iter().chain(restart).map(Logic::cell)));
         let begins = self.keep_bit(begins);
@@ -83,14 +85,30 @@ impl Emit<'_> {
             let cells = own.chain([action.on, action.stored]);
             resets.extend(cells.map(|cell| set(cell, Logic::Const(false))));
         }
-        resets.extend(memory.were.iter().map(|&cell| set(cell, Logic::Const(false))));
+        // matiec looks at transitions in the first scan, too, and enters no step then. It takes actions as they are declared, and
+        // has no charts that begin anew with every call.
+        let may_be_matiec = matches!(self.action_order, None | Some(ActionOrder::Declared))
+            && !self.begun_anew.contains(&at.instance);
+        let entered = match may_be_matiec {
+            true => self.differs("initial steps are not entered in the first scan"),
+            false => Logic::Const(false),
+        };
+        let entered = all([first.clone(), entered]);
+        for (&cell, step) in memory.were.iter().zip(&chart.steps) {
+            let was = if step.initial { entered.clone() } else { Logic::Const(false) };
+            resets.push(set(cell, was));
+        }
         self.write_if(begins.clone(), resets, None);
         self.times_begin(&memory, &begins);
         let stop = halt.map(|halt| self.jump(Logic::cell(halt), None));
         if self.actions_first {
             self.act(at, pou, chart, &memory);
         }
-        let skip = self.jump(begins, None);
+        let looks = match may_be_matiec {
+            true => all([first, self.differs("the first scan looks at transitions")]),
+            false => Logic::Const(false),
+        };
+        let skip = self.jump(all([begins, looks.not()]), None);
         self.evolve(at, chart, &memory);
         self.land(skip);
         self.landing();

@@ -71,6 +71,8 @@ pub(super) struct Emit<'p> {
     pub(super) project: &'p Project,
     pub(super) types: Types<'p>,
     pub(super) instances: Vec<Instance>,
+    /// Those whose charts begin anew with every call.
+    pub(super) begun_anew: BTreeSet<usize>,
     pub(super) by_name: BTreeMap<String, usize>,
     pub(super) globals: BTreeMap<String, Place>,
     /// The chart's memory, by instance and what of it.
@@ -139,6 +141,7 @@ impl<'p> Emit<'p> {
             project,
             types: Types::new(project),
             instances: Vec::new(),
+            begun_anew: BTreeSet::new(),
             by_name: BTreeMap::new(),
             globals: BTreeMap::new(),
             charts: BTreeMap::new(),

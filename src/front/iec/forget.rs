@@ -73,6 +73,7 @@ impl Emit<'_> {
         charts.sort();
         charts.dedup();
         let instance = self.instance(place, pou);
+        self.begun_anew.insert(instance);
         for what in charts {
             let Some(tag) = self.chart_memory(instance, &what) else { continue };
             let mut writes = Vec::new();

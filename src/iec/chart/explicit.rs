@@ -99,6 +99,10 @@ fn plan(chart: &Chart, action: &str, budget: usize) -> Result<Plan, String> {
         }
     }
     let (set, reset) = (storing(chart, action), resetting(chart, action));
+    if reset.is_empty() {
+        // Its branch would never end, and hold on what others reset.
+        return Err("no step of this chart resets it".to_owned());
+    }
     let name = |step: usize| chart.steps[step].name.as_str();
     let stored: Vec<(usize, &Block)> =
         chart.blocks_of(action).filter(|(_, block)| block.qualifier.is_stored()).collect();

@@ -27,12 +27,21 @@ pub const MERGED: &str = "~label ";
 /// Words that take the result for an input of a function block, and carry the block out.
 const INPUTS: &[&str] = &["CLK", "IN", "PT", "CU", "CD", "PV", "S1", "R1"];
 
+/// Behind so many operators the result is kept, so that no expression is as deep as it is long.
+const ROW: usize = 100;
+/// Conditions, in which nothing can be kept, have so many operators at most.
+const LONGEST: usize = 400;
+
 /// What a list has come to.
 #[derive(Default)]
 struct List {
     result: Option<Expr>,
     statements: Vec<Statement>,
     kept: usize,
+    /// It stores nothing.
+    is_condition: bool,
+    /// How many operators there were.
+    operators: usize,
     /// The labels that jumps lead to, and whether there is a result on all of these ways.
     jumps: BTreeMap<String, bool>,
     /// Labels behind which the result is asked for.
@@ -41,7 +50,8 @@ struct List {
 
 impl List {
     fn within(outer: &List, result: Option<Expr>) -> List {
-        List { result, kept: outer.kept, ..List::default() }
+        let is_condition = outer.is_condition;
+        List { result, kept: outer.kept, is_condition, ..List::default() }
     }
 
     fn add(&mut self, line: u32, kind: Kind) {
@@ -119,7 +129,7 @@ pub(super) fn instructions(cursor: &mut Cursor) -> Result<Vec<Statement>, Fault>
 /// Reads a list that stores nothing, up to one of these words: its result.
 pub(super) fn value(cursor: &mut Cursor, ends: &[&str]) -> Result<Expr, Fault> {
     let line = cursor.line();
-    let mut list = List::default();
+    let mut list = List { is_condition: true, ..List::default() };
     read(cursor, &mut list, ends)?;
     if let Some(first) = list.statements.first() {
         return Err(Fault::new(first.line, "a condition stores nothing"));
@@ -224,6 +234,14 @@ fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> R
                 }
                 let right = if negated { right.not() } else { right };
                 list.result = Some(Expr::Binary(operator, Box::new(left), Box::new(right)));
+                list.operators += 1;
+                if list.operators.is_multiple_of(ROW) && !list.is_condition {
+                    list.keep(line)?;
+                } else if list.is_condition && list.operators > LONGEST {
+                    let message =
+                        format!("a condition of more than {LONGEST} operators is not followed");
+                    return Err(Fault::new(line, message).help("store parts of it in variables"));
+                }
             }
             None => function(cursor, list, word, line)?,
         },
@@ -236,6 +254,8 @@ fn function(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Resu
     let first = list.result.clone();
     let mut given: Vec<Argument> = first.into_iter().map(unnamed).collect();
     if !cursor.is_line_end() && cursor.is_sign("(") {
+        // The result is no input of it, and has been worked out all the same.
+        list.leave(line);
         given = arguments(cursor)?;
     } else {
         while !cursor.is_line_end() {
@@ -319,6 +339,7 @@ fn operator(word: &str) -> Option<(Operator, bool)> {
 
 #[cfg(test)]
 mod tests {
+    use crate::iec::ast::{Expr, Kind, Statement};
     use crate::iec::parse::{instruction_list, instruction_list_value};
     use crate::iec::show;
 
@@ -359,6 +380,11 @@ mod tests {
 
     #[test]
     fn a_condition_is_a_value() {
+        let read = instruction_list("LD a\nF\nF(i := b)\nST c\n", 1).expect("a list");
+        let is_call = |one: &&Statement| matches!(&one.kind, Kind::Assign(_, Expr::Call(..)));
+        assert_eq!(read.iter().filter(is_call).count(), 2, "{read:?}");
+        let long = format!("LD a\n{}ST c\n", "AND b\n".repeat(5_000));
+        assert!(instruction_list(&long, 1).is_ok());
         let value = instruction_list_value("LD a\nAND b\nGT 3", 1).expect("a value");
         assert_eq!(show::expr(&value), "(a AND b) > 3");
         assert!(instruction_list_value("LD a\nST b", 1).is_err());

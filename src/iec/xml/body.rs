@@ -1,5 +1,6 @@
 //! Bodies in any language.
 
+use super::checked::single;
 use super::graph::Graph;
 use super::reading::{Reading, language};
 use crate::base::code::Code;
@@ -11,6 +12,10 @@ use roxmltree::Node;
 /// What a body does.
 pub(super) fn body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
     let Some((language, inner)) = language(node) else { return Body::empty() };
+    if let Err(fault) = single(reading.text, node) {
+        reading.refuse(fault.clone());
+        return Body::Unread(language, fault);
+    }
     if language == Language::Sfc {
         return match super::chart::chart(reading, inner) {
             Ok(chart) => Body::Chart(Box::new(chart)),
@@ -56,7 +61,12 @@ pub(super) fn condition_body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) 
             let kind = Kind::Assign(crate::iec::ast::Path::name("~"), condition);
             Body::Code(language, vec![Statement { line: reading.text.line(node), kind }])
         }
-        Err(fault) => Body::Unread(language, fault),
+        Err(fault) => {
+            if matches!(fault.code, Code::Connection | Code::Xml) {
+                reading.refuse(fault.clone());
+            }
+            Body::Unread(language, fault)
+        }
     }
 }
 
@@ -65,6 +75,7 @@ pub(super) fn condition(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Re
     let Some((language, inner)) = language(node) else {
         return Err(reading.text.fault(node, "the condition is empty"));
     };
+    single(reading.text, node)?;
     let (written, line) = reading.text.content(inner);
     match language {
         Language::St => {

@@ -1,7 +1,9 @@
 //! Charts as PLCopen XML draws them: steps, transitions and the bars between them, joined by connections.
 
+use super::checked::{checked, single};
 use super::graph::Graph;
-use super::node::{ACTIVE, ENTRY, EXIT, child, children, elements, inputs, is, sources};
+use super::node::{ACTIVE, ENTRY, EXIT, Text, child, children, elements, inputs, is, sources};
+use super::order::rank;
 use super::reading::{Reading, language};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Kind, Path, Statement};
@@ -62,9 +64,11 @@ fn draft(
         if drawing.nodes.insert(id, node).is_some() {
             return Err(text.fault(node, format!("two elements have the localId {id}")));
         }
+        checked(text, node)?;
     }
+    nothing_is_left_out(text, body)?;
     let mut draft = Draft::new(text.line(body));
-    let in_order: Vec<Node<'_, '_>> = elements(body).collect();
+    let in_order = from_the_left(elements(body).collect());
     let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
     for &node in &in_order {
         match node.tag_name().name() {
@@ -83,7 +87,7 @@ fn draft(
                     from,
                     to: Vec::new(),
                     condition,
-                    priority: node.attribute("priority").and_then(|text| text.parse().ok()),
+                    priority: priority(text, node)?,
                     line: text.line(node),
                     id: Some(id.to_owned()),
                 });
@@ -109,6 +113,77 @@ fn draft(
         }
     }
     Ok(draft)
+}
+
+/// Refuses elements beside a chart that would act by themselves: only conditions are drawn there.
+fn nothing_is_left_out(text: &Text, body: Node<'_, '_>) -> Result<(), Fault> {
+    let is_used = |node: Node<'_, '_>| {
+        let id = node.attribute("localId");
+        body.descendants()
+            .any(|one| one.tag_name().name() == "connection" && one.attribute("refLocalId") == id)
+    };
+    for node in elements(body) {
+        let name = node.tag_name().name();
+        let is_of_the_chart = CHART.contains(&name) || LOOKED_AT.contains(&name);
+        if is_of_the_chart || (name == "block" && is_used(node)) {
+            continue;
+        }
+        let message = format!("{}: nothing of a chart carries it out", called(node));
+        let help = "move it into an action of a step";
+        return Err(text.fault(node, message).help(help));
+    }
+    Ok(())
+}
+
+/// The elements of a chart, and what may stand beside them.
+const CHART: &[&str] = &[
+    "step",
+    "macroStep",
+    "transition",
+    "jumpStep",
+    "actionBlock",
+    "selectionDivergence",
+    "selectionConvergence",
+    "simultaneousDivergence",
+    "simultaneousConvergence",
+    "comment",
+    "vendorElement",
+    "addData",
+    "documentation",
+    "position",
+];
+
+/// What conditions are drawn with, and does nothing by itself.
+const LOOKED_AT: &[&str] =
+    &["leftPowerRail", "rightPowerRail", "contact", "inVariable", "connector", "continuation"];
+
+/// A transition's number of priority.
+fn priority(text: &Text, node: Node<'_, '_>) -> Result<Option<u32>, Fault> {
+    let written = node.attribute("priority").map(str::trim).filter(|text| !text.is_empty());
+    let number = written.map(str::parse).transpose();
+    number.map_err(|_| text.fault(node, format!("{}: its priority is no number", called(node))))
+}
+
+/// Elements as the file has them, but of transitions behind the same element those that stand further left first.
+fn from_the_left<'a, 'i>(mut nodes: Vec<Node<'a, 'i>>) -> Vec<Node<'a, 'i>> {
+    let mut rivals: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (at, node) in nodes.iter().enumerate().filter(|(_, node)| is_transition(**node)) {
+        if let Some((id, _)) = inputs(*node).first() {
+            rivals.entry(id).or_default().push(at);
+        }
+    }
+    for places in rivals.into_values().filter(|places| places.len() > 1) {
+        let mut own: Vec<Node<'_, '_>> = places.iter().map(|&at| nodes[at]).collect();
+        own.sort_by_key(|&node| rank(node, 0).2);
+        for (at, node) in places.into_iter().zip(own) {
+            nodes[at] = node;
+        }
+    }
+    nodes
+}
+
+fn is_transition(node: Node<'_, '_>) -> bool {
+    node.tag_name().name() == "transition"
 }
 
 /// Whether a macro step has a chart of its own.
@@ -268,6 +343,7 @@ fn condition<'a, 'i>(
         return Err(text.fault(node, format!("{}: it has no condition", called(node))));
     };
     let value = if let Some(inline) = child(own, "inline") {
+        single(text, inline)?;
         let own = format!("t{}", node.attribute("localId").unwrap_or_default());
         match reading.apart(&own, |reading| (reading.condition)(reading, inline)) {
             Ok(value) => value,
@@ -332,30 +408,26 @@ fn action_block(
     node: Node<'_, '_>,
     draft: &mut Draft,
 ) -> Result<(), Fault> {
-    let from = inputs(node);
-    let owner = from.first().map(|(id, _)| drawing.nodes.get(id));
-    let name = match owner {
-        Some(Some(owner)) => owner.attribute("name").unwrap_or_default(),
-        Some(None) => {
-            let message = format!(
-                "{}: a connection leads to localId {}, which is not there",
-                called(node),
-                from[0].0
-            );
+    // A block that hangs on nothing does nothing.
+    for (id, _) in inputs(node) {
+        let Some(owner) = drawing.nodes.get(id) else {
+            let message =
+                format!("{}: a connection leads to localId {id}, which is not there", called(node));
             return Err(reading.text.fault(node, message).code(Code::Connection));
+        };
+        let name = owner.attribute("name").unwrap_or_default();
+        let steps = draft.steps.iter_mut().map(|step| (&step.name, &mut step.blocks));
+        let macros = draft.macros.iter_mut().map(|one| (&one.name, &mut one.blocks));
+        let is_step = matches!(owner.tag_name().name(), "step" | "macroStep");
+        let own = steps.chain(macros).find(|(own, _)| *own == name).filter(|_| is_step);
+        let Some((_, blocks)) = own else {
+            let message = format!("{}: it belongs to no step", called(node));
+            return Err(reading.text.fault(node, message).code(Code::Chart));
+        };
+        for action in children(node, "action") {
+            let block = block(reading, action, name, blocks.len())?;
+            blocks.extend(block);
         }
-        // A block that hangs on nothing does nothing.
-        None => return Ok(()),
-    };
-    let steps = draft.steps.iter_mut().map(|step| (&step.name, &mut step.blocks));
-    let macros = draft.macros.iter_mut().map(|one| (&one.name, &mut one.blocks));
-    let Some((_, blocks)) = steps.chain(macros).find(|(own, _)| *own == name) else {
-        let message = format!("{}: it belongs to no step", called(node));
-        return Err(reading.text.fault(node, message).code(Code::Chart));
-    };
-    for action in children(node, "action") {
-        let block = block(reading, action, name, blocks.len())?;
-        blocks.extend(block);
     }
     Ok(())
 }
@@ -386,6 +458,15 @@ fn block(
             }
         }
     };
+    if elements(node).filter(|one| ["reference", "inline"].contains(&one.tag_name().name())).count()
+        > 1
+    {
+        let message = format!("step {step}: one block names several actions");
+        return Err(text
+            .fault(node, message)
+            .code(Code::Chart)
+            .help("give each a block of its own"));
+    }
     let target = if let Some(reference) = child(node, "reference") {
         let name = reference.attribute("name").unwrap_or_default();
         match parse::expression(name, line)? {
@@ -393,10 +474,20 @@ fn block(
             _ => return Err(text.fault(node, format!("step {step}: '{name}' is no action"))),
         }
     } else if let Some(inline) = child(node, "inline") {
+        single(text, inline)?;
         if language(inline).is_none() {
+            if elements(inline).next().is_some() {
+                let message = format!("step {step}: an action is in a language that is not read");
+                return Err(text.fault(inline, message).code(Code::Chart));
+            }
             return Ok(None);
         }
-        let name = format!("{step}_{}", number + 1);
+        let mut name = format!("{step}_{}", number + 1);
+        // A declared action of that name is another one.
+        let is_taken = |name: &str| reading.declares(name);
+        while is_taken(&name) {
+            name.push('_');
+        }
         let body = reading.apart(&name, |reading| (reading.body)(reading, inline));
         Target::Inline(name, Box::new(body))
     } else {

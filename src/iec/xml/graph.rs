@@ -3,6 +3,7 @@
 //! What an element puts out is an expression of what leads to it: parallel ways are joined by OR. Where a way forks, its value
 //! is kept in a variable, so that nothing is written twice, however often ways fork and join.
 
+use super::checked::{PASSIVE, checked};
 use super::node::{Text, child, children, elements, inputs, is, sources};
 use super::order::{order, rank};
 use super::reading::Reading;
@@ -76,6 +77,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             if nodes.insert(id, node).is_some() {
                 return Err(text.fault(node, format!("two elements have the localId {id}")));
             }
+            checked(text, node)?;
         }
         let mut forks = BTreeMap::new();
         for connection in body.descendants().filter(|one| one.tag_name().name() == "connection") {
@@ -85,6 +87,13 @@ impl<'a, 'i> Graph<'a, 'i> {
         }
         for (&id, connector) in nodes.iter().filter(|(_, node)| is_called(**node, "connector")) {
             let name = connector.attribute("name");
+            let is_other = |(other, node): (&&str, &Node<'_, '_>)| {
+                *other != id && is_called(*node, "connector") && node.attribute("name") == name
+            };
+            if nodes.iter().any(is_other) {
+                let message = format!("{}: another connector has its name", called(*connector));
+                return Err(wrong(text, *connector, message));
+            }
             let goes_on = |node: &&Node<'_, '_>| {
                 is_called(**node, "continuation") && node.attribute("name") == name
             };
@@ -111,7 +120,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         reading: &mut Reading<'_, '_>,
     ) -> Result<Vec<Statement>, Fault> {
         let mut acting: Vec<(_, &'a str)> =
-            self.nodes.iter().enumerate().map(|(at, (&id, &node))| (rank(node, at), id)).collect();
+            self.nodes.iter().map(|(&id, &node)| (rank(node, node.range().start), id)).collect();
         acting.sort();
         if let Some(&node) = acting.iter().map(|(_, id)| &self.nodes[id]).find(|node| {
             matches!(node.tag_name().name(), "label" | "jump" | "return") && order(**node).is_none()
@@ -137,14 +146,40 @@ impl<'a, 'i> Graph<'a, 'i> {
         reading: &mut Reading<'_, '_>,
         body: Node<'a, 'i>,
     ) -> Result<Expr, Fault> {
-        let ends = ["coil", "outVariable", "rightPowerRail"];
-        let end = ends.iter().find_map(|kind| {
-            self.nodes.values().find(|node| node.tag_name().name() == *kind).copied()
-        });
-        let Some(end) = end else {
-            return Err(self.text.fault(body, "nothing says what the condition is"));
+        let is_end = |node: &Node<'a, 'i>| {
+            matches!(node.tag_name().name(), "coil" | "outVariable")
+                || (is_called(*node, "inOutVariable") && !inputs(*node).is_empty())
         };
-        self.condition(reading, end, &inputs(end))
+        let all = || self.nodes.values().copied();
+        let mut ends: Vec<Node<'a, 'i>> = all().filter(is_end).collect();
+        if ends.is_empty() {
+            ends.extend(all().filter(|node| is_called(*node, "rightPowerRail")));
+        }
+        let [end] = ends[..] else {
+            let message = match ends[..] {
+                [] => "nothing says what the condition is",
+                _ => "several elements say what the condition is",
+            };
+            return Err(self.text.fault(body, message).help("leave one coil or output in it"));
+        };
+        let acts =
+            |node: &Node<'a, 'i>| matches!(node.tag_name().name(), "jump" | "return" | "label");
+        let has_edge = end.attribute("edge").is_some_and(|edge| edge != "none");
+        let is_stored = end.attribute("storage").is_some_and(|storage| storage != "none");
+        if let Some(node) = all().find(acts).or((has_edge || is_stored).then_some(end)) {
+            let message = format!("{}: it is not followed in a condition", called(node));
+            return Err(self.text.fault(node, message));
+        }
+        let value = self.condition(reading, end, &inputs(end))?;
+        let left = self
+            .nodes
+            .iter()
+            .find(|(id, node)| is_called(**node, "block") && !self.done.contains(*id));
+        if let Some((_, &node)) = left {
+            let message = format!("{}: the condition does not hang on it", called(node));
+            return Err(self.text.fault(node, message));
+        }
+        Ok(if is(end, "negated") || is(end, "negatedIn") { value.not() } else { value })
     }
 
     /// The value of a condition that leads in through connections. Nothing but its value is looked at, so nothing that a block
@@ -182,7 +217,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         node: Node<'_, '_>,
         from: &[(&str, Option<&str>)],
     ) -> Result<Expr, Fault> {
-        let mut sum: Option<Expr> = None;
+        let mut ways = Vec::new();
         for (id, output) in from {
             let Some((&id, _)) = self.nodes.get_key_value(*id) else {
                 let message = format!(
@@ -192,16 +227,10 @@ impl<'a, 'i> Graph<'a, 'i> {
                 return Err(wrong(self.text, node, message));
             };
             let value = self.value(reading, id, output.unwrap_or_default())?;
-            if value.is(true) {
-                return Ok(value);
-            }
-            sum = Some(match sum {
-                Some(sum) => sum.or(value),
-                None => value,
-            });
+            ways.push(value);
         }
         // What is not connected carries no power.
-        Ok(sum.unwrap_or_else(|| Expr::bool(false)))
+        Ok(any_of(&ways).unwrap_or_else(|| Expr::bool(false)))
     }
 
     fn value(
@@ -218,7 +247,13 @@ impl<'a, 'i> Graph<'a, 'i> {
         if self.is_fed_back(id, node) {
             return Ok(self.block_output(reading, id, node, output));
         }
-        if !self.open.insert(id) || self.open.len() > DEPTH {
+        if self.open.len() >= DEPTH && !self.open.contains(id) {
+            let message =
+                format!("{}: more than {DEPTH} elements stand in a row behind it", called(node));
+            let help = "put a coil in between";
+            return Err(self.text.fault(node, message).code(Code::NotModelled).help(help));
+        }
+        if !self.open.insert(id) {
             let message =
                 format!("{}: the ways through it come back to where they began", called(node));
             return Err(wrong(self.text, node, message));
@@ -373,6 +408,10 @@ impl<'a, 'i> Graph<'a, 'i> {
             }
             "rightPowerRail" => self.joined(reading, node, &inputs(node)),
             "inVariable" | "inOutVariable" => {
+                // What leads into it is written before it is read.
+                if !inputs(node).is_empty() {
+                    self.act(reading, id)?;
+                }
                 let value = self.operand(node, "expression")?;
                 let negated = is(node, "negated") || is(node, "negatedOut");
                 Ok(if negated { value.not() } else { value })
@@ -391,6 +430,16 @@ impl<'a, 'i> Graph<'a, 'i> {
             }
             "connector" => self.joined(reading, node, &inputs(node)),
             "block" => {
+                if !self.done.contains(id)
+                    && order(node).zip(self.acting).is_some_and(|(own, at)| own > at)
+                {
+                    let message = format!(
+                        "{}: what takes its result is carried out before it, by their numbers",
+                        called(node)
+                    );
+                    let help = "number it before what takes its result";
+                    return Err(self.text.fault(node, message).code(Code::NotModelled).help(help));
+                }
                 self.block(reading, id, node)?;
                 Ok(self.block_output(reading, id, node, output))
             }
@@ -572,7 +621,10 @@ impl<'a, 'i> Graph<'a, 'i> {
         let node = self.nodes[id];
         match node.tag_name().name() {
             "block" => self.block(reading, id, node),
-            "coil" | "outVariable" => {
+            "coil" | "outVariable" | "inOutVariable" => {
+                if is_called(node, "inOutVariable") && inputs(node).is_empty() {
+                    return Ok(());
+                }
                 if !self.done.insert(id) {
                     return Ok(());
                 }
@@ -590,12 +642,14 @@ impl<'a, 'i> Graph<'a, 'i> {
                 if let Some(edge) = node.attribute("edge").filter(|edge| *edge != "none") {
                     value = self.edge(reading, node, id, edge, value);
                 }
-                if is(node, "negated") {
+                if is(node, "negated") || is(node, "negatedIn") {
                     value = value.not();
                 }
-                let taken = match is_called(node, "outVariable") {
-                    true => self.taken(&from),
-                    false => Expr::bool(true),
+                let taken = match is_called(node, "coil") {
+                    // Some controllers write nothing where nothing leads to it.
+                    _ if from.is_empty() => Expr::Call(Path::name(EITHER), Vec::new()),
+                    false => self.taken(&from),
+                    true => Expr::bool(true),
                 };
                 let kind = match node.attribute("storage") {
                     Some("set") => Kind::Latch(target, true, value),
@@ -619,6 +673,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             }
             "jump" => {
                 let value = self.joined(reading, node, &inputs(node))?;
+                let value = if is(node, "negated") { value.not() } else { value };
                 let label = node.attribute("label").unwrap_or_default().to_owned();
                 self.add(node, Kind::Jump(value, label));
                 Ok(())
@@ -628,9 +683,24 @@ impl<'a, 'i> Graph<'a, 'i> {
                 self.add(node, Kind::Label(label));
                 Ok(())
             }
-            _ => Ok(()),
+            name if PASSIVE.contains(&name) => Ok(()),
+            name => {
+                let message = format!("{}: elements {name} are not followed", called(node));
+                Err(self.text.fault(node, message).code(Code::NotModelled))
+            }
         }
     }
+}
+
+/// So many ways are joined one after the other; more in halves, so that no expression is as deep as it is long.
+const ROW: usize = 100;
+
+fn any_of(ways: &[Expr]) -> Option<Expr> {
+    if ways.len() <= ROW {
+        return ways.iter().cloned().reduce(Expr::or);
+    }
+    let (front, back) = ways.split_at(ways.len() / 2);
+    Some(any_of(front)?.or(any_of(back)?))
 }
 
 /// More places than this are not put in.

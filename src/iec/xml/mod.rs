@@ -4,6 +4,7 @@
 
 mod body;
 mod chart;
+mod checked;
 mod graph;
 mod interface;
 mod node;

@@ -180,6 +180,13 @@ impl<'t> Reader<'t> {
         let named = |list: &'static str, item: &'static str| {
             child(node, list).into_iter().flat_map(move |list| children(list, item))
         };
+        let of_parts = named("transitions", "transition").chain(named("actions", "action"));
+        for owner in std::iter::once(node).chain(of_parts) {
+            let Some(second) = children(owner, "body").nth(1) else { continue };
+            let message = "there is a second body (a second worksheet)";
+            let fault = text.fault(second, message).help("put what it does into the first one");
+            self.faults.push(fault.within(&pou.name));
+        }
         for one in named("transitions", "transition") {
             let name = one.attribute("name").unwrap_or_default().to_owned();
             let mut reading = Reading::new(text, pou, &name, body, condition);

@@ -3,7 +3,7 @@
 use super::node::{Text, elements};
 use crate::iec::ast::Expr;
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Language, Pou, Section, TypeRef, Variable};
+use crate::iec::{Body, Language, Pou, Section, TypeRef, Variable, same};
 use roxmltree::Node;
 
 /// Reads a body, whatever its language.
@@ -44,6 +44,12 @@ impl<'t, 'p> Reading<'t, 'p> {
         let found = read(self);
         self.part = outer;
         found
+    }
+
+    /// Whether the unit declares an action or a variable of this name.
+    pub(super) fn declares(&self, name: &str) -> bool {
+        let actions = self.pou.actions.iter().map(|one| &one.name);
+        actions.chain(self.pou.variables.iter().map(|one| &one.name)).any(|own| same(own, name))
     }
 
     /// A fault that the whole file is refused for.

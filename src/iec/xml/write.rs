@@ -143,7 +143,13 @@ impl Writer<'_> {
         self.line(1, &format!("<{name} localId=\"{id}\">"));
         self.position(at);
         self.inputs(from);
-        self.outputs(out);
+        // The schema has names for the ways out of a bar that diverges alone.
+        match name {
+            "selectionConvergence" | "simultaneousConvergence" => {
+                self.line(2, "<connectionPointOut/>")
+            }
+            _ => self.outputs(out),
+        }
         self.line(1, &format!("</{name}>"));
         id
     }
