@@ -18,6 +18,7 @@ mod machine;
 #[path = "common/iec_ring.rs"]
 mod ring;
 
+use drawn::Manner;
 use generate::{Body, Case, Dice, GLOBALS, INPUTS, PRESETS};
 use machine::{BOOL, Machine};
 use scanbound::audit::{Audit, Failure, Request, audit};
@@ -97,8 +98,9 @@ fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
         if trust == Trust::None {
             generate::any_state(&mut machine, &mut dice);
         }
-        let again = dice.chance(3);
-        let mut run = case.run(again);
+        let manners: Vec<Manner> = Manner::all().collect();
+        let manner = manners[dice.below(manners.len())];
+        let mut run = case.run(manner);
         run.order = dice.one(&[None, Some([0, 1, 2]), Some([1, 2, 0]), Some([2, 1, 0])]);
         let mut cost = 0;
         for _ in 0..1 + dice.below(6) {
@@ -111,7 +113,7 @@ fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
                 let found = bound(&found);
                 assert!(
                     found >= PROBE + cost,
-                    "seed {seed}, {trust:?}, again {again}, order {:?}: {found} < {PROBE} + {cost}\n{text}",
+                    "seed {seed}, {trust:?}, {manner:?}, order {:?}: {found} < {PROBE} + {cost}\n{text}",
                     run.order
                 );
                 followed += 1;
@@ -156,12 +158,12 @@ fn the_bound_of_random_drawings_of_truth_values_is_their_longest_scan() {
         }
         let mut most = 0;
         for start in 0..1_u64 << memory.len() {
-            for again in [false, true] {
+            for manner in Manner::all() {
                 let mut machine = Machine::new(&[], &case.blocks);
                 for (bit, name) in memory.iter().enumerate() {
                     machine.state.insert(name.clone(), i64::from(start >> bit & 1 == 1));
                 }
-                most = most.max(case.run(again).scan(&mut machine));
+                most = most.max(case.run(manner).scan(&mut machine));
             }
         }
         let text = case.xml("");

@@ -63,6 +63,12 @@ pub fn decoded<'a>(input: &'a Input, marks: &[&str]) -> Result<Cow<'a, str>, Dia
     })
 }
 
+/// Whether a text is markup: what stands in it may look like a list, and is none.
+#[must_use]
+pub fn is_markup(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
+}
+
 /// A file's name without directory and extension.
 pub fn stem(name: &str) -> &str {
     let base = name.rsplit(['/', '\\']).next().unwrap_or(name);

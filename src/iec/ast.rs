@@ -116,6 +116,10 @@ impl Operator {
             Operator::Subtract => left.checked_sub(right),
             Operator::Multiply => left.checked_mul(right),
             Operator::Divide => left.checked_div(right),
+            Operator::Modulo => left.checked_rem(right),
+            Operator::And if left >= 0 && right >= 0 => Some(left & right),
+            Operator::Or if left >= 0 && right >= 0 => Some(left | right),
+            Operator::Xor if left >= 0 && right >= 0 => Some(left ^ right),
             _ => None,
         }
     }
@@ -164,6 +168,9 @@ pub enum Literal {
 
 /// The name of a function of two values, of which it is not known which one it gives: controllers differ.
 pub const EITHER: &str = "~either";
+
+/// What the variables that hold the results of drawn functions begin with: generators store these, and load them again.
+pub const RESULT: &str = "~result ";
 
 /// An expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -289,6 +296,8 @@ pub enum Kind {
     Label(String),
     /// A coil that sets (true) or resets its variable where the value is true.
     Latch(Path, bool, Expr),
+    /// One or the other: controllers differ, and this says how the first one is special.
+    Either(&'static str, Vec<Statement>, Vec<Statement>),
     /// What is not understood, in words; it may have done anything.
     Unread(String),
 }
@@ -307,6 +316,10 @@ pub fn visit(statements: &[Statement], see: &mut dyn FnMut(&Statement)) {
                 visit(otherwise, see);
             }
             Kind::For(.., body) | Kind::While(_, body) | Kind::Repeat(body, _) => visit(body, see),
+            Kind::Either(_, one, other) => {
+                visit(one, see);
+                visit(other, see);
+            }
             _ => {}
         }
     }
@@ -389,6 +402,10 @@ pub fn change(
             Kind::While(condition, body) | Kind::Repeat(body, condition) => {
                 expr(condition);
                 change(body, expr, path);
+            }
+            Kind::Either(_, one, other) => {
+                change(one, expr, path);
+                change(other, expr, path);
             }
             Kind::Return(condition) | Kind::Jump(condition, _) => expr(condition),
             Kind::Exit | Kind::Continue | Kind::Label(_) | Kind::Unread(_) => {}

@@ -160,6 +160,12 @@ fn statement(text: &mut String, kind: &Kind, level: usize) {
             }
             let _ = writeln!(text, "{pad}END_IF;");
         }
+        Kind::Either(what, one, other) => {
+            let _ = writeln!(text, "{pad}~either {what}:");
+            *text += &statements(one, level + 1);
+            let _ = writeln!(text, "{pad}~or:");
+            *text += &statements(other, level + 1);
+        }
         Kind::Case(of, arms, otherwise) => {
             let _ = writeln!(text, "{pad}CASE {} OF", expr(of));
             for (selectors, body) in arms {

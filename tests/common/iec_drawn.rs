@@ -2,7 +2,8 @@
 //! element: by the standard alone, and by no line of what they are held against.
 //!
 //! An element that does something is carried out when its turn comes; what leads to it is looked at then, once. Some
-//! controllers look at contacts again for each element behind them: so does a run that is asked to.
+//! controllers look at contacts again for each element behind them, with edges of their own, and some carry out coils before
+//! blocks: so does a run that is asked to.
 
 use super::machine::{Expr, Machine, Scope, Ty};
 use std::collections::{BTreeMap, BTreeSet};
@@ -50,6 +51,32 @@ pub enum What {
     Jump(&'static str, Vec<Pin>),
     Label(&'static str),
     Return(Vec<Pin>),
+}
+
+/// Which elements come first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turn {
+    /// From top to bottom and from left to right.
+    Places,
+    /// Coils and outputs as the file has them, then blocks.
+    File,
+    /// Coils and outputs from left to right in rows, then blocks.
+    Rows,
+}
+
+/// What controllers do with drawings in different ways.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Manner {
+    /// Whether contacts are looked at again, with an edge for each element that asks.
+    pub again: bool,
+    pub turn: Turn,
+}
+
+impl Manner {
+    pub fn all() -> impl Iterator<Item = Manner> {
+        let turns = [Turn::Places, Turn::File, Turn::Rows].into_iter();
+        turns.flat_map(|turn| [false, true].map(|again| Manner { again, turn }))
+    }
 }
 
 /// A drawing: its elements in the order in which they are carried out.
@@ -129,13 +156,36 @@ impl Drawing {
         self.elements.len() - 1
     }
 
+    /// How far to the right and how far down an element stands: where numbers say the order, places say another one.
+    fn place(&self, id: usize) -> (usize, usize) {
+        let place = if self.numbered { 1000 - id } else { id };
+        (place % 7, place / 7)
+    }
+
+    /// The elements as they come.
+    fn order(&self, turn: Turn) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..self.elements.len()).collect();
+        let jumps = |one: &What| matches!(one, What::Jump(..) | What::Label(_) | What::Return(_));
+        if turn == Turn::Places || self.numbered || self.elements.iter().any(jumps) {
+            return all;
+        }
+        let is_block = |id: usize| {
+            matches!(self.elements[id], What::Function(..) | What::Standard(..) | What::Block(..))
+        };
+        // Ten units make a row.
+        let row = |id: usize| match turn {
+            Turn::Rows => (self.place(id).1 / 10, self.place(id).0),
+            _ => (0, 0),
+        };
+        all.sort_by_key(|&id| (is_block(id), row(id), id));
+        all
+    }
+
     /// The elements as XML.
     pub fn xml(&self) -> String {
         let mut text = String::new();
         for (id, what) in self.elements.iter().enumerate() {
-            // Where numbers say the order, places say another one.
-            let place = if self.numbered { 1000 - id } else { id };
-            let (x, y) = (place % 7, place / 7);
+            let (x, y) = self.place(id);
             let order = if self.numbered { id + 1 } else { 0 };
             let (head, inner) = match what {
                 What::Rail => ("leftPowerRail".to_owned(), "<connectionPointOut/>".to_owned()),
@@ -198,8 +248,11 @@ pub struct Run<'d, 'm, 'u> {
     machine: &'m mut Machine<'u>,
     /// What stands before the names of memory that belongs to the drawing.
     name: &'d str,
-    /// Whether contacts are looked at again.
-    again: bool,
+    manner: Manner,
+    /// The coil, output or pin that asks for a value.
+    asks: String,
+    /// What edges showed it.
+    seen: BTreeMap<(usize, String), i64>,
     links: BTreeMap<Pin, i64>,
     done: BTreeSet<usize>,
     scope: Scope,
@@ -211,31 +264,69 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
         drawing: &'d Drawing,
         machine: &'m mut Machine<'u>,
         name: &'d str,
-        again: bool,
+        manner: Manner,
     ) -> u64 {
         let mut run = Run {
             drawing,
             machine,
             name,
-            again,
+            manner,
+            asks: String::new(),
+            seen: BTreeMap::new(),
             links: BTreeMap::new(),
             done: BTreeSet::new(),
             scope: Scope::default(),
             cost: 0,
         };
+        let order = drawing.order(manner.turn);
         let mut at = 0;
-        while at < drawing.elements.len() {
-            match &drawing.elements[at] {
-                What::Jump(label, from) if run.any(from) == 1 => {
+        while at < order.len() {
+            let asks = order[at].to_string();
+            match &drawing.elements[order[at]] {
+                // With jumps, elements come in their places.
+                What::Jump(label, from) if run.asked(asks.clone(), from) == 1 => {
                     let target = |one: &What| matches!(one, What::Label(own) if own == label);
                     at = drawing.elements.iter().position(target).expect("the label");
                 }
-                What::Return(from) if run.any(from) == 1 => return run.cost,
-                _ => run.act(at),
+                What::Return(from) if run.asked(asks, from) == 1 => return run.cost,
+                _ => run.act(order[at]),
             }
             at += 1;
         }
         run.cost
+    }
+
+    /// The value that a coil, an output or a pin asks for.
+    fn asked(&mut self, asks: String, from: &[Pin]) -> i64 {
+        let before = std::mem::replace(&mut self.asks, asks);
+        self.cost += self.edges_behind(from);
+        let found = match from {
+            [pin] => self.link(*pin),
+            all => self.any(all),
+        };
+        self.asks = before;
+        found
+    }
+
+    /// How many edges are looked at anew: each of these takes 1, for all that is known of the controller.
+    fn edges_behind(&self, from: &[Pin]) -> u64 {
+        let mut open: Vec<usize> = from.iter().map(|(id, _)| *id).collect();
+        let mut seen = BTreeSet::new();
+        let mut edges = 0;
+        while let Some(id) = open.pop() {
+            if !seen.insert(id) {
+                continue;
+            }
+            match &self.drawing.elements[id] {
+                What::Contact(_, _, kind, from) => {
+                    edges += u64::from(*kind != Edge::None);
+                    open.extend(from.iter().map(|(id, _)| *id));
+                }
+                What::Coil(_, _, _, from) => open.extend(from.iter().map(|(id, _)| *id)),
+                _ => {}
+            }
+        }
+        edges
     }
 
     /// What several ways bring.
@@ -250,7 +341,10 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
             Edge::Rising => "R_TRIG",
             Edge::Falling => "F_TRIG",
         };
-        self.cost += 1;
+        // All edges of one contact have seen the same before.
+        let first = key.split(" by ").next().unwrap_or_default();
+        let seen = self.machine.get(&format!("{first}.m"));
+        self.machine.state.entry(format!("{key}.m")).or_insert(seen);
         self.machine.state.insert(format!("{key}.CLK"), value);
         self.machine.standard(trigger, &format!("{key}."));
         self.machine.get(&format!("{key}.Q"))
@@ -265,14 +359,18 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
             What::Rail => 1,
             What::Contact(variable, negated, kind, from) => {
                 // What a trigger has seen is seen once.
-                let seen = (id, "edge");
-                let own = match self.links.get(&seen) {
+                let asks = if self.manner.again { self.asks.clone() } else { String::new() };
+                let own = match self.seen.get(&(id, asks.clone())) {
                     Some(seen) => *seen,
                     None => {
                         let value = self.machine.get(&self.scope.key(variable));
-                        let value = self.edge(&format!("edge {id}"), *kind, value);
+                        let name = match self.manner.again {
+                            true => format!("edge {id} by {asks}"),
+                            false => format!("edge {id}"),
+                        };
+                        let value = self.edge(&name, *kind, value);
                         if *kind != Edge::None {
-                            self.links.insert(seen, value);
+                            self.seen.insert((id, asks), value);
                         }
                         value
                     }
@@ -281,9 +379,14 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
             }
             What::Coil(_, _, _, from) => {
                 // A coil is carried out before what stands behind it.
-                let before = self.any(from);
-                self.act(id);
-                if self.again { self.any(from) } else { before }
+                if self.manner.again {
+                    self.act(id);
+                    self.any(from)
+                } else {
+                    let before = self.any(from);
+                    self.act(id);
+                    before
+                }
             }
             What::In(value, negated) => {
                 let found = self.machine.value(&self.scope.clone(), value);
@@ -304,7 +407,7 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
         };
         // A variable that is wired up is read where it is used.
         let is_read = matches!(self.drawing.elements[id], What::In(..));
-        if !self.again && !is_read {
+        if !self.manner.again && !is_read {
             self.links.insert(pin, value);
         }
         value
@@ -314,10 +417,8 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
         inputs
             .iter()
             .map(|one| {
-                let value = match &one.from[..] {
-                    [pin] => self.link(*pin),
-                    all => self.any(all),
-                };
+                let value = self.asked(format!("{id} {}", one.name), &one.from);
+                self.cost += u64::from(one.edge != Edge::None);
                 let value = self.edge(&format!("edge {id} {}", one.name), one.edge, value);
                 (one.name, if one.negated { 1 - value } else { value })
             })
@@ -326,7 +427,7 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
 
     /// Whether a block is enabled; it says so.
     fn enabled(&mut self, id: usize, enable: Option<&Vec<Pin>>) -> bool {
-        let value = enable.map_or(1, |enable| self.any(enable));
+        let value = enable.map_or(1, |enable| self.asked(format!("{id} EN"), enable));
         self.links.insert((id, "ENO"), value);
         value == 1
     }
@@ -339,8 +440,9 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
         }
         match &drawing.elements[id] {
             What::Coil(variable, mode, kind, from) => {
-                let value = self.any(from);
+                let value = self.asked(id.to_string(), from);
                 let value = self.edge(&format!("edge {id}"), *kind, value);
+                self.cost += u64::from(*kind != Edge::None);
                 let key = self.scope.key(variable);
                 self.cost += match mode {
                     Mode::Plain | Mode::Negated => 1,
@@ -356,7 +458,7 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
                 }
             }
             What::Out(variable, negated, from) => {
-                let value = self.any(from);
+                let value = self.asked(id.to_string(), from);
                 // Of a block that is not enabled nothing is taken over.
                 if let [(block, output)] = from[..]
                     && output != "ENO"
@@ -370,7 +472,12 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
                 self.cost += 1;
                 self.machine.set(key, value);
             }
-            What::Function(name, ty, enable, inputs) if self.enabled(id, enable.as_ref()) => {
+            What::Function(name, ty, enable, inputs) => {
+                // Its result is stored, whatever it is.
+                self.cost += 1;
+                if !self.enabled(id, enable.as_ref()) {
+                    return;
+                }
                 // As the function counts its inputs, whatever order they are drawn in.
                 let order = ["G", "MN", "IN0", "IN", "IN1", "IN2", "IN3", "MX"];
                 let mut given = self.given(id, inputs);

@@ -1,7 +1,7 @@
 //! Random drawings, lists and charts, and the projects that hold them.
 
 use super::control;
-use super::drawn::{Drawing, Edge, Input, Mode, Pin, Run, What, outputs};
+use super::drawn::{Drawing, Edge, Input, Manner, Mode, Pin, Run, What, outputs};
 use super::list::{self, Instruction, When};
 use super::machine::{self, BOOL, DINT, Expr, INT, Machine, Of, Statement, Ty, USINT, Unit};
 use super::ring::Ring;
@@ -485,10 +485,10 @@ impl Code {
         }
     }
 
-    pub fn scan(&self, machine: &mut Machine<'_>, name: &str, again: bool) -> u64 {
+    pub fn scan(&self, machine: &mut Machine<'_>, name: &str, manner: Manner) -> u64 {
         match self {
             Code::Ladder(drawing) | Code::Blocks(drawing) => {
-                Run::scan(drawing, machine, name, again)
+                Run::scan(drawing, machine, name, manner)
             }
             Code::List(list) => list::scan(list, machine).0,
             Code::Text(statements) => {
@@ -534,7 +534,7 @@ pub struct Case {
 /// A project that runs.
 pub struct Running<'c> {
     case: &'c Case,
-    again: bool,
+    manner: Manner,
     /// The order in which actions are carried out that run in one scan, by their numbers, where it is not that in which the
     /// chart names them.
     pub order: Option<[usize; 3]>,
@@ -546,7 +546,7 @@ impl Running<'_> {
     /// One scan: what it takes, at least.
     pub fn scan(&mut self, machine: &mut Machine<'_>) -> u64 {
         let ring = match &self.case.body {
-            Body::Code(code) => return code.scan(machine, "", self.again),
+            Body::Code(code) => return code.scan(machine, "", self.manner),
             Body::Chart(ring) => ring,
         };
         let step = match self.step {
@@ -578,7 +578,7 @@ impl Running<'_> {
         let mut cost = 0;
         for action in runs {
             let name = format!("act{action}:");
-            cost += ring.actions[action].scan(machine, &name, self.again);
+            cost += ring.actions[action].scan(machine, &name, self.manner);
         }
         cost
     }
@@ -594,8 +594,8 @@ impl Case {
         Case { body, blocks: vec![unit(dice), unit(dice)] }
     }
 
-    pub fn run(&self, again: bool) -> Running<'_> {
-        Running { case: self, again, order: None, step: None }
+    pub fn run(&self, manner: Manner) -> Running<'_> {
+        Running { case: self, manner, order: None, step: None }
     }
 
     /// The state at power-up.

@@ -52,7 +52,7 @@ impl Emit<'_> {
     pub(super) fn begin_statement(&mut self, one: &Statement) -> Counted {
         let here = self.builder.next();
         let Some(current) = self.tally.current.as_mut() else { return Counted::Part };
-        if current.is_within || matches!(one.kind, Statements::Label(_)) {
+        if current.is_within || matches!(one.kind, Statements::Label(_) | Statements::Either(..)) {
             return Counted::Part;
         }
         if keeps_a_value(one) {

@@ -2,7 +2,7 @@
 
 use super::emit::{Emit, Place};
 use super::resolve::Context;
-use super::types::{DINT, holding};
+use super::types::{INT, holding};
 use super::value::Value;
 use crate::iec::ast::{Argument, Expr};
 use crate::iec::fault::Fault;
@@ -157,7 +157,7 @@ impl Emit<'_> {
             Value::Bit(_) => Value::Bit(self.any_bit(why)),
             Value::Number(kind, _) => Value::Number(*kind, self.any_number(*kind, why)),
             Value::Constant(value) => {
-                let kind = holding(DINT, *value);
+                let kind = holding(INT, *value);
                 Value::Number(kind, self.any_number(kind, why))
             }
             Value::Any | Value::Open(..) | Value::Address(..) => return Ok(Value::Any),

@@ -11,7 +11,7 @@ use super::value::{Value, constant, is_real, real, within};
 use super::within::shown;
 use crate::base::code::Code;
 use crate::front::builder::always;
-use crate::iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path};
+use crate::iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path, RESULT};
 use crate::iec::fault::Fault;
 use crate::iec::parse::MERGED;
 use crate::iec::{same, show};
@@ -180,7 +180,15 @@ impl Emit<'_> {
             _ => {}
         }
         let found = self.find_plain(at, path, line)?;
-        if !matches!(found, Found::Value(_)) {
+        if let Found::Place(place) = &found
+            && matches!(place.ty, Ty::Standard(..) | Ty::Block(..))
+        {
+            let message =
+                format!("{} is an instance: as a value it is not followed", show::path(path));
+            let help = "name one of its outputs, or call it with CAL or its name and brackets";
+            return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
+        }
+        if !matches!(found, Found::Value(_)) || path.first.starts_with(RESULT) {
             self.cost(&["LD"], "contact");
         }
         Ok(match found {
@@ -258,8 +266,10 @@ impl Emit<'_> {
             self.charge_comparison(left, right);
         }
         let (Some(one), Some(two)) = (one, two) else { return Ok(Value::Any) };
+        let wraps = may_have_wrapped(left, &one, &two) || may_have_wrapped(right, &two, &one);
         let found = self.combined(operator, one, two, line)?;
         Ok(match found {
+            found if wraps => self.between(found),
             Value::Bit(_) if both.iter().any(|one| is_rounded(one)) => {
                 Value::Bit(self.any_bit(ROUNDED))
             }
@@ -347,6 +357,12 @@ impl Emit<'_> {
             }
             (Value::Constant(one), Value::Constant(two)) => {
                 let kind = holding(holding(DINT, one), two);
+                // What constants make has the type of what it is used with, as they have.
+                if let (None, Some(value)) = (relation, operator.of_constants(one, two)) {
+                    let names = [row(operator, Some(kind)), row(operator, None)];
+                    self.cost(&names, class_of(operator, kind));
+                    return Ok(Value::Constant(value));
+                }
                 let number = |value| Value::Number(kind, constant(value, kind.words()));
                 (number(one), number(two))
             }
@@ -441,16 +457,8 @@ impl Emit<'_> {
         (left, open): (Number, Option<Logic>),
         (right, also): (Number, Option<Logic>),
     ) -> Result<Value, Fault> {
-        let class = match (kind, operator) {
-            (_, Operator::Power) => "special",
-            (Kind::Real | Kind::Opaque(_), _) => "real",
-            (_, Operator::Multiply) => "multiply",
-            (_, Operator::Divide | Operator::Modulo) => "divide",
-            _ if relation.is_some() => "compare",
-            _ => "arithmetic",
-        };
         let names = [row(operator, Some(kind)), row(operator, None)];
-        self.cost(&names, class);
+        self.cost(&names, class_of(operator, kind));
         let Some(relation) = relation else {
             let beyond = joined(operator, kind, (&left, open), (&right, also));
             let found = self.arithmetic(operator, kind, left, right)?;
@@ -488,11 +496,11 @@ impl Emit<'_> {
     pub(super) fn bit(&mut self, at: &Context, expr: &Expr, line: u32) -> Result<Logic, Fault> {
         match self.value(at, expr, line)? {
             Value::Bit(logic) => Ok(logic),
-            Value::Constant(value) => Ok(Logic::Const(value != 0)),
+            Value::Constant(value @ (0 | 1)) => Ok(Logic::Const(value != 0)),
             Value::Any | Value::Address(..) => {
                 Ok(self.any_bit("a condition that is not followed: it may be true or false"))
             }
-            Value::Number(..) | Value::Open(..) => {
+            Value::Constant(_) | Value::Number(..) | Value::Open(..) => {
                 Err(wrong(line, expr, "is a number, where a truth value is asked for"))
             }
         }
@@ -578,6 +586,9 @@ impl Emit<'_> {
                 let merged = self.merged(known, value);
                 self.kept.insert(target.first.clone(), merged);
                 return Ok(());
+            }
+            if target.first.starts_with(RESULT) {
+                self.cost(&["ST"], "move");
             }
             let kept = self.stored(value, target.first.starts_with(MERGED));
             self.kept.insert(target.first.clone(), kept);
@@ -686,11 +697,11 @@ impl Emit<'_> {
     fn as_bit(&mut self, value: Value, line: u32) -> Result<Logic, Fault> {
         match value {
             Value::Bit(logic) => Ok(logic),
-            Value::Constant(value) => Ok(Logic::Const(value != 0)),
+            Value::Constant(value @ (0 | 1)) => Ok(Logic::Const(value != 0)),
             Value::Any | Value::Address(..) => {
                 Ok(self.any_bit("a value that is not followed: it may be true or false"))
             }
-            Value::Number(..) | Value::Open(..) => {
+            Value::Constant(_) | Value::Number(..) | Value::Open(..) => {
                 Err(Fault::new(line, "a number stands where a truth value is asked for")
                     .code(Code::Operand))
             }
@@ -779,5 +790,34 @@ pub(super) fn row(operator: Operator, kind: Option<Kind>) -> &'static str {
         (O::Subtract, true) => "SUB:REAL",
         (O::Multiply, true) => "MUL:REAL",
         (O::Divide, true) => "DIV:REAL",
+    }
+}
+
+/// The class that prices an operator.
+fn class_of(operator: Operator, kind: Kind) -> &'static str {
+    use Operator as O;
+    match (kind, operator) {
+        (_, O::Power) => "special",
+        (Kind::Real | Kind::Opaque(_), _) => "real",
+        (_, O::Multiply) => "multiply",
+        (_, O::Divide | O::Modulo) => "divide",
+        (_, O::Equal | O::NotEqual | O::Less | O::LessOrEqual | O::Greater | O::GreaterOrEqual) => {
+            "compare"
+        }
+        _ => "arithmetic",
+    }
+}
+
+/// Whether constants that are worked out in the type of what they are used with may not have fit it.
+fn may_have_wrapped(expr: &Expr, value: &Value, other: &Value) -> bool {
+    let is_written = match expr {
+        Expr::Negate(inner) => matches!(**inner, Expr::Literal(_)),
+        expr => matches!(expr, Expr::Literal(_)),
+    };
+    match (value, other) {
+        (Value::Constant(value), Value::Number(kind, _) | Value::Open(kind, ..)) => {
+            !is_written && holding(*kind, *value) != *kind
+        }
+        _ => false,
     }
 }

@@ -139,6 +139,10 @@ fn paths<'p>(code: Code<'p>, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
             Statements::For(.., body)
             | Statements::While(_, body)
             | Statements::Repeat(body, _) => within(body),
+            Statements::Either(_, one, other) => {
+                within(one);
+                within(other);
+            }
             _ => {}
         }
         match &one.kind {

@@ -4,7 +4,7 @@ use super::emit::Emit;
 use super::expr::{common, row};
 use super::mixed::{below_zero, mixed, typed};
 use super::open::opened;
-use super::types::{DINT, Kind, holding};
+use super::types::{DINT, INT, Kind, holding};
 use super::value::{Value, constant, within, wrapped};
 use crate::iec::ast::Operator;
 use crate::iec::fault::Fault;
@@ -139,7 +139,7 @@ impl Emit<'_> {
             (Value::Number(kind, _), Value::Constant(value))
             | (Value::Constant(value), Value::Number(kind, _)) => holding(*kind, *value),
             (Value::Number(kind, _), _) | (_, Value::Number(kind, _)) => *kind,
-            (Value::Constant(one), Value::Constant(two)) => holding(holding(DINT, *one), *two),
+            (Value::Constant(one), Value::Constant(two)) => holding(holding(INT, *one), *two),
             _ => return Ok(Value::Any),
         };
         let which = self.keep_bit(which);
@@ -268,7 +268,7 @@ fn kind_of(values: &[Value]) -> Option<Kind> {
     for value in values {
         found = Some(match (found, value) {
             (None, Value::Number(kind, _)) => *kind,
-            (None, Value::Constant(value)) => holding(DINT, *value),
+            (None, Value::Constant(value)) => holding(INT, *value),
             // Which number the same bits are, compilers differ.
             (Some(own), Value::Number(kind, _)) if mixed(own, *kind).is_some() => return None,
             (Some(own), Value::Number(kind, _)) => common(own, *kind),

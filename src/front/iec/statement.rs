@@ -267,6 +267,13 @@ impl<'p> Emit<'p> {
                     let given = Argument { name, is_output: false, value: condition.clone() };
                     return self.instance_called(at, place, &[given], line);
                 }
+                if let Found::Place(place) = &found
+                    && matches!(place.ty, Ty::Number(_))
+                {
+                    let message =
+                        format!("{} is a number, which is not set or reset", show::path(target));
+                    return Err(Fault::new(line, message).code(Code::Operand));
+                }
                 if self.moves_element(at, target, condition) {
                     let told = format!(
                         "which element {} is may change while its value is worked out",
@@ -295,6 +302,10 @@ impl<'p> Emit<'p> {
                 done
             }
             Statements::If(arms, otherwise) => self.conditional(at, arms, otherwise, line, ways),
+            Statements::Either(what, first, second) => {
+                self.either_of(at, what, (first, second), ways);
+                Ok(())
+            }
             Statements::Case(of, arms, otherwise) => self.case(at, of, arms, otherwise, line, ways),
             Statements::For(variable, from, to, by, body) => {
                 self.counted(at, variable, (from, to, by.as_ref()), body, line, ways)
@@ -350,6 +361,29 @@ impl<'p> Emit<'p> {
             }
             Statements::Unread(what) => Err(Fault::new(line, what.clone()).code(Code::NotModelled)),
         }
+    }
+
+    /// One of two bodies, which have the same statements in different orders: they are counted once.
+    fn either_of(
+        &mut self,
+        at: &Context,
+        what: &'static str,
+        (first, second): (&[Statement], &[Statement]),
+        ways: &mut Ways,
+    ) {
+        let which = self.differs(what);
+        let number = self.tally.current.map(|current| current.next);
+        let skip = self.jump(which.not(), None);
+        self.statements(at, first, ways);
+        let end = self.jump(Logic::Const(true), None);
+        self.land(skip);
+        self.landing();
+        if let (Some(current), Some(number)) = (self.tally.current.as_mut(), number) {
+            current.next = number;
+        }
+        self.statements(at, second, ways);
+        self.land(end);
+        self.landing();
     }
 
     /// The branches of IF: each tests, and jumps to the next one where it is false.

@@ -5,6 +5,7 @@ use super::words;
 use crate::base::code::Code;
 use crate::front::Faults;
 use crate::front::Places;
+use crate::front::text;
 
 /// How many instruction lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 40;
@@ -27,6 +28,9 @@ const NOT_OURS: [&str; 13] = [
 /// Whether the beginning of a file is list text: its first instruction is one that a MELSEC program can
 /// begin with, and at least half of the first lines are common ones or mnemonics with devices.
 pub(super) fn sniff(beginning: &str) -> bool {
+    if text::is_markup(beginning) {
+        return false;
+    }
     let mut likely = 0_usize;
     let mut seen = 0_usize;
     for line in beginning.lines() {

@@ -4,6 +4,7 @@ use super::{Device, Opcode, Source, WORDS, Word};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::Faults;
+use crate::front::text;
 use crate::front::within;
 use std::fmt::Write as _;
 
@@ -19,6 +20,9 @@ const DEVICES: &str =
 /// has a store, which no other dialect has, and most are. A list without a store may as well be another
 /// dialect's, and then the devices must all be the machine's.
 pub(super) fn sniff(beginning: &str) -> bool {
+    if text::is_markup(beginning) {
+        return false;
+    }
     let (mut seen, mut known, mut named, mut stores) = (0_usize, 0_usize, 0_usize, 0_usize);
     for line in beginning.lines() {
         let mut words = split(line);

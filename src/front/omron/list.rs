@@ -5,6 +5,7 @@ use super::source::{RawInstruction, RawProgram, Symbols, Task};
 use super::words::{self, Line};
 use crate::base::code::Code;
 use crate::front::Faults;
+use crate::front::text;
 
 /// No instruction has more operands: what follows so many is none of them.
 const MOST_OPERANDS: usize = 100;
@@ -147,7 +148,7 @@ impl Signs {
 /// Whether the beginning of a file is in the C200H's spelling.
 pub(super) fn sniff_c(beginning: &str) -> bool {
     let signs = signs(beginning);
-    if !signs.is_omron() {
+    if text::is_markup(beginning) || !signs.is_omron() {
         return false;
     }
     match (signs.two_digits, signs.three_digits) {
@@ -159,7 +160,7 @@ pub(super) fn sniff_c(beginning: &str) -> bool {
 /// Whether the beginning of a file is in CX-Programmer's spelling for CS, CJ and CP.
 pub(super) fn sniff_cx(beginning: &str) -> bool {
     let signs = signs(beginning);
-    if !signs.is_omron() {
+    if text::is_markup(beginning) || !signs.is_omron() {
         return false;
     }
     match (signs.two_digits, signs.three_digits) {

@@ -86,6 +86,10 @@ fn block(cursor: &mut Cursor) -> Result<Block, Fault> {
                     expression(cursor)?;
                 }
             }
+            if block.time.is_none() && block.qualifier.is_timed() {
+                let message = format!("the qualifier {word} has no time");
+                return Err(Fault::new(at, message).help("say how long: A(L, T#2s)"));
+            }
         }
         cursor.sign(")")?;
     }

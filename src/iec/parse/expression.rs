@@ -223,7 +223,7 @@ pub(super) fn arguments(cursor: &mut Cursor) -> Result<Vec<Argument>, Fault> {
     Ok(found)
 }
 
-fn argument(cursor: &mut Cursor) -> Result<Argument, Fault> {
+pub(super) fn argument(cursor: &mut Cursor) -> Result<Argument, Fault> {
     let start = cursor.place();
     let negated = cursor.take_word("NOT");
     if let Token::Word(name) = cursor.peek().clone() {

@@ -2,7 +2,7 @@
 //! with it.
 
 use super::cursor::Cursor;
-use super::expression::{arguments, path, unary};
+use super::expression::{argument, arguments, path, unary};
 use crate::iec::ast::{Argument, Expr, Kind, Operator, Path, Statement};
 use crate::iec::fault::Fault;
 use crate::iec::lexer::Token;
@@ -17,8 +17,16 @@ const WORDS: &[&str] = &[
 
 /// Whether an instruction list begins here.
 pub(super) fn begins(cursor: &mut Cursor) -> bool {
+    let start = cursor.place();
+    // Labels may stand in front of it.
+    while matches!(cursor.peek(), Token::Word(_)) && matches!(cursor.second(), Token::Sign(":")) {
+        cursor.next();
+        cursor.next();
+    }
     let operand = !matches!(cursor.second(), Token::Sign(":=" | "." | "[" | "=>"));
-    cursor.is_one_of(WORDS) && operand
+    let is_instruction = cursor.is_one_of(WORDS) && operand;
+    cursor.back_to(start);
+    is_instruction
 }
 
 /// How names begin under which the result is kept on each of the ways that meet at a label.
@@ -150,7 +158,21 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
             return Ok(());
         }
         let line = cursor.line();
-        let word = cursor.name("an instruction")?;
+        let word = match cursor.take_sign("&") {
+            false => cursor.name("an instruction")?,
+            // The other way to write AND, and `&N`.
+            true => {
+                let start = cursor.place();
+                let negates = !cursor.is_line_end() && cursor.take_word("N");
+                match negates && !cursor.is_line_end() {
+                    true => "ANDN".to_owned(),
+                    false => {
+                        cursor.back_to(start);
+                        "AND".to_owned()
+                    }
+                }
+            }
+        };
         // No instruction's operand stands in the next line.
         if !cursor.is_line_end() && cursor.take_sign(":") {
             label(cursor, list, word, line)?;
@@ -164,6 +186,10 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
 /// A label, where ways may meet that bring different results.
 fn label(cursor: &mut Cursor, list: &mut List, label: String, line: u32) -> Result<(), Fault> {
     list.leave(line);
+    let is_same = |one: &Statement| matches!(&one.kind, Kind::Label(own) if same(own, &label));
+    if list.statements.iter().any(is_same) {
+        return Err(Fault::new(line, format!("there are two labels {label}")));
+    }
     let has_result = list.jumps.get(&label.to_ascii_uppercase()).copied();
     // Where a new result is loaded, or the list ends, the old one is not asked for.
     let is_left =
@@ -213,7 +239,7 @@ fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> R
         "CAL" | "CALC" | "CALCN" => {
             let condition = condition(list, &word[3..], line)?;
             let target = path(cursor)?;
-            let given = if cursor.is_sign("(") { arguments(cursor)? } else { Vec::new() };
+            let given = if cursor.is_sign("(") { given(cursor, list)? } else { Vec::new() };
             // What is called may change what the result is made of.
             list.leave(line);
             list.add(line, Kind::CallIf(condition, target, given));
@@ -271,6 +297,31 @@ fn function(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Resu
     }
     list.result = Some(Expr::Call(Path::name(word), given));
     Ok(())
+}
+
+/// What an instance is handed, where inputs may have lists of their own in brackets.
+fn given(cursor: &mut Cursor, list: &mut List) -> Result<Vec<Argument>, Fault> {
+    cursor.sign("(")?;
+    let mut found = Vec::new();
+    while !cursor.take_sign(")") {
+        let start = cursor.place();
+        let name = cursor.next();
+        let is_list = cursor.take_sign(":=") && cursor.take_sign("(") && begins(cursor);
+        cursor.back_to(start);
+        found.push(match name {
+            Token::Word(name) if is_list => {
+                cursor.next();
+                cursor.next();
+                Argument { name: Some(name), is_output: false, value: operand(cursor, list)? }
+            }
+            _ => cursor.deeper(argument)?,
+        });
+        if !cursor.take_sign(",") {
+            cursor.sign(")")?;
+            break;
+        }
+    }
+    Ok(found)
 }
 
 fn unnamed(value: Expr) -> Argument {

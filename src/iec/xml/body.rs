@@ -46,10 +46,7 @@ fn statements(
     match language {
         Language::St => parse::statements(&written, line),
         Language::Il => parse::instruction_list(&written, line),
-        _ => {
-            let mut graph = Graph::new(reading.text, inner)?;
-            graph.statements(reading)
-        }
+        _ => Graph::new(reading.text, inner)?.statements(reading),
     }
 }
 

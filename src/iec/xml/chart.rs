@@ -2,8 +2,8 @@
 
 use super::checked::{checked, single};
 use super::graph::Graph;
+use super::graph::rank;
 use super::node::{ACTIVE, ENTRY, EXIT, Text, child, children, elements, inputs, is, sources};
-use super::order::rank;
 use super::reading::{Reading, language};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Kind, Path, Statement};
@@ -264,6 +264,7 @@ fn before<'a>(
     let wrong = |node, message: String| text.fault(node, message).code(Code::Connection);
     let mut found = Vec::new();
     let mut seen = BTreeSet::new();
+    one_way(text, node, sought)?;
     let mut open: Vec<(String, Node<'_, '_>)> =
         from.iter().rev().map(|(id, _)| ((*id).to_owned(), node)).collect();
     while let Some((id, behind)) = open.pop() {
@@ -288,6 +289,7 @@ fn before<'a>(
             }
             ("selectionDivergence" | "simultaneousConvergence", Sought::Steps)
             | ("selectionConvergence" | "simultaneousDivergence", Sought::Transitions) => {
+                one_way(text, one, sought)?;
                 open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
             }
             // A branch that ends in a jump converges into nothing: a join does not wait for it.
@@ -307,6 +309,18 @@ fn before<'a>(
         }
     }
     Ok(found)
+}
+
+/// Refuses several steps that lead straight to one point: whether all of them or one of them is meant is not clear.
+fn one_way(text: &Text, node: Node<'_, '_>, sought: Sought) -> Result<(), Fault> {
+    let are_several = |point: Node<'_, '_>| children(point, "connection").nth(1).is_some();
+    if sought == Sought::Transitions || !children(node, "connectionPointIn").any(are_several) {
+        return Ok(());
+    }
+    let message = format!("{}: several steps lead straight to it", called(node));
+    let help =
+        "draw a simultaneous convergence, if it waits for all of them, or a transition for each";
+    Err(text.fault(node, message).code(Code::Chart).help(help))
 }
 
 /// Whether what converges comes from one step alone, beside branches that end in jumps, so that nothing is joined.
@@ -342,6 +356,11 @@ fn condition<'a, 'i>(
     let Some(own) = child(node, "condition") else {
         return Err(text.fault(node, format!("{}: it has no condition", called(node))));
     };
+    let ways = ["inline", "reference", "connectionPointIn"].into_iter();
+    if ways.filter(|name| child(own, name).is_some()).count() > 1 {
+        let message = format!("{}: its condition is told in two ways", called(node));
+        return Err(text.fault(node, message).code(Code::Chart).help("leave one of them"));
+    }
     let value = if let Some(inline) = child(own, "inline") {
         single(text, inline)?;
         let own = format!("t{}", node.attribute("localId").unwrap_or_default());
@@ -458,6 +477,11 @@ fn block(
             }
         }
     };
+    if time.is_none() && qualifier.is_timed() {
+        let message = format!("step {step}: the qualifier {word} has no time");
+        let help = "say how long: duration=\"T#2s\"";
+        return Err(text.fault(node, message).code(Code::Chart).help(help));
+    }
     if elements(node).filter(|one| ["reference", "inline"].contains(&one.tag_name().name())).count()
         > 1
     {

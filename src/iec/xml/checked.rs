@@ -1,7 +1,7 @@
 //! What an element may say that is not followed: it is refused, since what is left out makes a bound too low.
 
+use super::graph::order;
 use super::node::{Text, child, children, elements, is};
-use super::order::order;
 use crate::base::code::Code;
 use crate::iec::fault::Fault;
 use roxmltree::Node;
@@ -77,8 +77,14 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
         ["connectionPointIn", "connectionPointOut"].contains(&one.tag_name().name())
     };
     for point in node.descendants().filter(is_point) {
-        let written = child(point, "expression").map(|one| text.content(one).0);
-        if written.is_some_and(|written| !written.trim().is_empty()) {
+        // Of a block's own pins what stands right at them is followed.
+        let list = point.parent().and_then(|pin| pin.parent()).map(|list| list.tag_name().name());
+        let is_followed = name == "block"
+            && match point.tag_name().name() {
+                "connectionPointIn" => list == Some("inputVariables"),
+                _ => list == Some("outputVariables"),
+            };
+        if text.written(point).is_some() && (!is_followed || child(point, "connection").is_some()) {
             return refused("an expression in place of a connection is not followed".to_owned());
         }
         if children(point, "connection").any(|one| one.attribute("refLocalId").is_none()) {

@@ -8,7 +8,6 @@ mod checked;
 mod graph;
 mod interface;
 mod node;
-mod order;
 mod project;
 mod reading;
 mod standard;
@@ -37,7 +36,7 @@ pub fn begins(text: &str) -> bool {
 pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
     let text = text.trim_start_matches('\u{feff}');
     let document = Document::parse(text).map_err(|error| vec![malformed(&error)])?;
-    let text = Text::new(text);
+    let text = Text::new(text, &document);
     let mut reader = project::Reader::new(name, &text);
     reader.project(document.root_element());
     reader.finish()

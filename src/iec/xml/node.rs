@@ -2,7 +2,8 @@
 
 use crate::base::code::Code;
 use crate::iec::fault::Fault;
-use roxmltree::Node;
+use roxmltree::{Document, Node};
+use std::collections::BTreeMap;
 
 /// Additional data of an element of a chart, and the marks of a step's own actions there.
 pub(super) const ELEMENT: &str = "http://www.3s-software.com/plcopenxml/sfc/element";
@@ -13,12 +14,40 @@ pub(super) const EXIT: &str = "81835011-2e6f-4afe-9cdb-6ed6e3ea5a6c";
 /// A file's text, of which lines are told.
 pub(super) struct Text {
     starts: Vec<usize>,
+    /// The addresses of global variables.
+    addresses: BTreeMap<String, String>,
+    /// Whether CODESYS or TwinCAT wrote it.
+    pub(super) is_codesys: bool,
 }
 
 impl Text {
-    pub(super) fn new(text: &str) -> Text {
+    pub(super) fn new(text: &str, document: &Document<'_>) -> Text {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-        Text { starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect() }
+        let elements = || document.descendants().filter(Node::is_element);
+        let globals = elements().filter(|one| one.tag_name().name() == "globalVars");
+        let variables = globals.flat_map(|list| children(list, "variable"));
+        let located = variables.filter_map(|one| {
+            Some((one.attribute("name")?.to_lowercase(), one.attribute("address")?.to_owned()))
+        });
+        let is_theirs = |name: &str| name.contains("3s-software.com");
+        Text {
+            starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
+            addresses: located.collect(),
+            is_codesys: elements().any(|one| {
+                one.tag_name().name() == "data" && one.attribute("name").is_some_and(is_theirs)
+            }),
+        }
+    }
+
+    /// The address of a global variable, by its name in small letters.
+    pub(super) fn address(&self, name: &str) -> Option<&str> {
+        self.addresses.get(name).map(String::as_str)
+    }
+
+    /// What is written at a point in place of a connection, and in which line.
+    pub(super) fn written(&self, point: Node<'_, '_>) -> Option<(String, u32)> {
+        let written = child(point, "expression").map(|one| self.content(one));
+        written.filter(|(text, _)| !text.trim().is_empty())
     }
 
     /// The line of an element or a text.

@@ -1,20 +1,25 @@
 //! In which order the elements of a drawing are carried out.
 
-use super::node::child;
+use crate::iec::xml::node::child;
 use roxmltree::Node;
 
 /// Where an element comes: by its number of execution, if it has one, else from top to bottom and from left to right, else
 /// as it stands in the file.
-pub(super) fn rank(node: Node<'_, '_>, at: usize) -> (u64, i64, i64, usize) {
-    let order = order(node).unwrap_or(u64::MAX);
+pub(in crate::iec::xml) fn rank(node: Node<'_, '_>, at: usize) -> (u64, i64, i64, usize) {
+    let (y, x) = position(node);
+    (order(node).unwrap_or(u64::MAX), y, x, at)
+}
+
+/// How far down and how far to the right an element stands, in tenths of the file's unit.
+pub(super) fn position(node: Node<'_, '_>) -> (i64, i64) {
     let position = child(node, "position");
     let coordinate =
         |name: &str| position.and_then(|one| tenths(one.attribute(name)?)).unwrap_or(0);
-    (order, coordinate("y"), coordinate("x"), at)
+    (coordinate("y"), coordinate("x"))
 }
 
 /// An element's number of execution, if it has one.
-pub(super) fn order(node: Node<'_, '_>) -> Option<u64> {
+pub(in crate::iec::xml) fn order(node: Node<'_, '_>) -> Option<u64> {
     let number = node.attribute("executionOrderId")?.parse().ok();
     number.filter(|&order| order > 0)
 }

@@ -1,0 +1,277 @@
+//! Blocks of a drawing: functions and instances.
+
+use super::value::is_instance;
+use super::{Graph, called, is_called};
+use crate::iec::ast::{Argument, EITHER, Expr, Kind, Path, RESULT, Statement};
+use crate::iec::fault::Fault;
+use crate::iec::xml::node::{child, children, is, sources};
+use crate::iec::xml::reading::Reading;
+use crate::iec::xml::standard::is_standard;
+use crate::iec::{TypeRef, parse, same};
+use roxmltree::Node;
+
+/// The pins of a block in one of its lists.
+fn pins<'a, 'i: 'a>(node: Node<'a, 'i>, list: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+    child(node, list).into_iter().flat_map(|list| children(list, "variable"))
+}
+
+fn name_of<'a>(pin: Node<'a, '_>) -> &'a str {
+    pin.attribute("formalParameter").unwrap_or_default()
+}
+
+/// Whether what stands at this output is what the block was handed: a VAR_IN_OUT has a pin on either side.
+fn is_given_back(node: Node<'_, '_>, output: &str) -> bool {
+    let on_the_left =
+        ["inputVariables", "inOutVariables"].into_iter().flat_map(|list| pins(node, list));
+    !output.is_empty() && { on_the_left }.any(|pin| name_of(pin).eq_ignore_ascii_case(output))
+}
+
+impl<'a, 'i> Graph<'a, 'i> {
+    /// Carries out a block, once.
+    pub(super) fn block(
+        &mut self,
+        reading: &mut Reading<'_, '_>,
+        id: &'a str,
+        node: Node<'a, 'i>,
+    ) -> Result<(), Fault> {
+        if !self.done.insert(id) {
+            return Ok(());
+        }
+        let outer = std::mem::replace(&mut self.owner, id);
+        self.open.insert(id);
+        let given = self.given(reading, id, node);
+        self.open.remove(id);
+        let done = given.and_then(|(enable, given)| self.called(reading, id, node, enable, given));
+        self.owner = outer;
+        done
+    }
+
+    /// What leads to EN, and to the other pins.
+    fn given(
+        &mut self,
+        reading: &mut Reading<'_, '_>,
+        id: &'a str,
+        node: Node<'a, 'i>,
+    ) -> Result<(Expr, Vec<Argument>), Fault> {
+        let mut given = Vec::new();
+        let mut enable = Expr::bool(true);
+        for list in ["inputVariables", "inOutVariables"] {
+            for one in pins(node, list) {
+                let name = name_of(one);
+                let from: Vec<_> = children(one, "connectionPointIn").flat_map(sources).collect();
+                let written =
+                    children(one, "connectionPointIn").find_map(|at| self.text.written(at));
+                let mut value = match written {
+                    Some((text, line)) => parse::expression(&text, line)?,
+                    None if from.is_empty() => continue,
+                    None => self.used(reading, node, &from)?,
+                };
+                if let Expr::Variable(path) = &value
+                    && (list == "inOutVariables" || self.comes_back(node, name))
+                {
+                    self.handed.push((self.statements.len(), path.first.clone()));
+                }
+                if let Some(edge) = one.attribute("edge").filter(|edge| *edge != "none") {
+                    value = self.edge(reading, node, &format!("{id}_{name}"), edge, value);
+                }
+                if is(one, "negated") {
+                    value = value.not();
+                }
+                if self.comes_back(node, name) || list == "inOutVariables" {
+                    self.given_back.insert((id, name.to_ascii_lowercase()), value.clone());
+                }
+                if name.eq_ignore_ascii_case("EN") {
+                    enable = value;
+                } else {
+                    let name = Some(name.to_owned()).filter(|name| !name.is_empty());
+                    given.push(Argument { name, is_output: false, value });
+                }
+            }
+        }
+        Ok((enable, given))
+    }
+
+    /// Whether a pin stands on both sides of a block.
+    fn comes_back(&self, node: Node<'_, '_>, name: &str) -> bool {
+        pins(node, "outputVariables").any(|pin| name_of(pin).eq_ignore_ascii_case(name))
+    }
+
+    fn called(
+        &mut self,
+        reading: &mut Reading<'_, '_>,
+        id: &'a str,
+        node: Node<'a, 'i>,
+        enable: Expr,
+        mut given: Vec<Argument>,
+    ) -> Result<(), Fault> {
+        let of = node.attribute("typeName").unwrap_or_default();
+        self.is_of_its_type(reading, node, of)?;
+        let enable = match enable {
+            Expr::Literal(_) => enable,
+            other => self.store(reading, node, (id, "ENO".to_owned()), other),
+        };
+        self.enables.insert(id, enable.clone());
+        if !is_standard(of, is_instance(node)) {
+            self.foreign.push(self.statements.len());
+        }
+        if let Some(instance) = node.attribute("instanceName").filter(|name| !name.is_empty()) {
+            let target = path_of(instance, self.text.line(node))?;
+            self.add(node, Kind::CallIf(enable, target, given));
+        } else {
+            let result = result(reading, id);
+            if are_counted(node, &given) {
+                given.iter_mut().for_each(|one| one.name = None);
+            }
+            for other in self.outputs(node).into_iter().skip(1) {
+                let value = Expr::name(format!("{result}_{other}"));
+                given.push(Argument { name: Some(other), is_output: true, value });
+            }
+            if !enable.is(true) {
+                let name = Some("EN".to_owned());
+                given.push(Argument { name, is_output: false, value: enable });
+            }
+            // Operators are functions, too.
+            let is_word = of.chars().all(|c| c.is_alphanumeric() || c == '_') && !of.is_empty();
+            let function = match is_word {
+                true => Path::name(of),
+                false => path_of(of, self.text.line(node))?,
+            };
+            let call = Expr::Call(function, given);
+            self.add(node, Kind::Assign(Path::name(result), call));
+        }
+        self.written_beside(reading, id, node)
+    }
+
+    /// Refuses one of the standard's blocks that is drawn as another one than its instance is.
+    fn is_of_its_type(
+        &self,
+        reading: &Reading<'_, '_>,
+        node: Node<'_, '_>,
+        of: &str,
+    ) -> Result<(), Fault> {
+        let instance = node.attribute("instanceName").unwrap_or_default();
+        let own = reading.pou.variables.iter().find(|own| same(&own.name, instance));
+        let Some(TypeRef::Named(declared)) = own.map(|own| &own.of) else { return Ok(()) };
+        let are_two = is_standard(of, true) && is_standard(declared, true) && !same(of, declared);
+        if !are_two {
+            return Ok(());
+        }
+        let message =
+            format!("{}: it is drawn as {of}, and {instance} is a {declared}", called(node));
+        Err(self.text.fault(node, message))
+    }
+
+    /// Writes the variables that stand right at a block's outputs (CODESYS, TwinCAT).
+    fn written_beside(
+        &mut self,
+        reading: &mut Reading<'_, '_>,
+        id: &'a str,
+        node: Node<'a, 'i>,
+    ) -> Result<(), Fault> {
+        for pin in pins(node, "outputVariables") {
+            let mut written = children(pin, "connectionPointOut");
+            let Some((text, line)) = written.find_map(|at| self.text.written(at)) else { continue };
+            let Expr::Variable(target) = parse::expression(&text, line)? else {
+                let message = format!(
+                    "{}: '{}' is written to, and is no variable",
+                    called(node),
+                    text.trim()
+                );
+                return Err(self.text.fault(node, message));
+            };
+            let name = name_of(pin);
+            let value = self.block_output(reading, id, node, name);
+            let taken = self.taken(&[(id, Some(name))]);
+            let statement = Statement { line, kind: Kind::Assign(target, value) };
+            match taken.is(true) {
+                true => self.carried(statement),
+                false => self.add(node, Kind::If(vec![(taken, vec![statement])], Vec::new())),
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a block that has been carried out was enabled.
+    fn enabled(&self, id: &str) -> Expr {
+        self.enables.get(id).cloned().unwrap_or_else(|| Expr::bool(true))
+    }
+
+    /// The condition under which an element takes over what leads to it: nothing is taken over from a function that is not
+    /// enabled. Of a function block some controllers take over what it put out before.
+    pub(super) fn taken(&self, from: &[(&str, Option<&str>)]) -> Expr {
+        let [(id, output)] = from else { return Expr::bool(true) };
+        let block = self.nodes.get(id).filter(|node| is_called(**node, "block"));
+        let is_enable = output.is_some_and(|output| output.eq_ignore_ascii_case("ENO"));
+        let Some(&block) = block.filter(|_| !is_enable) else { return Expr::bool(true) };
+        let enable = self.enabled(id);
+        if enable.is(true) || !is_instance(block) {
+            return enable;
+        }
+        let unnamed = |value| Argument { name: None, is_output: false, value };
+        let both = vec![unnamed(enable), unnamed(Expr::bool(true))];
+        Expr::Call(Path::name(EITHER), both)
+    }
+
+    /// The names of a block's outputs but ENO and what it gives back.
+    fn outputs(&self, node: Node<'_, '_>) -> Vec<String> {
+        let names = pins(node, "outputVariables").map(name_of);
+        let own =
+            names.filter(|name| !name.eq_ignore_ascii_case("ENO") && !is_given_back(node, name));
+        own.map(str::to_owned).collect()
+    }
+
+    /// What a block that has been carried out has at one of its outputs.
+    pub(super) fn block_output(
+        &self,
+        reading: &mut Reading<'_, '_>,
+        id: &'a str,
+        node: Node<'_, '_>,
+        output: &str,
+    ) -> Expr {
+        if output.eq_ignore_ascii_case("ENO") {
+            return self.enabled(id);
+        }
+        let outputs = self.outputs(node);
+        let first = outputs.first().cloned().unwrap_or_default();
+        let named = if output.is_empty() { first.clone() } else { output.to_owned() };
+        let negated =
+            pins(node, "outputVariables").any(|pin| name_of(pin) == named && is(pin, "negated"));
+        let given_back = self.given_back.get(&(id, named.to_ascii_lowercase()));
+        let value = match node.attribute("instanceName").filter(|name| !name.is_empty()) {
+            _ if given_back.is_some() => given_back.cloned().unwrap_or_else(|| Expr::bool(false)),
+            Some(instance) => Expr::Variable(Path::name(instance).with(&named)),
+            None => {
+                let result = result(reading, id);
+                Expr::name(if named == first { result } else { format!("{result}_{named}") })
+            }
+        };
+        if negated { value.not() } else { value }
+    }
+}
+
+/// The variable that holds what a function gives.
+fn result(reading: &mut Reading<'_, '_>, id: &str) -> String {
+    format!("{RESULT}{}", reading.hidden(&format!("n{id}"), "", 0).trim_start_matches('~'))
+}
+
+/// Whether a function's pins are only counted, and not from 1 on: CODESYS and TwinCAT count EN, too.
+fn are_counted(node: Node<'_, '_>, given: &[Argument]) -> bool {
+    let number = |name: &str| {
+        let (front, digits) = name.split_at_checked(2)?;
+        digits.parse::<u32>().ok().filter(|_| front.eq_ignore_ascii_case("IN"))
+    };
+    let own = pins(node, "inputVariables").filter(|pin| !name_of(*pin).eq_ignore_ascii_case("EN"));
+    let numbers: Option<Vec<u32>> = own.map(|pin| number(name_of(pin))).collect();
+    numbers.is_some_and(|numbers| {
+        numbers.len() == given.len()
+            && numbers.is_sorted()
+            && numbers.first().is_some_and(|&first| first > 1)
+    })
+}
+
+fn path_of(text: &str, line: u32) -> Result<Path, Fault> {
+    match parse::expression(text, line)? {
+        Expr::Variable(path) => Ok(path),
+        _ => Err(Fault::new(line, format!("'{text}' is no name"))),
+    }
+}

@@ -1,0 +1,270 @@
+//! In which orders tools carry out the elements of a drawing, and whether these differ in what they do.
+
+use super::order::{order, position, rank};
+use super::places::Places;
+use super::value::{is_instance, read};
+use super::{Graph, is_called};
+use crate::iec::ast::{Expr, Kind, Statement, visit};
+use crate::iec::xml::node::{child, children, inputs, sources};
+use petgraph::algo::tarjan_scc;
+use petgraph::graphmap::DiGraphMap;
+use roxmltree::Node;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// An order: what it is called, the elements in it, and which of the instances that feed each other begin.
+pub(super) struct Turn<'a> {
+    pub(super) what: &'static str,
+    pub(super) acting: Vec<&'a str>,
+    pub(super) loops: Loops<'a>,
+}
+
+/// Elements that lead back to themselves by way of instances.
+#[derive(Clone, Default)]
+pub(super) struct Loops<'a> {
+    /// The number of the loop in which an element stands, and its place in it.
+    places: BTreeMap<&'a str, (usize, usize)>,
+    /// The instances of each loop, in their places.
+    instances: BTreeMap<usize, Vec<&'a str>>,
+    /// Whether loops begin with their first instance, not with the one that is asked for.
+    begin_first: bool,
+}
+
+impl<'a> Loops<'a> {
+    /// Whether an element stands in a loop.
+    pub(super) fn holds(&self, id: &str) -> bool {
+        self.places.contains_key(id)
+    }
+
+    /// Whether an instance comes behind one of these in their loop.
+    pub(super) fn is_behind(&self, id: &str, open: &BTreeSet<&str>) -> bool {
+        let Some((own, place)) = self.places.get(id).filter(|_| self.begin_first) else {
+            return false;
+        };
+        let is_instance = |id: &&&str| self.instances.get(own).is_some_and(|all| all.contains(*id));
+        let others = open.iter().filter(is_instance).filter_map(|id| self.places.get(id));
+        others.into_iter().any(|(_, before)| before < place)
+    }
+
+    /// The instances that are carried out before this element is, where its loop has not been begun.
+    pub(super) fn first(&self, id: &str, open: &BTreeSet<&str>) -> &[&'a str] {
+        let Some((own, _)) = self.places.get(id).filter(|_| self.begin_first) else { return &[] };
+        let mut begun = open.iter().filter_map(|open| self.places.get(open));
+        match begun.any(|(other, _)| other == own) {
+            true => &[],
+            false => self.instances.get(own).map_or(&[], |all| all),
+        }
+    }
+}
+
+/// How far up or down elements stand in one row, for older generators.
+const ROW: i64 = 100;
+
+impl<'a> Graph<'a, '_> {
+    /// The orders that tools keep; the first one is the standard's.
+    pub(super) fn turns(&self) -> Vec<Turn<'a>> {
+        let all = || self.nodes.iter().map(|(&id, &node)| (id, node));
+        let sorted = |rank: &dyn Fn(Node<'_, '_>) -> (u64, i64, i64, i64, usize)| {
+            let mut acting: Vec<_> = all().map(|(id, node)| (rank(node), id)).collect();
+            acting.sort();
+            acting.into_iter().map(|(_, id)| id).collect::<Vec<&'a str>>()
+        };
+        let standard = sorted(&|node| {
+            let (number, y, x, at) = rank(node, node.range().start);
+            (number, 0, y, x, at)
+        });
+        let loops = self.loops_among(&standard);
+        let mut turns = Vec::new();
+        let by_demand = Loops { begin_first: false, ..loops.clone() };
+        if !loops.places.is_empty() {
+            let what = "instances that feed each other begin with the one that is asked for first";
+            turns.push(Turn { what, acting: standard.clone(), loops: by_demand.clone() });
+        }
+        turns.insert(0, Turn { what: "", acting: standard, loops });
+        // Generators know no jumps, and CODESYS and TwinCAT carry out their drawings themselves.
+        if self.jumps || self.text.is_codesys {
+            return turns;
+        }
+        let kind = |node: Node<'_, '_>| match node.tag_name().name() {
+            "block" => 1,
+            "connector" => 2,
+            _ => 0,
+        };
+        let number = |node: Node<'_, '_>| order(node).unwrap_or(u64::MAX);
+        turns.push(Turn {
+            what: "coils and outputs come as the file has them, and blocks behind them",
+            acting: sorted(&|node| (number(node), kind(node), 0, 0, node.range().start)),
+            loops: by_demand.clone(),
+        });
+        let rows = self.rows();
+        turns.push(Turn {
+            what: "coils and outputs come from left to right in rows, and blocks behind them",
+            acting: sorted(&|node| {
+                let (y, x) = position(node);
+                let row = rows.get(&y).copied().unwrap_or(y);
+                (number(node), kind(node), row, x, node.range().start)
+            }),
+            loops: by_demand,
+        });
+        turns
+    }
+
+    /// In which row elements at each height stand.
+    fn rows(&self) -> BTreeMap<i64, i64> {
+        let heights: BTreeSet<i64> = self.nodes.values().map(|node| position(*node).0).collect();
+        let mut rows = BTreeMap::new();
+        let mut first = None;
+        for height in heights {
+            let row = first.filter(|row| height - row < ROW).unwrap_or(height);
+            first = Some(row);
+            rows.insert(height, row);
+        }
+        rows
+    }
+
+    /// Elements that lead back to themselves, with their places in this order.
+    fn loops_among(&self, acting: &[&'a str]) -> Loops<'a> {
+        let mut ways: DiGraphMap<&str, ()> = DiGraphMap::new();
+        for (&id, &node) in &self.nodes {
+            let pins = ["inputVariables", "inOutVariables"].into_iter();
+            let pins = pins.filter_map(|list| child(node, list));
+            let pins = pins.flat_map(|list| children(list, "variable"));
+            let points = pins.flat_map(|pin| children(pin, "connectionPointIn"));
+            let mut from: Vec<&str> = points.flat_map(sources).map(|(from, _)| from).collect();
+            from.extend(inputs(node).into_iter().map(|(from, _)| from));
+            if is_called(node, "continuation") {
+                let name = node.attribute("name");
+                let connectors = self.nodes.iter().filter(|(_, one)| {
+                    is_called(**one, "connector") && one.attribute("name") == name
+                });
+                from.extend(connectors.map(|(&id, _)| id));
+            }
+            for from in from {
+                ways.add_edge(from, id, ());
+            }
+        }
+        let place: BTreeMap<&str, usize> = acting.iter().copied().zip(0..).collect();
+        let mut loops = Loops { begin_first: true, ..Loops::default() };
+        for (number, loop_) in tarjan_scc(&ways).into_iter().enumerate() {
+            let found = loop_.into_iter().filter_map(|id| self.nodes.get_key_value(id));
+            let mut own: Vec<(&'a str, Node<'_, '_>)> =
+                found.map(|(&id, &node)| (id, node)).collect();
+            own.sort_by_key(|(id, _)| place[id]);
+            let leads_back = own.len() > 1 || own.iter().all(|(id, _)| ways.contains_edge(id, id));
+            let instances: Vec<&str> =
+                own.iter().filter(|(_, node)| is_instance(*node)).map(|(id, _)| *id).collect();
+            if leads_back && !instances.is_empty() {
+                loops.places.extend(own.into_iter().map(|(id, _)| (id, (number, place[id]))));
+                loops.instances.insert(number, instances);
+            }
+        }
+        loops
+    }
+}
+
+/// What a variable is called that stands for all that is shared with other units.
+const SHARED: &str = "";
+
+/// What an element reads and writes.
+#[derive(Default)]
+struct Touched {
+    last: usize,
+    reads: BTreeSet<String>,
+    writes: BTreeSet<String>,
+}
+
+/// A drawing as one order carries it out.
+pub(super) struct Carried<'a> {
+    pub(super) statements: Vec<Statement>,
+    /// What each element touches: variables by their names.
+    touched: BTreeMap<&'a str, Touched>,
+}
+
+impl<'a> Carried<'a> {
+    pub(super) fn new(
+        statements: Vec<Statement>,
+        owners: Vec<&'a str>,
+        foreign: &[usize],
+        handed: &[(usize, String)],
+    ) -> Carried<'a> {
+        let mut touched: BTreeMap<&'a str, Touched> = BTreeMap::new();
+        for (at, (owner, statement)) in owners.iter().zip(&statements).enumerate() {
+            let own = touched.entry(owner).or_default();
+            own.last = at;
+            own.add(statement);
+        }
+        for at in foreign {
+            if let Some(owner) = owners.get(*at) {
+                touched.entry(owner).or_default().writes.insert(SHARED.to_owned());
+            }
+        }
+        for (at, name) in handed {
+            if let Some(owner) = owners.get(*at) {
+                touched.entry(owner).or_default().writes.insert(name.clone());
+            }
+        }
+        Carried { statements, touched }
+    }
+
+    /// Whether two orders may do different things: two elements come the other way round, and one writes what the other one
+    /// touches.
+    pub(super) fn differs(&self, other: &Carried<'a>, places: &Places) -> bool {
+        if self.touched.keys().ne(other.touched.keys()) {
+            return true;
+        }
+        // By variable, the elements that touch it: their places in both orders, and whether they write it.
+        let mut by_name: BTreeMap<String, Vec<(usize, usize, bool)>> = BTreeMap::new();
+        for (id, one) in &self.touched {
+            let also = &other.touched[id];
+            let mut names: BTreeMap<String, bool> = BTreeMap::new();
+            for (touched, writes) in [
+                (&one.reads, false),
+                (&also.reads, false),
+                (&one.writes, true),
+                (&also.writes, true),
+            ] {
+                for name in touched {
+                    if name != SHARED && places.is_shared(name) {
+                        names.entry(SHARED.to_owned()).or_insert(false);
+                    }
+                    *names.entry(places.one_name(name)).or_insert(false) |= writes;
+                }
+            }
+            for (name, writes) in names {
+                by_name.entry(name).or_default().push((one.last, also.last, writes));
+            }
+        }
+        by_name.into_values().any(|touching| {
+            let writers = || touching.iter().filter(|(.., writes)| *writes);
+            writers().any(|(here, there, _)| {
+                touching.iter().any(|(own, also, _)| (own < here) != (also < there))
+            })
+        })
+    }
+}
+
+impl Touched {
+    fn add(&mut self, statement: &Statement) {
+        visit(std::slice::from_ref(statement), &mut |one| {
+            let mut reads = |value: &Expr| self.reads.extend(read(value));
+            let target = match &one.kind {
+                Kind::Assign(target, value) | Kind::Latch(target, _, value) => {
+                    reads(value);
+                    target
+                }
+                Kind::Call(target, given) | Kind::CallIf(_, target, given) => {
+                    if let Kind::CallIf(enable, ..) = &one.kind {
+                        reads(enable);
+                    }
+                    given.iter().for_each(|one| reads(&one.value));
+                    target
+                }
+                Kind::If(arms, _) => return arms.iter().for_each(|(holds, _)| reads(holds)),
+                _ => return,
+            };
+            reads(&Expr::Variable(target.clone()));
+            if !target.first.starts_with('~') {
+                self.writes.insert(target.first.clone());
+            }
+        });
+    }
+}
