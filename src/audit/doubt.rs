@@ -42,6 +42,13 @@ pub enum Doubt {
     },
     /// The number of further such loops.
     MorePerhapsEndless(usize),
+    /// Units have no body and give something all the same: they were taken to do nothing.
+    Bodiless {
+        /// Their names.
+        names: Vec<String>,
+        /// The file and the line of the first.
+        first: (String, u32),
+    },
     /// A scan may last longer than a timer that it starts, and that is taken not to run out within it.
     OutlastsTimer(Picos),
 }
@@ -68,9 +75,14 @@ impl Doubt {
         let told = open.iter().take(MOST_TOLD);
         let told = told.map(|one| Doubt::PerhapsEndless { line: one.to.line });
         let more = open.len().checked_sub(MOST_TOLD).filter(|&more| more > 0);
+        let bodiless = program.bodiless.first().map(|(_, first)| Doubt::Bodiless {
+            names: program.bodiless.iter().map(|(name, _)| name.clone()).collect(),
+            first: (first.of(&program.files).name.clone(), first.line),
+        });
         let outlasts = program.shortest_timer.filter(|&shortest| upper >= shortest);
         interrupts
             .chain(networks)
+            .chain(bodiless)
             .chain(endless)
             .chain(told)
             .chain(more.map(Doubt::MorePerhapsEndless))
@@ -135,6 +147,12 @@ impl fmt::Display for Doubt {
                 write!(f, "whether the loop to line {line} can run without end was not found out")
             }
             Doubt::MorePerhapsEndless(more) => write!(f, "nor was it of {more} more loops"),
+            Doubt::Bodiless { names, first: (file, line) } => write!(
+                f,
+                "{} (first in {file}:{line}) without a body, taken to do nothing: give the file with its code, or state what it takes ([calls] \"{}\" = {{ time = \"20us\" }})",
+                names.join(", "),
+                names.first().map_or("NAME", |name| name)
+            ),
             Doubt::OutlastsTimer(shortest) => write!(
                 f,
                 "a scan may last longer than the shortest timer ({shortest}), which is taken not to run out within the scan that starts it"

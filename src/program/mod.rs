@@ -626,6 +626,8 @@ pub struct Program {
     pub narrowed: BTreeSet<usize>,
     /// The routines that are not there, one for each call.
     pub absent: Vec<Absent>,
+    /// Units without a body that give something all the same, and of which nothing is stated: they were taken to do nothing.
+    pub bodiless: Vec<(String, Location)>,
     /// How many rungs there are.
     pub blocks: u32,
     /// How many nondeterministic values there are: ids are below this.

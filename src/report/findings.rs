@@ -140,7 +140,8 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
     }
     for doubt in audit.all_doubts().iter().take(MOST) {
         let place = match doubt {
-            Doubt::Networks { first: (file, line), .. } => Some((file.clone(), Some(*line))),
+            Doubt::Networks { first: (file, line), .. }
+            | Doubt::Bodiless { first: (file, line), .. } => Some((file.clone(), Some(*line))),
             _ => None,
         };
         add(rules::NOT_STATED, Level::Warning, doubt.to_string(), place);

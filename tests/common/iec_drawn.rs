@@ -425,6 +425,13 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
             .collect()
     }
 
+    /// Generators look at the edges of a block's pins whether it is enabled or not.
+    fn look_at_edges(&mut self, id: usize, inputs: &[Input]) {
+        if self.manner.again {
+            self.given(id, inputs);
+        }
+    }
+
     /// Whether a block is enabled; it says so.
     fn enabled(&mut self, id: usize, enable: Option<&Vec<Pin>>) -> bool {
         let value = enable.map_or(1, |enable| self.asked(format!("{id} EN"), enable));
@@ -476,6 +483,7 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
                 // Its result is stored, whatever it is.
                 self.cost += 1;
                 if !self.enabled(id, enable.as_ref()) {
+                    self.look_at_edges(id, inputs);
                     return;
                 }
                 // As the function counts its inputs, whatever order they are drawn in.
@@ -485,14 +493,22 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
                 let given: Vec<i64> = given.into_iter().map(|(_, value)| value).collect();
                 self.links.insert((id, "OUT"), ty.wrap(function(name, &given)));
             }
-            What::Standard(name, kind, enable, inputs) if self.enabled(id, enable.as_ref()) => {
+            What::Standard(name, kind, enable, inputs) => {
+                if !self.enabled(id, enable.as_ref()) {
+                    self.look_at_edges(id, inputs);
+                    return;
+                }
                 for (input, value) in self.given(id, inputs) {
                     self.cost += 1;
                     self.machine.state.insert(format!("{name}.{input}"), value);
                 }
                 self.machine.standard(kind, &format!("{name}."));
             }
-            What::Block(name, unit, enable, inputs, both) if self.enabled(id, enable.as_ref()) => {
+            What::Block(name, unit, enable, inputs, both) => {
+                if !self.enabled(id, enable.as_ref()) {
+                    self.look_at_edges(id, inputs);
+                    return;
+                }
                 for (input, value) in self.given(id, inputs) {
                     self.cost += 1;
                     self.machine.state.insert(format!("{name}.{input}"), value);

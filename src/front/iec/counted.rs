@@ -116,7 +116,9 @@ fn keeps_a_value(one: &Statement) -> bool {
             target.first.starts_with('~') && !matches!(value, Expr::Call(..))
         }
         // The memory of an edge that is drawn.
-        Statements::Call(target, _) => target.first.starts_with('~'),
+        Statements::Call(target, _) | Statements::CallIf(_, target, _) => {
+            target.first.starts_with('~')
+        }
         _ => false,
     }
 }

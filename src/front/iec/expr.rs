@@ -2,7 +2,7 @@
 
 use super::emit::Emit;
 use super::mixed::{mixed, typed};
-use super::open::{complement, joined, opened, parted};
+use super::open::{complement, joined, may_have_wrapped, opened, parted};
 use super::references::WORD;
 use super::references::{Walk, Way};
 use super::resolve::{Context, Element, Found};
@@ -275,24 +275,6 @@ impl Emit<'_> {
             }
             found => found,
         })
-    }
-
-    /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of that.
-    pub(super) fn between(&mut self, value: Value) -> Value {
-        let why = "what comes of a sum or product within an expression, of which compilers keep more or fewer bits: it may be anything";
-        match value {
-            Value::Number(kind @ Kind::Whole { bits, .. }, _)
-            | Value::Open(kind @ Kind::Whole { bits, .. }, ..) => {
-                let kind = if bits < 32 { DINT } else { kind };
-                // There may be more bits yet.
-                Value::Open(kind, self.any_number(kind, why), Logic::Const(true))
-            }
-            Value::Number(Kind::Real, _) => {
-                Value::Number(Kind::Real, self.any_number(Kind::Real, why))
-            }
-            Value::Bit(_) => Value::Bit(self.any_bit(why)),
-            value => value,
-        }
     }
 
     /// The second operand of AND or OR calls something. Where the first one settles the result, some compilers do not work out
@@ -805,19 +787,5 @@ fn class_of(operator: Operator, kind: Kind) -> &'static str {
             "compare"
         }
         _ => "arithmetic",
-    }
-}
-
-/// Whether constants that are worked out in the type of what they are used with may not have fit it.
-fn may_have_wrapped(expr: &Expr, value: &Value, other: &Value) -> bool {
-    let is_written = match expr {
-        Expr::Negate(inner) => matches!(**inner, Expr::Literal(_)),
-        expr => matches!(expr, Expr::Literal(_)),
-    };
-    match (value, other) {
-        (Value::Constant(value), Value::Number(kind, _) | Value::Open(kind, ..)) => {
-            !is_written && holding(*kind, *value) != *kind
-        }
-        _ => false,
     }
 }

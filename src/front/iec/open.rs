@@ -3,9 +3,9 @@
 //! more bits than the type has is the same on all of them; all else is any value where they do not fit.
 
 use super::emit::Emit;
-use super::types::{DINT, Kind};
+use super::types::{DINT, Kind, holding};
 use super::value::{Value, constant, wrapped};
-use crate::iec::ast::Operator;
+use crate::iec::ast::{Expr, Operator};
 use crate::program::{
     BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, WordSource, Write,
 };
@@ -164,6 +164,24 @@ fn known(number: &Number, kind: Kind) -> Option<i64> {
 }
 
 impl Emit<'_> {
+    /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of that.
+    pub(super) fn between(&mut self, value: Value) -> Value {
+        let why = "what comes of a sum or product within an expression, of which compilers keep more or fewer bits: it may be anything";
+        match value {
+            Value::Number(kind @ Kind::Whole { bits, .. }, _)
+            | Value::Open(kind @ Kind::Whole { bits, .. }, ..) => {
+                let kind = if bits < 32 { DINT } else { kind };
+                // There may be more bits yet.
+                Value::Open(kind, self.any_number(kind, why), Logic::Const(true))
+            }
+            Value::Number(Kind::Real, _) => {
+                Value::Number(Kind::Real, self.any_number(Kind::Real, why))
+            }
+            Value::Bit(_) => Value::Bit(self.any_bit(why)),
+            value => value,
+        }
+    }
+
     /// A value with all bits that any compiler keeps of it: where it does not fit its type, any number.
     pub(super) fn settled(&mut self, value: Value) -> Value {
         let Value::Open(kind, number, beyond) = value else { return value };
@@ -244,5 +262,19 @@ impl Emit<'_> {
         let cell = self.bit_between();
         self.write(vec![Write::Bit(BitTarget::Cell(cell), beyond)]);
         Value::Open(kind, Number::Words(words), Logic::cell(cell))
+    }
+}
+
+/// Whether constants that are worked out in the type of what they are used with may not have fit it.
+pub(super) fn may_have_wrapped(expr: &Expr, value: &Value, other: &Value) -> bool {
+    let is_written = match expr {
+        Expr::Negate(inner) => matches!(**inner, Expr::Literal(_)),
+        expr => matches!(expr, Expr::Literal(_)),
+    };
+    match (value, other) {
+        (Value::Constant(value), Value::Number(kind, _) | Value::Open(kind, ..)) => {
+            !is_written && holding(*kind, *value) != *kind
+        }
+        _ => false,
     }
 }

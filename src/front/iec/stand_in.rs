@@ -6,9 +6,10 @@ use super::emit::{Emit, Place, What};
 use super::types::lineage;
 use crate::base::code::Code;
 use crate::base::facts::{StatedCall, plain};
+use crate::base::location::Location;
 use crate::front::builder::always;
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Pou, PouKind, same};
+use crate::iec::{Body, Pou, PouKind, Section, Variable, same};
 use crate::program::{Absent, Region, Step, Write};
 
 impl<'p> Emit<'p> {
@@ -44,6 +45,43 @@ impl<'p> Emit<'p> {
     /// Whether a body is not there, and it is stated what it takes.
     pub(super) fn is_stated(&self, instance: usize, what: &What) -> bool {
         self.stated_of(instance, what).is_some()
+    }
+
+    /// Takes note of a body that is not there, of a unit that gives something all the same: its code is likely elsewhere.
+    pub(super) fn note_bodiless(&mut self, instance: usize, what: &What) {
+        let (from, method) = match what {
+            What::Body => (self.instances[instance].pou, None),
+            What::Method(name) => (self.instances[instance].pou, Some(name)),
+            What::Inherited(..) | What::Action(_) => return,
+        };
+        let units = lineage(self.project, from);
+        let is_same = |own: &&Pou, name: &String| same(&own.name, name);
+        let pou = match method {
+            None => units.first().copied(),
+            Some(name) => {
+                units.iter().find_map(|unit| unit.methods.iter().find(|own| is_same(own, name)))
+            }
+        };
+        let Some(pou) = pou.filter(|pou| pou.kind != PouKind::Program) else { return };
+        let is_empty =
+            |pou: &Pou| matches!(&pou.body, Body::Code(_, statements) if statements.is_empty());
+        let has_more =
+            |unit: &&Pou| !is_empty(unit) || !unit.methods.is_empty() || !unit.actions.is_empty();
+        let gives = |own: &Variable| matches!(own.section, Section::Output | Section::InOut);
+        let gives_something = pou.result.is_some() || pou.variables.iter().any(gives);
+        if !is_empty(pou) || !gives_something || (method.is_none() && units.iter().any(has_more)) {
+            return;
+        }
+        let name = match method {
+            Some(name) => format!("{}.{name}", self.project.pous[from].name),
+            None => pou.name.clone(),
+        };
+        let file = u32::try_from(pou.file).unwrap_or(u32::MAX);
+        let place = Location { file, line: pou.line, step: None };
+        let known = &mut self.program().bodiless;
+        if known.iter().all(|(own, _)| *own != name) {
+            known.push((name, place));
+        }
     }
 
     /// The unit, or the method, whose body is to be carried out and is not there, and what is stated of it.

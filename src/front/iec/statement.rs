@@ -73,6 +73,7 @@ impl<'p> Emit<'p> {
         if self.stands_in(instance, what) {
             return entry;
         }
+        self.note_bodiless(instance, what);
         let Some((pou, body)) = self.body(instance, what) else {
             self.landing();
             self.builder.add(None, Vec::new(), Step::Return);

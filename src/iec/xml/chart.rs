@@ -314,7 +314,11 @@ fn before<'a>(
 /// Refuses several steps that lead straight to one point: whether all of them or one of them is meant is not clear.
 fn one_way(text: &Text, node: Node<'_, '_>, sought: Sought) -> Result<(), Fault> {
     let are_several = |point: Node<'_, '_>| children(point, "connection").nth(1).is_some();
-    if sought == Sought::Transitions || !children(node, "connectionPointIn").any(are_several) {
+    let waits_for_all = node.tag_name().name() == "simultaneousConvergence";
+    if sought == Sought::Transitions
+        || waits_for_all
+        || !children(node, "connectionPointIn").any(are_several)
+    {
         return Ok(());
     }
     let message = format!("{}: several steps lead straight to it", called(node));

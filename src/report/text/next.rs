@@ -50,6 +50,9 @@ pub(in crate::report) fn steps(audit: &Audit) -> Vec<String> {
                 "state what network refresh takes: [network] refresh = \"1.5ms\" (--facts)"
                     .to_owned(),
             ),
+            Doubt::Bodiless { names, .. } => names.first().map(|name| {
+                format!("give the code of {name}, or state its time: [calls] \"{name}\" (--facts)")
+            }),
             Doubt::Interrupts { name, .. } => {
                 let option = match name.contains(' ') {
                     true => format!("'{name}=2'"),

@@ -198,6 +198,7 @@ fn left_open(doubt: &Doubt) -> &'static str {
         Doubt::Endless { .. } | Doubt::PerhapsEndless { .. } | Doubt::MorePerhapsEndless(_) => {
             "whether loops end"
         }
+        Doubt::Bodiless { .. } => "times of units without a body",
         Doubt::OutlastsTimer(_) => "timers that run out within a scan",
     }
 }

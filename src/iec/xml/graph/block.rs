@@ -19,6 +19,12 @@ fn name_of<'a>(pin: Node<'a, '_>) -> &'a str {
     pin.attribute("formalParameter").unwrap_or_default()
 }
 
+/// One of two values: controllers differ.
+fn either(one: Expr, other: Expr) -> Expr {
+    let unnamed = |value| Argument { name: None, is_output: false, value };
+    Expr::Call(Path::name(EITHER), vec![unnamed(one), unnamed(other)])
+}
+
 /// Whether what stands at this output is what the block was handed: a VAR_IN_OUT has a pin on either side.
 fn is_given_back(node: Node<'_, '_>, output: &str) -> bool {
     let on_the_left =
@@ -56,7 +62,12 @@ impl<'a, 'i> Graph<'a, 'i> {
         let mut given = Vec::new();
         let mut enable = Expr::bool(true);
         for list in ["inputVariables", "inOutVariables"] {
-            for one in pins(node, list) {
+            let mut all: Vec<_> = pins(node, list).collect();
+            // Edges at pins may hang on whether the block is enabled.
+            if all.iter().any(|pin| pin.attribute("edge").is_some_and(|edge| edge != "none")) {
+                all.sort_by_key(|pin| !name_of(*pin).eq_ignore_ascii_case("EN"));
+            }
+            for one in all {
                 let name = name_of(one);
                 let from: Vec<_> = children(one, "connectionPointIn").flat_map(sources).collect();
                 let written =
@@ -72,7 +83,12 @@ impl<'a, 'i> Graph<'a, 'i> {
                     self.handed.push((self.statements.len(), path.first.clone()));
                 }
                 if let Some(edge) = one.attribute("edge").filter(|edge| *edge != "none") {
-                    value = self.edge(reading, node, &format!("{id}_{name}"), edge, value);
+                    let looked_at = match &enable {
+                        Expr::Literal(_) => Expr::bool(true),
+                        enable => either(enable.clone(), Expr::bool(true)),
+                    };
+                    let of = format!("{id}_{name}");
+                    value = self.edge_where(reading, node, &of, edge, value, looked_at);
                 }
                 if is(one, "negated") {
                     value = value.not();
@@ -81,7 +97,10 @@ impl<'a, 'i> Graph<'a, 'i> {
                     self.given_back.insert((id, name.to_ascii_lowercase()), value.clone());
                 }
                 if name.eq_ignore_ascii_case("EN") {
-                    enable = value;
+                    enable = match value {
+                        Expr::Literal(_) => value,
+                        other => self.store(reading, node, (id, "ENO".to_owned()), other),
+                    };
                 } else {
                     let name = Some(name.to_owned()).filter(|name| !name.is_empty());
                     given.push(Argument { name, is_output: false, value });
@@ -106,10 +125,6 @@ impl<'a, 'i> Graph<'a, 'i> {
     ) -> Result<(), Fault> {
         let of = node.attribute("typeName").unwrap_or_default();
         self.is_of_its_type(reading, node, of)?;
-        let enable = match enable {
-            Expr::Literal(_) => enable,
-            other => self.store(reading, node, (id, "ENO".to_owned()), other),
-        };
         self.enables.insert(id, enable.clone());
         if !is_standard(of, is_instance(node)) {
             self.foreign.push(self.statements.len());
@@ -207,9 +222,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         if enable.is(true) || !is_instance(block) {
             return enable;
         }
-        let unnamed = |value| Argument { name: None, is_output: false, value };
-        let both = vec![unnamed(enable), unnamed(Expr::bool(true))];
-        Expr::Call(Path::name(EITHER), both)
+        either(enable, Expr::bool(true))
     }
 
     /// The names of a block's outputs but ENO and what it gives back.

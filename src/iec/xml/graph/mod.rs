@@ -255,8 +255,16 @@ impl<'a, 'i> Graph<'a, 'i> {
                 _ => None,
             };
             if put.is_none() {
-                let what = "a condition with a block that remembers is not followed";
-                let help = "carry the block out in an action, and use what it puts out";
+                let (what, help) = match &statement.kind {
+                    Kind::Assign(target, own) if target.first.starts_with('~') && !calls(own) => (
+                        "its ways fork and join too often to be followed",
+                        "draw a part of it with a coil, and use that here",
+                    ),
+                    _ => (
+                        "a condition with a block that remembers is not followed",
+                        "carry the block out in an action, and use what it puts out",
+                    ),
+                };
                 return Err(Fault::new(statement.line, format!("{}: {what}", called(node)))
                     .code(Code::NotModelled)
                     .help(help));

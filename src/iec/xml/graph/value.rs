@@ -301,6 +301,19 @@ impl<'a, 'i> Graph<'a, 'i> {
         edge: &str,
         value: Expr,
     ) -> Expr {
+        self.edge_where(reading, node, id, edge, value, Expr::bool(true))
+    }
+
+    /// The same of an edge that is looked at under a condition.
+    pub(super) fn edge_where(
+        &mut self,
+        reading: &mut Reading<'_, '_>,
+        node: Node<'_, '_>,
+        id: &str,
+        edge: &str,
+        value: Expr,
+        looked_at: Expr,
+    ) -> Expr {
         let of = if edge == "falling" { "F_TRIG" } else { "R_TRIG" };
         let times = self.times.entry(format!("e{id}")).or_insert(0);
         *times += 1;
@@ -311,7 +324,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         let name = reading.hidden(&name, of, self.text.line(node));
         let clock =
             Argument { name: Some("CLK".to_owned()), is_output: false, value: value.clone() };
-        self.add(node, Kind::Call(Path::name(name.clone()), vec![clock]));
+        self.add(node, Kind::CallIf(looked_at, Path::name(name.clone()), vec![clock]));
         let shows = |name: &str| Expr::Variable(Path::name(name).with("Q"));
         let Some(kept) = self.edges.get(id).cloned() else {
             let kept = Kept { value: shows(&name), stored: Some((value, self.statements.len())) };
