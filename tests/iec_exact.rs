@@ -757,3 +757,22 @@ fn controllers_that_look_at_transitions_in_the_first_scan_may_leave_the_initial_
     assert!(of("N", "go") >= 4);
     assert!(of("P1", "go AND A.T > T#0s") >= 4);
 }
+
+#[test]
+fn units_without_a_body_that_give_something_are_doubts() {
+    let text = |body: &str| {
+        format!(
+            "FUNCTION_BLOCK Logger VAR_OUTPUT ok : BOOL; END_VAR {body} END_FUNCTION_BLOCK
+            FUNCTION_BLOCK Nothing VAR_INPUT m : INT; END_VAR END_FUNCTION_BLOCK
+            PROGRAM main VAR l : Logger; n : Nothing; END_VAR l(); n(m := 1); END_PROGRAM"
+        )
+    };
+    let found = audited("main.st", &text("")).expect("an audit");
+    let doubts: Vec<String> = found.all_doubts().iter().map(ToString::to_string).collect();
+    assert!(
+        doubts.len() == 1 && doubts[0].starts_with("Logger (first in main.st:1)"),
+        "{doubts:?}"
+    );
+    let found = audited("main.st", &text("ok := TRUE;")).expect("an audit");
+    assert!(found.all_doubts().is_empty());
+}

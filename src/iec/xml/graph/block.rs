@@ -10,6 +10,24 @@ use crate::iec::xml::standard::is_standard;
 use crate::iec::{TypeRef, parse, same};
 use roxmltree::Node;
 
+/// Functions that are drawn with a sign.
+const OPERATORS: &[(&str, &str)] = &[
+    ("+", "ADD"),
+    ("-", "SUB"),
+    ("*", "MUL"),
+    ("/", "DIV"),
+    ("&", "AND"),
+    (">=1", "OR"),
+    ("=2k+1", "XOR"),
+    (">", "GT"),
+    (">=", "GE"),
+    ("=", "EQ"),
+    ("<=", "LE"),
+    ("<", "LT"),
+    ("<>", "NE"),
+    (":=", "MOVE"),
+];
+
 /// The pins of a block in one of its lists.
 fn pins<'a, 'i: 'a>(node: Node<'a, 'i>, list: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
     child(node, list).into_iter().flat_map(|list| children(list, "variable"))
@@ -146,6 +164,7 @@ impl<'a, 'i> Graph<'a, 'i> {
                 given.push(Argument { name, is_output: false, value: enable });
             }
             // Operators are functions, too.
+            let of = OPERATORS.iter().find(|(sign, _)| *sign == of).map_or(of, |(_, name)| name);
             let is_word = of.chars().all(|c| c.is_alphanumeric() || c == '_') && !of.is_empty();
             let function = match is_word {
                 true => Path::name(of),
