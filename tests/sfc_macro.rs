@@ -385,6 +385,36 @@ fn the_step_that_is_entered_may_be_marked_or_not() {
 }
 
 #[test]
+fn macro_steps_in_each_other_are_each_looked_at_once() {
+    // In a macro step that is entered and left by the one in it, both ends would double what there is to look at.
+    let inside = |name: &str, level: usize, id: u32, from: &[u32], body: &str| {
+        let body = format!("<body><SFC>{body}</SFC></body>");
+        at("macroStep", id, &format!("name=\"{name}{level}\""), from, &body)
+    };
+    let own = step(1, "s", &[]);
+    let (mut body, mut first, mut last) = (own.clone(), "s".to_owned(), "s".to_owned());
+    for level in 0..31 {
+        body = inside("N", level, 1, &[], &body);
+        (first, last) = (format!("N{level}.{first}"), format!("N{level}.{last}"));
+        if level % 8 == 3 {
+            body += &clears(2, 1, "i2");
+            body += &inside("X", level, 3, &[2], &own);
+            body += &clears(4, 3, "i3");
+            body += &inside("Y", level, 5, &[4], &own);
+            last = format!("Y{level}.s");
+        }
+    }
+    let project = read(&around(&body));
+    let Body::Chart(chart) = &project.pous[0].body else { panic!("a chart") };
+    assert_eq!(chart.macros.len(), 32 + 2 * 4);
+    let ways: Vec<String> =
+        (0..chart.transitions.len()).map(|at| chart.transition_name(at)).collect();
+    for way in [format!("start -> M.{first}"), format!("M.{last} -> start")] {
+        assert!(ways.contains(&way), "{way} of {ways:?}");
+    }
+}
+
+#[test]
 fn what_is_wrong_in_a_macro_step_is_told_by_its_steps_full_names() {
     // A parallel in a macro step whose branches meet as a selection does.
     let body = [
