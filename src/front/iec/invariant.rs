@@ -114,9 +114,10 @@ fn entered(chart: &Chart, steps: &[usize]) -> Vec<usize> {
     let own = |bits: &crate::net::Bits| {
         steps.iter().copied().filter(|&step| bits.has(step)).collect::<Vec<_>>()
     };
+    let firing = net.firing();
     let mut found = own(&net.start());
     for marking in reached.seen().filter(|marking| own(marking).is_empty()) {
-        let Some(moves) = net.moves(marking) else { return steps.to_vec() };
+        let Some(moves) = firing.moves(marking) else { return steps.to_vec() };
         // Several may clear at once; what they enter together, each enters by itself.
         found.extend(moves.iter().flat_map(|set| own(&net.fire(set, marking).0)));
     }

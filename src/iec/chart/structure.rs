@@ -6,6 +6,7 @@
 //! transition from a place to itself a loop. What no rule applies to any more is not well nested, and is shown as it is.
 
 use super::Chart;
+use std::collections::BTreeMap;
 
 /// A part of a chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -114,13 +115,21 @@ pub fn structure(chart: &Chart) -> Part {
     if rest.len() == 1 { rest.remove(0) } else { Part::Tangle(rest) }
 }
 
+/// The transitions that put a token into a place, and those that take one.
+type Around = (Vec<usize>, Vec<usize>);
+
+/// A part, which another one takes the place of.
+fn taken(part: &mut Part) -> Part {
+    std::mem::replace(part, Part::Sequence(Vec::new()))
+}
+
 fn many(
-    mut parts: Vec<Part>,
+    parts: [Part; 2],
     wrap: fn(Vec<Part>) -> Part,
     open: fn(Part) -> Result<Vec<Part>, Part>,
 ) -> Part {
     let mut flat = Vec::new();
-    for part in parts.drain(..) {
+    for part in parts {
         match open(part) {
             Ok(inner) => flat.extend(inner),
             Err(one) => flat.push(one),
@@ -130,118 +139,124 @@ fn many(
 }
 
 impl Net {
-    /// The transitions that put a token into a place, and those that take one.
-    fn around(&self, place: usize) -> (Vec<usize>, Vec<usize>) {
-        let that = |side: fn(&Move) -> &Vec<usize>| {
-            let all = self.moves.iter().enumerate();
-            let own =
-                all.filter(|(_, one)| one.as_ref().is_some_and(|one| side(one).contains(&place)));
-            own.map(|(at, _)| at).collect::<Vec<_>>()
-        };
-        (that(|one| &one.to), that(|one| &one.from))
+    /// What stands around each place.
+    fn around(&self) -> Vec<Around> {
+        let mut around = vec![Around::default(); self.places.len()];
+        for (at, one) in self.moves.iter().enumerate() {
+            let Some(one) = one else { continue };
+            one.to.iter().for_each(|&place| around[place].0.push(at));
+            one.from.iter().for_each(|&place| around[place].1.push(at));
+        }
+        around
     }
 
-    /// Two transitions between the same places.
+    /// Transitions between the same places.
     fn select(&mut self) -> bool {
-        for first in 0..self.moves.len() {
-            for second in first + 1..self.moves.len() {
-                let (Some(one), Some(other)) = (&self.moves[first], &self.moves[second]) else {
-                    continue;
-                };
-                if one.from != other.from || one.to != other.to {
-                    continue;
-                }
-                let parts = vec![one.part.clone(), other.part.clone()];
-                let part = many(parts, Part::Selection, |part| match part {
-                    Part::Selection(inner) => Ok(inner),
-                    other => Err(other),
-                });
-                if let Some(one) = &mut self.moves[first] {
-                    one.part = part;
-                }
-                self.moves[second] = None;
-                return true;
+        let mut known: BTreeMap<(Vec<usize>, Vec<usize>), usize> = BTreeMap::new();
+        let mut changed = false;
+        for at in 0..self.moves.len() {
+            let Some(one) = &self.moves[at] else { continue };
+            let first = *known.entry((one.from.clone(), one.to.clone())).or_insert(at);
+            if first == at {
+                continue;
             }
+            let second = self.moves[at].take();
+            if let (Some(one), Some(other)) = (&mut self.moves[first], second) {
+                one.part =
+                    many([taken(&mut one.part), other.part], Part::Selection, |part| match part {
+                        Part::Selection(inner) => Ok(inner),
+                        other => Err(other),
+                    });
+            }
+            changed = true;
         }
-        false
+        changed
     }
 
-    /// Two places between the same transitions.
+    /// Places between the same transitions.
     fn parallel(&mut self) -> bool {
-        let around: Vec<_> = (0..self.places.len()).map(|place| self.around(place)).collect();
-        for first in 0..self.places.len() {
-            for second in first + 1..self.places.len() {
-                let (Some(one), Some(other)) = (&self.places[first], &self.places[second]) else {
-                    continue;
-                };
-                let alike = around[first] == around[second] && one.initial == other.initial;
-                if !alike || around[first].0.is_empty() || around[first].1.is_empty() {
-                    continue;
-                }
-                let parts = vec![one.part.clone(), other.part.clone()];
-                let part = many(parts, Part::Parallel, |part| match part {
-                    Part::Parallel(inner) => Ok(inner),
-                    other => Err(other),
-                });
-                if let Some(one) = &mut self.places[first] {
-                    one.part = part;
-                }
-                self.places[second] = None;
-                for one in self.moves.iter_mut().flatten() {
-                    one.from.retain(|&place| place != second);
-                    one.to.retain(|&place| place != second);
-                }
-                return true;
+        let around = self.around();
+        let mut known: BTreeMap<(&Around, bool), usize> = BTreeMap::new();
+        let mut changed = false;
+        for (at, own) in around.iter().enumerate() {
+            let Some(one) = &self.places[at] else { continue };
+            if own.0.is_empty() || own.1.is_empty() {
+                continue;
+            }
+            let first = *known.entry((own, one.initial)).or_insert(at);
+            if first == at {
+                continue;
+            }
+            let second = self.places[at].take();
+            if let (Some(one), Some(other)) = (&mut self.places[first], second) {
+                one.part =
+                    many([taken(&mut one.part), other.part], Part::Parallel, |part| match part {
+                        Part::Parallel(inner) => Ok(inner),
+                        other => Err(other),
+                    });
+            }
+            changed = true;
+        }
+        if changed {
+            let Net { places, moves } = self;
+            for one in moves.iter_mut().flatten() {
+                one.from.retain(|&place| places[place].is_some());
+                one.to.retain(|&place| places[place].is_some());
             }
         }
-        false
+        changed
     }
 
-    /// A place that one transition leads into, alone, and another out of, alone.
+    /// Places that one transition leads into, alone, and another out of, alone.
     fn pass(&mut self) -> bool {
+        let mut around = self.around();
+        let mut changed = false;
         for place in 0..self.places.len() {
-            let Some(inner) = self.places[place].as_ref().filter(|one| !one.initial).cloned()
-            else {
+            let (&[into], &[out]) = (&around[place].0[..], &around[place].1[..]) else { continue };
+            let [Some(before), Some(behind)] = [&self.moves[into], &self.moves[out]] else {
                 continue;
             };
-            let (into, out) = self.around(place);
-            let (&[into], &[out]) = (&into[..], &out[..]) else { continue };
-            let (Some(before), Some(behind)) = (&self.moves[into], &self.moves[out]) else {
-                continue;
-            };
-            if into == out || before.to != [place] || behind.from != [place] {
+            if into == out
+                || before.to != [place]
+                || behind.from != [place]
+                || self.places[place].as_ref().is_none_or(|one| one.initial)
+            {
                 continue;
             }
-            let part = before.part.clone().then(inner.part).then(behind.part.clone());
-            let joined = Move { part, from: before.from.clone(), to: behind.to.clone() };
-            self.moves[into] = Some(joined);
-            self.moves[out] = None;
-            self.places[place] = None;
-            return true;
+            let (inner, behind) = (self.places[place].take(), self.moves[out].take());
+            if let (Some(before), Some(inner), Some(behind)) =
+                (&mut self.moves[into], inner, behind)
+            {
+                for &next in &behind.to {
+                    let way = around[next].0.iter_mut().filter(|way| **way == out);
+                    way.for_each(|way| *way = into);
+                }
+                before.part = taken(&mut before.part).then(inner.part).then(behind.part);
+                before.to = behind.to;
+            }
+            changed = true;
         }
-        false
+        changed
     }
 
     /// Two places with a transition between them that is the only way out of the one and into the other.
     fn follow(&mut self) -> bool {
+        let around = self.around();
         for way in 0..self.moves.len() {
             let Some(one) = &self.moves[way] else { continue };
             let (&[from], &[to]) = (&one.from[..], &one.to[..]) else { continue };
-            if from == to || self.around(from).1 != [way] || self.around(to).0 != [way] {
+            if from == to || around[from].1 != [way] || around[to].0 != [way] {
                 continue;
             }
-            let (Some(first), Some(second)) = (&self.places[from], &self.places[to]) else {
-                continue;
-            };
-            if second.initial {
+            if self.places[to].as_ref().is_none_or(|second| second.initial) {
                 continue;
             }
-            let part = first.part.clone().then(one.part.clone()).then(second.part.clone());
-            if let Some(first) = &mut self.places[from] {
-                first.part = part;
+            let (between, second) = (self.moves[way].take(), self.places[to].take());
+            if let (Some(first), Some(between), Some(second)) =
+                (&mut self.places[from], between, second)
+            {
+                first.part = taken(&mut first.part).then(between.part).then(second.part);
             }
-            self.places[to] = None;
-            self.moves[way] = None;
             for one in self.moves.iter_mut().flatten() {
                 one.from.iter_mut().filter(|place| **place == to).for_each(|place| *place = from);
             }
