@@ -5,8 +5,10 @@
 mod body;
 mod chart;
 mod checked;
+mod drawing;
 mod graph;
 mod interface;
+mod kept;
 mod node;
 mod order;
 mod project;
