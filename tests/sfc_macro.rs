@@ -509,6 +509,19 @@ fn the_washer_is_shown_drawn_and_written_without_its_macro_steps() {
 }
 
 #[test]
+fn nothing_is_said_to_be_rewritten_that_is_not_written() {
+    let text = "FUNCTION_BLOCK f METHOD m : BOOL END_METHOD
+        INITIAL_STEP s0: END_STEP STEP s1: a(S); END_STEP STEP s2: a(R); END_STEP
+        TRANSITION FROM s0 TO s1 := TRUE; END_TRANSITION
+        TRANSITION FROM s1 TO s2 := TRUE; END_TRANSITION
+        TRANSITION FROM s2 TO s0 := TRUE; END_TRANSITION END_FUNCTION_BLOCK";
+    let (out, told, code) = sfc(text, "a.st", &["--explicit", "-o", "-"]);
+    assert!(out.is_empty() && code == Some(2), "{code:?} {out}");
+    assert!(told.contains("f: PLCopen XML has no place for methods such as m"), "{told}");
+    assert!(!told.contains("is now the branch"), "{told}");
+}
+
+#[test]
 fn what_has_no_form_without_macro_steps_is_refused() {
     let two = [step(1, "a", &[]), clears(2, 1, "i2"), step(3, "b", &[2])].concat();
     let text = around(&two).replace("<p>i1</p>", "<p>M.T &gt; T#1s</p>");

@@ -14,8 +14,10 @@
 
 use super::coactive::{Analysis, Basis, steps_together};
 use super::expansion::named;
+use super::names::Taken;
 use super::{Block, Chart, Qualifier, Step, Target, Transition};
 use crate::iec::ast::{Expr, Literal, Operator};
+use crate::iec::show;
 use crate::net::Bits;
 use rustc_hash::FxHashSet;
 use std::collections::BTreeSet;
@@ -27,6 +29,10 @@ pub struct Rewriting {
     pub action: String,
     /// The qualifier that stored it.
     pub qualifier: Qualifier,
+    /// The first step that stored it.
+    pub step: String,
+    /// The line of the block there.
+    pub line: u32,
     /// The steps that its branch has now, or why it is left as it was.
     pub branch: Result<Vec<String>, String>,
 }
@@ -42,21 +48,35 @@ enum Branch {
 /// Rewrites all stored actions that can be.
 #[must_use]
 pub fn explicit(chart: &Chart, budget: usize) -> (Chart, Vec<Rewriting>) {
+    explicit_beside(chart, &mut Taken::default(), budget)
+}
+
+/// The same, with new steps whose names are not taken.
+#[must_use]
+pub fn explicit_beside(chart: &Chart, taken: &mut Taken, budget: usize) -> (Chart, Vec<Rewriting>) {
+    for step in &chart.steps {
+        taken.add(&step.name);
+        step.blocks.iter().for_each(|block| taken.add(&block.target.name()));
+    }
+    chart.macros.iter().for_each(|one| taken.add(&one.name));
     let mut told = Vec::new();
     let mut now = chart.clone();
     // Which steps are active together does not change: every rewriting leaves the steps what they are in every scan.
     let mut together = None;
     for action in chart.actions() {
         let stored = chart.blocks_of(&action).find(|(_, block)| block.qualifier.is_stored());
-        let Some(qualifier) = stored.map(|(_, block)| block.qualifier) else { continue };
+        let Some((step, block)) = stored else { continue };
+        let (qualifier, line) = (block.qualifier, block.line);
+        let step = chart.steps[step].name.clone();
         let branch = Stores::of(chart, &action).and_then(|stores| {
             let together = together.get_or_insert_with(|| steps_together(chart, budget));
             let plan = stores.plan(chart, together)?;
-            let (next, steps) = rewrite(&now, &action, &plan, budget)?;
-            now = next;
+            let mut names = taken.clone();
+            let (next, steps) = rewrite(&now, &action, &plan, &mut names, budget)?;
+            (now, *taken) = (next, names);
             Ok(steps)
         });
-        told.push(Rewriting { action, qualifier, branch });
+        told.push(Rewriting { action, qualifier, step, line, branch });
     }
     (now, told)
 }
@@ -233,6 +253,7 @@ fn rewrite(
     chart: &Chart,
     action: &str,
     plan: &Plan,
+    taken: &mut Taken,
     budget: usize,
 ) -> Result<(Chart, Vec<String>), String> {
     let occurring = occurring(chart, plan, budget)?;
@@ -246,7 +267,7 @@ fn rewrite(
     let is_delayed = plan.qualifier == Qualifier::Ds;
     let mut branch = Vec::new();
     let mut add = |next: &mut Chart, suffix: &str, qualifier: Option<Qualifier>| {
-        let name = free_name(next, &format!("{}_{suffix}", plain(action)));
+        let name = taken.free(&format!("{}_{suffix}", plain(action)));
         let mut step = Step::new(name.clone(), false, plan.line);
         let time = plan.time.clone().filter(|_| qualifier.is_some_and(Qualifier::is_timed));
         let block = qualifier.map(|qualifier| Block {
@@ -268,7 +289,8 @@ fn rewrite(
         Branch::On => Some(&on),
     };
     next.transitions.clear();
-    for (one, states) in chart.transitions.iter().zip(&occurring) {
+    for (at, (one, states)) in chart.transitions.iter().zip(&occurring).enumerate() {
+        let first = next.transitions.len();
         let (changing, staying): (Vec<Branch>, Vec<Branch>) =
             states.iter().partition(|&&state| plan.next(one, state) != state);
         for &state in &changing {
@@ -301,6 +323,9 @@ fn rewrite(
                 variant.condition = variant.condition.and(flag(name).not());
             }
             next.transitions.push(variant);
+        }
+        if next.transitions[first..].iter().any(|variant| variant.condition != one.condition) {
+            in_text(chart, at)?;
         }
     }
     if let Some(wait) = &wait {
@@ -347,6 +372,7 @@ fn over(
                 ));
             }
         }
+        in_text(chart, at)?;
         let mut clears = one.condition.clone();
         for &step in one.from.iter().filter(|step| !plan.set.contains(step)) {
             clears = flag(&chart.steps[step].name).and(clears);
@@ -375,10 +401,17 @@ fn plain(action: &str) -> String {
     action.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
 }
 
-fn free_name(chart: &Chart, wanted: &str) -> String {
-    let numbered = (2..).map(|number: usize| format!("{wanted}{number}"));
-    let mut names = std::iter::once(wanted.to_owned()).chain(numbered);
-    names.find(|name| chart.flagged(name).is_none()).unwrap_or_else(|| wanted.to_owned())
+/// Refuses to add to a condition, or to ask for it elsewhere, that has no form in text.
+fn in_text(chart: &Chart, at: usize) -> Result<(), String> {
+    let one = &chart.transitions[at];
+    match show::formless(&one.condition) {
+        None => Ok(()),
+        Some(why) => Err(format!(
+            "the condition of transition {} in line {} would become a part of another one: {why}",
+            chart.transition_name(at),
+            one.line
+        )),
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ pub mod draft;
 pub mod evaluate;
 pub mod expansion;
 pub mod explicit;
+pub mod names;
 pub mod plain;
 pub mod run;
 pub mod structure;
