@@ -392,3 +392,12 @@ fn what_cannot_be_written_is_told_with_its_place() {
         "{why}"
     );
 }
+
+#[test]
+fn an_action_that_is_never_stored_gets_no_step_that_nothing_leads_to() {
+    // The way to its step asks for the step itself.
+    let never = PLAIN.replace("<p>a</p>", "<p>s1.X</p>");
+    let (text, told) = rewritten(&file("", "", &never, ""));
+    assert_eq!(told[0].branch, Err("no step that stores it is ever active".to_owned()));
+    assert!(!text.expect("written").contains("A_on"));
+}

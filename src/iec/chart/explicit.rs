@@ -328,6 +328,10 @@ fn rewrite(
             in_text(chart, at)?;
         }
     }
+    let (first, _) = wait.as_ref().unwrap_or(&on);
+    if !next.transitions.iter().any(|one| one.to.contains(first)) {
+        return Err("no step that stores it is ever active".to_owned());
+    }
     if let Some(wait) = &wait {
         let over = over(chart, plan, &occurring, wait, &on)?;
         next.transitions.push(over);
