@@ -23,6 +23,8 @@ pub struct Transition {
     pub takes: Vec<usize>,
     /// Places that get one.
     pub puts: Vec<usize>,
+    /// Whether it can fire at once with others that take the same places.
+    pub shares: bool,
 }
 
 /// A Petri net with its initial marking. Places and transitions are numbered from 0.
@@ -51,11 +53,18 @@ impl Net {
             && !bars.iter().any(|&place| marking.has(place))
     }
 
-    /// Whether no transition asks for places that it does not take. Then what several bring about that fire at once, they
-    /// also do one after the other.
+    /// Whether no transition asks for places that it does not take, and none shares what it takes. Then what several bring
+    /// about that fire at once, they also do one after the other.
     #[must_use]
     pub fn is_plain(&self) -> bool {
-        self.transitions.iter().all(|one| one.needs.is_empty() && one.bars.is_empty())
+        let is_plain = |one: &Transition| one.needs.is_empty() && one.bars.is_empty();
+        self.transitions.iter().all(is_plain) && !self.shares()
+    }
+
+    /// Whether transitions share what they take.
+    #[must_use]
+    pub fn shares(&self) -> bool {
+        self.transitions.iter().any(|one| one.shares)
     }
 
     /// The marking after transitions have fired at once, and the first place that would have two tokens then (it keeps
@@ -77,7 +86,7 @@ impl Net {
     }
 
     /// The sets of transitions that may fire next: each alone in a plain net, else every set of those that are enabled and
-    /// take no place from each other. `None` if these are too many.
+    /// take no place from each other, unless one of them shares it. `None` if these are too many.
     #[must_use]
     pub fn moves(&self, marking: &Bits) -> Option<Vec<Vec<usize>>> {
         let all = 0..self.transitions.len();
@@ -87,9 +96,11 @@ impl Net {
         }
         let mut sets: Vec<Vec<usize>> = vec![Vec::new()];
         for at in enabled {
-            let takes = &self.transitions[at].takes;
+            let Transition { takes, shares, .. } = &self.transitions[at];
             let is_free = |set: &&Vec<usize>| {
-                let mut taken = set.iter().flat_map(|&other| &self.transitions[other].takes);
+                let others = set.iter().map(|&other| &self.transitions[other]);
+                let rivals = others.filter(|other| !shares && !other.shares);
+                let mut taken = rivals.flat_map(|other| &other.takes);
                 !taken.any(|place| takes.contains(place))
             };
             let more: Vec<Vec<usize>> =

@@ -91,7 +91,7 @@ fn plan(chart: &Chart, action: &str, budget: usize) -> Result<Plan, String> {
     let analysis = analyse(chart, budget);
     match analysis.basis {
         Basis::Markings(_) => {}
-        Basis::Invariants(_) => {
+        Basis::Invariants(_) | Basis::Open(_) => {
             return Err("the chart has too many markings to look at all of them".to_owned());
         }
         Basis::Unsafe(_) => {
