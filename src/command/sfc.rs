@@ -6,6 +6,7 @@ use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
+use scanbound::front::iec::charts::refused;
 use scanbound::front::input::{Ignore, gather};
 use scanbound::iec::chart::Chart;
 use scanbound::iec::chart::coactive::{BUDGET, Rule, analyse_by};
@@ -97,6 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn show(arguments: &Arguments, project: &Project, target: Target) -> Result<Outcome, Failure> {
     let wanted = |name: &str| arguments.chart.as_deref().is_none_or(|own| same(own, name));
     let facts = super::options::facts(arguments.facts.as_deref())?;
+    let warnings = refused(project, &facts);
     let rule = match facts.all_clear {
         true => Rule::All,
         false => Rule::One,
@@ -124,6 +126,9 @@ fn show(arguments: &Arguments, project: &Project, target: Target) -> Result<Outc
         let names: Vec<&str> = charts.iter().map(|(name, ..)| name.as_str()).collect();
         let has = if names.is_empty() { "no chart".to_owned() } else { names.join(", ") };
         return Err(anyhow!("there is no such chart: the files have {has}").into());
+    }
+    if !warnings.is_empty() {
+        super::output::tell(&warnings);
     }
     let suffix = arguments.output.as_ref().and_then(|file| file.extension()?.to_str());
     let format = arguments.format.unwrap_or(match suffix {

@@ -10,6 +10,7 @@ mod begin;
 mod block;
 mod by_reference;
 mod chart;
+pub mod charts;
 mod connected;
 mod control;
 mod convert;
@@ -130,6 +131,10 @@ impl Front for Iec {
 impl Project for Source {
     fn cpu(&self) -> Option<&str> {
         Some("IEC")
+    }
+
+    fn warnings(&self) -> Vec<Diagnostic> {
+        charts::hang(&self.project)
     }
 
     fn decode(&self, options: &super::Options<'_>) -> Result<Program, Vec<Diagnostic>> {
