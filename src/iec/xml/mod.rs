@@ -7,12 +7,15 @@ mod chart;
 mod checked;
 mod graph;
 mod interface;
+mod named;
 mod node;
 mod order;
 mod project;
 mod reading;
 mod standard;
 pub mod write;
+
+pub use named::named;
 
 use super::Project;
 use super::fault::Fault;
