@@ -117,6 +117,14 @@ impl Part {
         }
     }
 
+    /// How many steps stand in ways out.
+    fn outside(&self) -> usize {
+        match self {
+            Part::Exit(body, way) => body.outside() + way.steps().len(),
+            other => other.inner().into_iter().map(Part::outside).sum(),
+        }
+    }
+
     /// The transitions at its end; none where it ends in a step.
     #[must_use]
     pub fn last(&self) -> Vec<usize> {
@@ -273,6 +281,13 @@ impl Net {
         {}
     }
 
+    /// How many steps stand in ways out.
+    fn outside(&self) -> usize {
+        let places = self.places.iter().flatten().map(|place| place.part.outside());
+        let moves = self.moves.iter().flatten().map(|one| one.part.outside());
+        places.chain(moves).sum()
+    }
+
     /// How much is left.
     fn size(&self) -> usize {
         self.places.iter().flatten().count() + self.moves.iter().flatten().count()
@@ -283,17 +298,17 @@ impl Net {
     fn broken(&self, levels: &[usize]) -> Option<(Net, Vec<usize>)> {
         let left = self.moves.iter().enumerate();
         let left = left.filter_map(|(at, one)| one.as_ref().map(|one| (at, one)));
-        let is_back = |one: &Move| {
-            let to = one.to.iter().map(|&place| levels[place]).max();
-            to <= one.from.iter().map(|&place| levels[place]).min()
-        };
+        // What was put behind a join that jumps has no level.
+        let level = |place: &usize| levels.get(*place).copied().unwrap_or(usize::MAX);
+        let is_back =
+            |one: &Move| one.to.iter().map(level).max() <= one.from.iter().map(level).min();
         let mut ways: Vec<(bool, usize)> = left.map(|(at, one)| (!is_back(one), at)).collect();
         ways.sort_unstable();
         if ways.len() > TRIED {
             ways.truncate(1);
         }
         let all = ways.into_iter().map(|(_, at)| self.without(at));
-        all.min_by_key(|(net, jumps)| (net.size(), jumps.len()))
+        all.min_by_key(|(net, jumps)| (net.size(), net.outside(), jumps.len()))
     }
 
     /// The net with a way taken for a jump.
