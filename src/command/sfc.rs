@@ -6,15 +6,16 @@ use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
+use scanbound::front::iec::charts::refused;
 use scanbound::front::input::{Ignore, gather};
 use scanbound::iec::chart::Chart;
-use scanbound::iec::chart::coactive::{BUDGET, analyse};
+use scanbound::iec::chart::coactive::{BUDGET, Rule, analyse_by};
 use scanbound::iec::chart::explicit::{Rewriting, explicit_beside};
 use scanbound::iec::chart::names::Taken;
 use scanbound::iec::chart::plain::plain_beside;
 use scanbound::iec::chart::structure::structure;
 use scanbound::iec::{self, Body, Pou, Project, same, xml};
-use scanbound::report::sfc::{Study, dot, json, svg, text};
+use scanbound::report::sfc::{Elsewhere, Study, dot, json, svg, text};
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
@@ -46,6 +47,9 @@ pub struct Arguments {
     /// Only the chart of this unit, action or method, as the report names it
     #[arg(long, value_name = "NAME")]
     chart: Option<String>,
+    /// Facts about the controller: of these [sfc] selection = "all" counts here
+    #[arg(long, value_name = "FILE")]
+    facts: Option<PathBuf>,
     /// How it is shown
     #[arg(long, value_enum, value_name = "FORMAT", conflicts_with = "explicit")]
     format: Option<Format>,
@@ -94,7 +98,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 fn show(arguments: &Arguments, project: &Project, target: Target) -> Result<Outcome, Failure> {
     let wanted = |name: &str| arguments.chart.as_deref().is_none_or(|own| same(own, name));
+    let facts = super::options::facts(arguments.facts.as_deref())?;
+    let warnings = refused(project, &facts);
+    let rule = match facts.all_clear {
+        true => Rule::All,
+        false => Rule::One,
+    };
     let charts = project.charts();
+    let others = |name: &str| -> Vec<(String, &Chart)> {
+        let unit = |name: &str| name.split('.').next().unwrap_or_default().to_ascii_lowercase();
+        let beside = charts.iter().filter(|(other, ..)| other != name && unit(other) == unit(name));
+        beside.map(|(other, _, chart)| (other.clone(), *chart)).collect()
+    };
     let studies: Vec<Study<'_>> = charts
         .iter()
         .filter(|(name, ..)| wanted(name))
@@ -103,13 +118,18 @@ fn show(arguments: &Arguments, project: &Project, target: Target) -> Result<Outc
             file: &project.files[pou.file],
             chart,
             structure: structure(chart),
-            analysis: analyse(chart, BUDGET),
+            analysis: analyse_by(chart, BUDGET, rule),
+            rule,
+            elsewhere: Elsewhere::of(chart, &others(name)),
         })
         .collect();
     if studies.is_empty() {
         let names: Vec<&str> = charts.iter().map(|(name, ..)| name.as_str()).collect();
         let has = if names.is_empty() { "no chart".to_owned() } else { names.join(", ") };
         return Err(anyhow!("there is no such chart: the files have {has}").into());
+    }
+    if !warnings.is_empty() {
+        super::output::tell(&warnings);
     }
     let suffix = arguments.output.as_ref().and_then(|file| file.extension()?.to_str());
     let format = arguments.format.unwrap_or(match suffix {

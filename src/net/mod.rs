@@ -23,6 +23,8 @@ pub struct Transition {
     pub takes: Vec<usize>,
     /// Places that get one.
     pub puts: Vec<usize>,
+    /// Whether it can fire at once with others that take the same places.
+    pub shares: bool,
 }
 
 /// A Petri net with its initial marking. Places and transitions are numbered from 0.
@@ -49,6 +51,12 @@ impl Net {
         let Transition { takes, needs, bars, .. } = &self.transitions[transition];
         takes.iter().chain(needs).all(|&place| marking.has(place))
             && !bars.iter().any(|&place| marking.has(place))
+    }
+
+    /// Whether transitions share what they take.
+    #[must_use]
+    pub fn shares(&self) -> bool {
+        self.transitions.iter().any(|one| one.shares)
     }
 
     /// The marking after transitions have fired at once, and the first place that would have two tokens then (it keeps
@@ -80,7 +88,7 @@ impl Net {
                 None => always.push(at),
             }
         }
-        Firing { net: self, watched, always }
+        Firing { net: self, watched, always, shares: self.shares() }
     }
 }
 
@@ -92,6 +100,8 @@ pub struct Firing<'n> {
     watched: Vec<Vec<usize>>,
     /// Transitions that ask for no place to be marked.
     always: Vec<usize>,
+    /// Whether transitions share what they take.
+    shares: bool,
 }
 
 impl Firing<'_> {
@@ -106,19 +116,21 @@ impl Firing<'_> {
     }
 
     /// The sets of transitions that may fire next: each alone where what several bring about that fire at once they also do
-    /// one after the other, else every set of those that are enabled and take no place from each other. `None` if these are
-    /// too many.
+    /// one after the other, else every set of those that are enabled and take no place from each other, unless one of them
+    /// shares it. `None` if these are too many.
     #[must_use]
     pub fn moves(&self, marking: &Bits) -> Option<Vec<Vec<usize>>> {
         let enabled = self.enabled(marking);
-        if self.is_serial(&enabled) {
+        if !self.shares && self.is_serial(&enabled) {
             return Some(enabled.into_iter().map(|at| vec![at]).collect());
         }
         let mut sets: Vec<Vec<usize>> = vec![Vec::new()];
         for at in enabled {
-            let takes = &self.net.transitions[at].takes;
+            let Transition { takes, shares, .. } = &self.net.transitions[at];
             let is_free = |set: &&Vec<usize>| {
-                let mut taken = set.iter().flat_map(|&other| &self.net.transitions[other].takes);
+                let others = set.iter().map(|&other| &self.net.transitions[other]);
+                let rivals = others.filter(|other| !shares && !other.shares);
+                let mut taken = rivals.flat_map(|other| &other.takes);
                 !taken.any(|place| takes.contains(place))
             };
             let more: Vec<Vec<usize>> =

@@ -4,7 +4,7 @@
 use super::{Chart, Qualifier};
 use crate::net::invariant::exclusive;
 use crate::net::reach::{Reached, reach};
-use crate::net::{Bits, Net};
+use crate::net::{Bits, Net, Transition};
 use rustc_hash::FxHashSet;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -62,6 +62,9 @@ pub enum Finding {
     NeverActive(usize),
     /// A transition never clears, since its steps are never active together.
     NeverClears(usize),
+    /// A transition never clears, since its condition asks for step flags that are never so while its steps are active: the
+    /// steps, and whether each is to be active.
+    NeverTrue(usize, Vec<(usize, bool)>),
     /// Steps that are active, and that no transition leads out of, on this way.
     Deadlock(Vec<usize>, Vec<usize>),
     /// An action is stored by these steps, and no step resets it.
@@ -75,6 +78,8 @@ pub enum Basis {
     Markings(usize),
     /// There are more markings than this; place invariants tell what is never together, the rest may be.
     Invariants(usize),
+    /// There are more markings than this, and nothing else tells what excludes what.
+    Open(usize),
     /// The chart is not safe, so nothing excludes anything.
     Unsafe(usize),
 }
@@ -103,17 +108,47 @@ impl Analysis {
 /// Studies a chart.
 #[must_use]
 pub fn analyse(chart: &Chart, budget: usize) -> Analysis {
-    let net = chart.net();
-    let reached = reach(&net, budget);
+    analyse_by(chart, budget, Rule::One)
+}
+
+/// Which of transitions clear that compete for a step and are true.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// One of them, as the standard has it.
+    One,
+    /// All, but for those that all have priorities.
+    All,
+}
+
+/// Studies a chart by a rule of evolution. What is wrong with it is told by the standard's.
+#[must_use]
+pub fn analyse_by(chart: &Chart, budget: usize, rule: Rule) -> Analysis {
+    let mut net = chart.net();
+    let mut reached = reach(&net, budget);
     let mut analysis = of_steps(&net, &reached);
     let actions = Running::all(chart);
-    findings(chart, &actions, &reached, &mut analysis);
+    findings(chart, &net, &actions, &reached, &mut analysis);
+    if rule == Rule::All && chart.competes() {
+        net = chart.net_of_all();
+        reached = reach(&net, budget);
+        (analysis.basis, analysis.together) = together(&net, &reached);
+    }
     let together = &analysis.together;
     // Each stored action is followed by itself, and each two of them together.
     let stored = actions.iter().filter(|one| one.is_stored()).count();
     let budget = budget.min(PAIRS_BUDGET / (stored * (stored + 1) / 2).max(1));
     analysis.pairs = Pairing { net: &net, reached: &reached, together, budget }.pairs(&actions);
     analysis
+}
+
+/// What is wrong with how a chart hangs together, and nothing of what is active together.
+#[must_use]
+pub fn faults(chart: &Chart, budget: usize) -> Vec<Finding> {
+    let net = chart.net();
+    let reached = reach(&net, budget);
+    let mut analysis = of_steps(&net, &reached);
+    findings(chart, &net, &Running::all(chart), &reached, &mut analysis);
+    analysis.findings
 }
 
 /// Which steps of a chart can be active together, and nothing of actions or faults.
@@ -133,11 +168,15 @@ fn together(net: &Net, reached: &Reached) -> (Basis, Vec<Bits>) {
         let everything: Vec<usize> = (0..net.places).collect();
         vec![Bits::of(net.places, &everything); net.places]
     };
-    if !reached.unsafe_places.is_empty() {
+    // Where transitions fire in sets that share what they take, every marking is seen, also those that are entered twice.
+    if !reached.unsafe_places.is_empty() && !net.shares() {
         return (Basis::Unsafe(reached.markings), all());
     }
     if reached.complete {
         return (Basis::Markings(reached.markings), reached.together.clone());
+    }
+    if net.shares() {
+        return (Basis::Open(reached.markings), all());
     }
     let mut together = all();
     for group in exclusive(net, ROWS) {
@@ -151,7 +190,13 @@ fn together(net: &Net, reached: &Reached) -> (Basis, Vec<Bits>) {
     (Basis::Invariants(reached.markings), together)
 }
 
-fn findings(chart: &Chart, actions: &[Running], reached: &Reached, analysis: &mut Analysis) {
+fn findings(
+    chart: &Chart,
+    net: &Net,
+    actions: &[Running],
+    reached: &Reached,
+    analysis: &mut Analysis,
+) {
     let found = &mut analysis.findings;
     for one in &reached.unsafe_places {
         found.push(Finding::EnteredTwice(one.place, one.path.clone()));
@@ -162,7 +207,10 @@ fn findings(chart: &Chart, actions: &[Running], reached: &Reached, analysis: &mu
     for (at, transition) in chart.transitions.iter().enumerate() {
         let is_reached = transition.from.iter().all(|&step| !reached.is_never(step));
         if reached.complete && !reached.enabled.has(at) && is_reached {
-            found.push(Finding::NeverClears(at));
+            found.push(match in_vain(&net.transitions[at], reached) {
+                Some(flags) => Finding::NeverTrue(at, flags),
+                None => Finding::NeverClears(at),
+            });
         }
     }
     let mut left = Bits::new(chart.steps.len());
@@ -178,6 +226,35 @@ fn findings(chart: &Chart, actions: &[Running], reached: &Reached, analysis: &mu
     for action in actions.iter().filter(|one| one.is_stored() && one.until.is_empty()) {
         found.push(Finding::NeverReset(action.name.clone(), action.by.clone()));
     }
+}
+
+/// The step flags that a transition asks for in vain while its steps are active: those of which each never is so, or else
+/// all; nothing if its steps are never active together.
+fn in_vain(one: &Transition, reached: &Reached) -> Option<Vec<(usize, bool)>> {
+    let with = reached.seen().filter(|marking| one.takes.iter().all(|&step| marking.has(step)));
+    let with: Vec<&Bits> = with.collect();
+    if with.is_empty() {
+        return None;
+    }
+    let asked = one.needs.iter().map(|&step| (step, true));
+    let all: Vec<(usize, bool)> = asked.chain(one.bars.iter().map(|&step| (step, false))).collect();
+    let never = |&&(step, is): &&(usize, bool)| with.iter().all(|marking| marking.has(step) != is);
+    let alone: Vec<(usize, bool)> = all.iter().filter(never).copied().collect();
+    Some(if alone.is_empty() { all } else { vec![alone[0]] })
+}
+
+/// The steps that store an action.
+#[must_use]
+pub fn storing(chart: &Chart, action: &str) -> Vec<usize> {
+    let own = chart.blocks_of(action).filter(|(_, block)| block.qualifier.is_stored());
+    own.map(|(step, _)| step).collect()
+}
+
+/// The steps that reset it.
+#[must_use]
+pub fn resetting(chart: &Chart, action: &str) -> Vec<usize> {
+    let own = chart.blocks_of(action).filter(|(_, block)| block.qualifier == Qualifier::R);
+    own.map(|(step, _)| step).collect()
 }
 
 /// The steps that are never active while an action is stored.

@@ -21,6 +21,26 @@ fn fault(line: u32, message: String, help: &str) -> Fault {
     Fault::new(line, message).code(Code::Chart).help(help)
 }
 
+/// An element by its number, where the source has one.
+fn numbered(what: &str, id: Option<&str>) -> String {
+    id.map_or_else(|| what.to_owned(), |id| format!("{what} with localId {id}"))
+}
+
+/// A transition names a step that is not there.
+fn no_step(one: &DraftTransition, name: &str) -> Fault {
+    let what = numbered("a transition", one.id.as_deref());
+    let message = format!("{what} names the step {name}, which is not there");
+    fault(one.line, message, "name a step of the chart")
+}
+
+/// Two steps have one name; with their numbers, where the source has them.
+fn twice(name: &str, line: u32, ids: [Option<&str>; 2]) -> Fault {
+    let ids: Vec<&str> = ids.into_iter().flatten().collect();
+    let told = if ids.is_empty() { String::new() } else { format!(": localId {}", ids.join(", ")) };
+    let message = format!("there are two steps {name}{told}");
+    fault(line, message, "give one of them another name")
+}
+
 impl Draft {
     /// The chart. The charts of macro steps stand in their places.
     ///
@@ -32,23 +52,26 @@ impl Draft {
         let Flat { steps, mut transitions, macros } = flat(self)?;
         if !steps.iter().any(|step| step.initial) {
             let help = "mark the step that is active at first as the initial step";
-            return Err(fault(line, "the chart has no initial step".to_owned(), help));
+            let first = steps.iter().find_map(|step| Some((&step.name, step.id.as_ref()?)));
+            let first =
+                first.map(|(name, id)| format!(": its first step is {name} with localId {id}"));
+            let message = format!("the chart has no initial step{}", first.unwrap_or_default());
+            return Err(fault(line, message, help));
         }
         // A stable sort: what has no number stays where it is among its like, behind those that have one.
         transitions.sort_by_key(|transition| transition.priority.unwrap_or(u32::MAX));
         let all = steps.iter().enumerate().map(|(at, step)| (key(&step.name), at));
         let known: BTreeMap<String, usize> = all.collect();
-        let place = |name: &String, line| {
+        let place = |name: &String, one: &DraftTransition| {
             let found = known.get(&key(name)).copied();
-            let message = format!("a transition names the step {name}, which is not there");
-            found.ok_or_else(|| fault(line, message, "name a step of the chart"))
+            found.ok_or_else(|| no_step(one, name))
         };
         let mut placed = Vec::new();
         for one in &transitions {
             let line = one.line;
             let places = |names: &[String]| -> Result<Vec<usize>, Fault> {
                 let mut found =
-                    names.iter().map(|name| place(name, line)).collect::<Result<Vec<_>, _>>()?;
+                    names.iter().map(|name| place(name, one)).collect::<Result<Vec<_>, _>>()?;
                 found.sort_unstable();
                 found.dedup();
                 Ok(found)
@@ -56,7 +79,8 @@ impl Draft {
             let (from, to) = (places(&one.from)?, places(&one.to)?);
             if from.is_empty() || to.is_empty() {
                 let side = if from.is_empty() { "in front of" } else { "behind" };
-                let message = format!("no step stands {side} a transition");
+                let what = numbered("a transition", one.id.as_deref());
+                let message = format!("no step stands {side} {what}");
                 return Err(fault(line, message, "let steps and transitions follow each other"));
             }
             placed.push(Transition {
@@ -160,15 +184,12 @@ fn flat(draft: Draft) -> Result<Flat, Fault> {
     distinct(&draft, "")?;
     let ends = ends_in(&draft, "")?;
     put(draft, "", None, &ends, &mut flat)?;
-    let names = flat.steps.iter().map(|step| (&step.name, step.line));
+    let names = flat.steps.iter().map(|step| (&step.name, step.line, step.id.as_deref()));
     let mut names: Vec<_> =
-        names.chain(flat.macros.iter().map(|one| (&one.name, one.line))).collect();
-    names.sort_by_key(|(name, _)| name.to_ascii_lowercase());
+        names.chain(flat.macros.iter().map(|one| (&one.name, one.line, None))).collect();
+    names.sort_by_key(|(name, ..)| name.to_ascii_lowercase());
     match names.windows(2).find(|pair| same(pair[0].0, pair[1].0)) {
-        Some(pair) => {
-            let message = format!("there are two steps {}", pair[1].0);
-            Err(fault(pair[1].1, message, "give one of them another name"))
-        }
+        Some(pair) => Err(twice(pair[1].0, pair[1].1, [pair[0].2, pair[1].2])),
         None => Ok(flat),
     }
 }
@@ -222,12 +243,11 @@ fn put(
         flat.steps.push(step);
     }
     for mut one in draft.transitions {
-        let line = one.line;
+        let as_read = one.clone();
         let full = |name: &String, is_entered: bool| {
             // What is in front of a transition stands in its chart; a jump may also lead out of a macro step.
             let node = if is_entered { scope.find(name) } else { scope.own(name) };
-            let message = format!("a transition names the step {name}, which is not there");
-            let node = node.ok_or_else(|| fault(line, message, "name a step of the chart"))?;
+            let node = node.ok_or_else(|| no_step(&as_read, name))?;
             Ok(if is_entered { node.entry.clone() } else { node.exit.clone() })
         };
         one.from = one.from.iter().map(|name| full(name, false)).collect::<Result<_, Fault>>()?;
@@ -240,12 +260,12 @@ fn put(
 
 /// Steps and macro steps of a chart have different names.
 fn distinct(draft: &Draft, within: &str) -> Result<(), Fault> {
-    let steps = draft.steps.iter().map(|step| (&step.name, step.line));
-    let mut known = BTreeSet::new();
-    for (name, line) in steps.chain(draft.macros.iter().map(|one| (&one.name, one.line))) {
-        if !known.insert(key(name)) {
-            let message = format!("there are two steps {}", join(within, name));
-            return Err(fault(line, message, "give one of them another name"));
+    let steps = draft.steps.iter().map(|step| (&step.name, step.line, step.id.as_deref()));
+    let macros = draft.macros.iter().map(|one| (&one.name, one.line, None));
+    let mut known = BTreeMap::new();
+    for (name, line, id) in steps.chain(macros) {
+        if let Some(other) = known.insert(key(name), id) {
+            return Err(twice(&join(within, name), line, [other, id]));
         }
     }
     Ok(())

@@ -162,7 +162,7 @@ impl<'c> Stores<'c> {
     fn plan(self, chart: &Chart, analysis: &Analysis) -> Result<Plan, String> {
         match analysis.basis {
             Basis::Markings(_) => {}
-            Basis::Invariants(_) => {
+            Basis::Invariants(_) | Basis::Open(_) => {
                 return Err("the chart has too many markings to look at all of them".to_owned());
             }
             Basis::Unsafe(_) => {

@@ -9,12 +9,15 @@ mod drawing;
 mod graph;
 mod interface;
 mod kept;
+mod named;
 mod node;
 mod order;
 mod project;
 mod reading;
 mod standard;
 pub mod write;
+
+pub use named::named;
 
 use super::Project;
 use super::fault::Fault;
