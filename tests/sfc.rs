@@ -1,7 +1,8 @@
 //! Charts as users meet them: samples, their explicit forms, and files that are broken in every way.
 
-use scanbound::iec::chart::coactive::{BUDGET, Finding, Other, analyse};
+use scanbound::iec::chart::coactive::{BUDGET, Basis, Finding, Other, analyse};
 use scanbound::iec::chart::explicit::explicit;
+use scanbound::iec::chart::structure::structure;
 use scanbound::iec::{self, Body, Project, xml};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -244,4 +245,72 @@ fn a_step_and_branches_that_jump_converge_before_a_transition() {
     let ways = join(&[4, 7]).expect("a chart");
     assert!(ways.contains(&(vec![1], vec![0])) && ways.contains(&(vec![2], vec![2])), "{ways:?}");
     assert_eq!(join(&[7]), None);
+}
+
+/// A chart in text, with one unit around it.
+fn of_text(text: &str) -> Project {
+    iec::read("a.st", &format!("PROGRAM main {text} END_PROGRAM")).expect("a program")
+}
+
+#[test]
+fn a_loop_of_thousands_of_steps_is_told_like_a_short_one() {
+    let steps = 5_000;
+    let mut text = "INITIAL_STEP s0: m(S); END_STEP ".to_owned();
+    for at in 1..steps {
+        let block = if at == steps / 2 { "m(R);" } else { "" };
+        text += &format!("STEP s{at}: {block} END_STEP ");
+    }
+    for at in 0..steps {
+        let next = (at + 1) % steps;
+        text += &format!("TRANSITION FROM s{at} TO s{next} := TRUE; END_TRANSITION ");
+        if at % 10 == 4 && next != 0 {
+            text += &format!("TRANSITION FROM s{at} TO s{next} := FALSE; END_TRANSITION ");
+        }
+    }
+    let project = of_text(&text);
+    let chart = project.charts()[0].2;
+    assert!(format!("{:?}", structure(chart)).contains("Loop"));
+    let found = analyse(chart, BUDGET);
+    assert_eq!(found.basis, Basis::Markings(steps));
+    assert!(found.findings.is_empty(), "{:?}", found.findings);
+    assert_eq!(found.pairs.len(), steps / 2 - 1, "stored up to the step that resets it");
+}
+
+#[test]
+fn many_stored_actions_of_a_large_chart_are_each_told_of() {
+    // More markings than are looked at, and as many actions as steps in the branches.
+    let (branches, steps) = (20, 8);
+    let mut text = "INITIAL_STEP a: END_STEP STEP z: END_STEP ".to_owned();
+    let mut all = Vec::new();
+    for branch in 0..branches {
+        for at in 0..steps {
+            let reset = (at + 1) % steps;
+            text +=
+                &format!("STEP b{branch}_{at}: x{branch}_{at}(S); x{branch}_{reset}(R); END_STEP ");
+            if at + 1 < steps {
+                text += &format!(
+                    "TRANSITION FROM b{branch}_{at} TO b{branch}_{} := TRUE; END_TRANSITION ",
+                    at + 1
+                );
+            }
+        }
+        all.push(branch);
+    }
+    let ends = |at: usize| {
+        let names: Vec<String> = all.iter().map(|branch| format!("b{branch}_{at}")).collect();
+        names.join(", ")
+    };
+    let (first, last) = (ends(0), ends(steps - 1));
+    text += &format!(
+        "TRANSITION FROM a TO ({first}) := TRUE; END_TRANSITION TRANSITION FROM ({last}) TO z := TRUE; END_TRANSITION TRANSITION FROM z TO a := TRUE; END_TRANSITION"
+    );
+    let project = of_text(&text);
+    let chart = project.charts()[0].2;
+    let (_, told) = explicit(chart, BUDGET);
+    assert_eq!(told.len(), branches * steps);
+    assert!(
+        told.iter().all(|one| one.branch
+            == Err("the chart has too many markings to look at all of them".to_owned())),
+        "{told:?}"
+    );
 }

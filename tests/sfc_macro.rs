@@ -342,9 +342,9 @@ fn macro_steps_that_are_not_clear_are_refused_with_the_place() {
         (
             [&*two, &*clears(4, 1, "i2"), &*at("jumpStep", 5, "targetName=\"nowhere\"", &[4], "")]
                 .concat(),
-            "main: a transition names the step nowhere, which is not there",
+            "main: a transition with localId 4 names the step nowhere, which is not there",
         ),
-        (two.replace("name=\"b\"", "name=\"A\""), "main: there are two steps M.A"),
+        (two.replace("name=\"b\"", "name=\"A\""), "main: there are two steps M.A: localId 1, 3"),
         (
             [&*step(1, "a", &[]), &*clears(2, 9, "i2"), &*step(3, "b", &[2])].concat(),
             "main: transition with localId 2: a connection leads to localId 9, which is not there",
@@ -378,10 +378,42 @@ fn the_step_that_is_entered_may_be_marked_or_not() {
     assert_eq!(shown(&alone).0, [1]);
     let unmarked = around(&two).replace("name=\"start\" initialStep=\"true\"", "name=\"start\"");
     let faults = xml::file("a.xml", &unmarked).expect_err("no initial step");
-    assert_eq!(faults[0].message, "main: the chart has no initial step");
+    assert!(
+        faults[0].message.starts_with("main: the chart has no initial step: its first step is")
+    );
     // The macro step itself may be marked.
     let own = unmarked.replace("name=\"M\"", "name=\"M\" initialStep=\"true\"");
     assert_eq!(shown(&own).0, [1]);
+}
+
+#[test]
+fn macro_steps_in_each_other_are_each_looked_at_once() {
+    // In a macro step that is entered and left by the one in it, both ends would double what there is to look at.
+    let inside = |name: &str, level: usize, id: u32, from: &[u32], body: &str| {
+        let body = format!("<body><SFC>{body}</SFC></body>");
+        at("macroStep", id, &format!("name=\"{name}{level}\""), from, &body)
+    };
+    let own = step(1, "s", &[]);
+    let (mut body, mut first, mut last) = (own.clone(), "s".to_owned(), "s".to_owned());
+    for level in 0..31 {
+        body = inside("N", level, 1, &[], &body);
+        (first, last) = (format!("N{level}.{first}"), format!("N{level}.{last}"));
+        if level % 8 == 3 {
+            body += &clears(2, 1, "i2");
+            body += &inside("X", level, 3, &[2], &own);
+            body += &clears(4, 3, "i3");
+            body += &inside("Y", level, 5, &[4], &own);
+            last = format!("Y{level}.s");
+        }
+    }
+    let project = read(&around(&body));
+    let Body::Chart(chart) = &project.pous[0].body else { panic!("a chart") };
+    assert_eq!(chart.macros.len(), 32 + 2 * 4);
+    let ways: Vec<String> =
+        (0..chart.transitions.len()).map(|at| chart.transition_name(at)).collect();
+    for way in [format!("start -> M.{first}"), format!("M.{last} -> start")] {
+        assert!(ways.contains(&way), "{way} of {ways:?}");
+    }
 }
 
 #[test]
@@ -450,7 +482,8 @@ fn the_washer_is_shown_drawn_and_written_without_its_macro_steps() {
         "  9 steps, 8 transitions; 1 loop, 0 selections, 1 parallel; 8 markings",
         "    Wash.Heat: Wash.Heat.Low, Wash.Heat.High, Wash.Heat.Out",
         "          Wash.Heat.High  [N lamp, L heater T#90s]",
-        "    action heater and step Wash.Turn: in parallel (by Wait -> Wash.Fill; Wash.Fill -> Wash.Heat.Low, Wash.Turn)",
+        "    heater",
+        "      in parallel (way 2): step Wash.Turn; action motor",
     ] {
         assert!(out.lines().any(|own| own == line), "{line} in\n{out}");
     }
@@ -459,7 +492,7 @@ fn the_washer_is_shown_drawn_and_written_without_its_macro_steps() {
     assert_eq!((count("subgraph"), count("label=\"Wash.Heat\"")), (3, 1));
     assert_eq!(count("{"), count("}"));
     let (out, _, _) = sfc(&text, "washer.xml", &["--format", "svg"]);
-    assert_eq!(out.matches("class=\"macro\"").count(), 1, "Turn stands beside Heat's steps\n{out}");
+    assert_eq!(out.matches("class=\"macro\"").count(), 2, "a frame each\n{out}");
     let (out, _, _) = sfc(&text, "washer.xml", &["--format", "json"]);
     let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     let own = &json["charts"][0]["macros"][1];
@@ -476,6 +509,19 @@ fn the_washer_is_shown_drawn_and_written_without_its_macro_steps() {
     assert!(out.contains(&format!("start AND NOT ({any})")), "{out}");
     let (_, told, code) = sfc(&out, "again.xml", &[]);
     assert_eq!((told.as_str(), code), ("", Some(0)));
+}
+
+#[test]
+fn nothing_is_said_to_be_rewritten_that_is_not_written() {
+    let text = "FUNCTION_BLOCK f METHOD m : BOOL END_METHOD
+        INITIAL_STEP s0: END_STEP STEP s1: a(S); END_STEP STEP s2: a(R); END_STEP
+        TRANSITION FROM s0 TO s1 := TRUE; END_TRANSITION
+        TRANSITION FROM s1 TO s2 := TRUE; END_TRANSITION
+        TRANSITION FROM s2 TO s0 := TRUE; END_TRANSITION END_FUNCTION_BLOCK";
+    let (out, told, code) = sfc(text, "a.st", &["--explicit", "-o", "-"]);
+    assert!(out.is_empty() && code == Some(2), "{code:?} {out}");
+    assert!(told.contains("f: PLCopen XML has no place for methods such as m"), "{told}");
+    assert!(!told.contains("is now the branch"), "{told}");
 }
 
 #[test]

@@ -639,7 +639,7 @@ pub fn format_of(file: Option<&Path>, only: &[&str]) -> Result<&'static Format, 
     })
 }
 
-fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
+pub(super) fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
     let Some(path) = path else { return Ok(Facts::default()) };
     let name = path.display().to_string();
     let bytes = std::fs::read(path).with_context(|| format!("--facts {name} cannot be read"))?;

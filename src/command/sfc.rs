@@ -6,14 +6,16 @@ use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
+use scanbound::front::iec::charts::refused;
 use scanbound::front::input::{Ignore, gather};
 use scanbound::iec::chart::Chart;
-use scanbound::iec::chart::coactive::{BUDGET, analyse};
-use scanbound::iec::chart::explicit::{Rewriting, explicit};
-use scanbound::iec::chart::plain::plain;
+use scanbound::iec::chart::coactive::{BUDGET, Rule, analyse_by};
+use scanbound::iec::chart::explicit::{Rewriting, explicit_beside};
+use scanbound::iec::chart::names::Taken;
+use scanbound::iec::chart::plain::plain_beside;
 use scanbound::iec::chart::structure::structure;
 use scanbound::iec::{self, Body, Pou, Project, same, xml};
-use scanbound::report::sfc::{Study, dot, json, svg, text};
+use scanbound::report::sfc::{Elsewhere, Study, dot, json, svg, text};
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
@@ -45,6 +47,9 @@ pub struct Arguments {
     /// Only the chart of this unit, action or method, as the report names it
     #[arg(long, value_name = "NAME")]
     chart: Option<String>,
+    /// Facts about the controller: of these [sfc] selection = "all" counts here
+    #[arg(long, value_name = "FILE")]
+    facts: Option<PathBuf>,
     /// How it is shown
     #[arg(long, value_enum, value_name = "FORMAT", conflicts_with = "explicit")]
     format: Option<Format>,
@@ -93,7 +98,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 fn show(arguments: &Arguments, project: &Project, target: Target) -> Result<Outcome, Failure> {
     let wanted = |name: &str| arguments.chart.as_deref().is_none_or(|own| same(own, name));
+    let facts = super::options::facts(arguments.facts.as_deref())?;
+    let warnings = refused(project, &facts);
+    let rule = match facts.all_clear {
+        true => Rule::All,
+        false => Rule::One,
+    };
     let charts = project.charts();
+    let others = |name: &str| -> Vec<(String, &Chart)> {
+        let unit = |name: &str| name.split('.').next().unwrap_or_default().to_ascii_lowercase();
+        let beside = charts.iter().filter(|(other, ..)| other != name && unit(other) == unit(name));
+        beside.map(|(other, _, chart)| (other.clone(), *chart)).collect()
+    };
     let studies: Vec<Study<'_>> = charts
         .iter()
         .filter(|(name, ..)| wanted(name))
@@ -102,13 +118,18 @@ fn show(arguments: &Arguments, project: &Project, target: Target) -> Result<Outc
             file: &project.files[pou.file],
             chart,
             structure: structure(chart),
-            analysis: analyse(chart, BUDGET),
+            analysis: analyse_by(chart, BUDGET, rule),
+            rule,
+            elsewhere: Elsewhere::of(chart, &others(name)),
         })
         .collect();
     if studies.is_empty() {
         let names: Vec<&str> = charts.iter().map(|(name, ..)| name.as_str()).collect();
         let has = if names.is_empty() { "no chart".to_owned() } else { names.join(", ") };
         return Err(anyhow!("there is no such chart: the files have {has}").into());
+    }
+    if !warnings.is_empty() {
+        super::output::tell(&warnings);
     }
     let suffix = arguments.output.as_ref().and_then(|file| file.extension()?.to_str());
     let format = arguments.format.unwrap_or(match suffix {
@@ -167,12 +188,18 @@ fn rewrite(
     texts: &[String],
     target: Target,
 ) -> Result<Outcome, Failure> {
-    let mut told: Vec<(usize, u32, String, Rewriting)> = Vec::new();
+    let mut told: Vec<(usize, String, Rewriting)> = Vec::new();
     let mut changed: Vec<(usize, Chart)> = Vec::new();
     let is_one_xml = project.files.len() == 1 && xml::begins(&texts[0]);
-    for pou in &mut project.pous {
+    let names = |pou: &Pou| match pou.charts().is_empty() {
+        true => Taken::default(),
+        false => Taken::around(project, pou),
+    };
+    let taken: Vec<Taken> = project.pous.iter().map(names).collect();
+    for (pou, mut taken) in project.pous.iter_mut().zip(taken) {
         let file = pou.file;
-        let without = plain(pou).map_err(|why| anyhow!("{}: {why}", pou.name))?;
+        let without =
+            plain_beside(pou, &mut taken).map_err(|why| anyhow!("{}: {why}", pou.name))?;
         let has_macros = without.is_some();
         if let Some(without) = without {
             if is_one_xml && let Some(other) = asking(pou, &without) {
@@ -188,38 +215,12 @@ fn rewrite(
             if arguments.chart.as_deref().is_some_and(|own| !same(own, &name)) {
                 continue;
             }
-            let (next, rewritings) = explicit(chart, BUDGET);
+            let (next, rewritings) = explicit_beside(chart, &mut taken, BUDGET);
             if has_macros || rewritings.iter().any(|one| one.branch.is_ok()) {
                 *chart = next;
                 changed.push((file, chart.clone()));
             }
-            let line = chart.line;
-            told.extend(rewritings.into_iter().map(|one| (file, line, name.clone(), one)));
-        }
-    }
-    let refused = told.iter().filter_map(|(file, line, name, one)| {
-        let why = one.branch.as_ref().err()?;
-        let message = format!(
-            "{name}: action {} stays stored by {}: {why}",
-            one.action,
-            one.qualifier.name()
-        );
-        let help =
-            "the rest is rewritten; this action runs beside the steps that `scanbound sfc` lists";
-        let file = &project.files[*file];
-        Some(Diagnostic::line(Code::NotRewritten, file, *line, "", message, help).warning())
-    });
-    let warnings: Vec<Diagnostic> = refused.collect();
-    if !warnings.is_empty() {
-        super::output::tell(&warnings);
-    }
-    for (_, _, name, one) in &told {
-        if let Ok(steps) = &one.branch {
-            let (action, qualifier) = (&one.action, one.qualifier.name());
-            super::output::say(&format!(
-                "{name}: {action}, stored by {qualifier}, is now the branch {}\n",
-                steps.join(", ")
-            ));
+            told.extend(rewritings.into_iter().map(|one| (file, name.clone(), one)));
         }
     }
     let written = if is_one_xml {
@@ -229,6 +230,32 @@ fn rewrite(
         xml::write::project(project)
     };
     let written = written.map_err(|why| anyhow!("the charts cannot be written: {why}"))?;
+    let refused = told.iter().filter_map(|(file, name, one)| {
+        let why = one.branch.as_ref().err()?;
+        let message = format!(
+            "{name}: action {} stays stored by {} at step {}: {why}",
+            one.action,
+            one.qualifier.name(),
+            one.step
+        );
+        let help =
+            "the rest is rewritten; this action runs beside the steps that `scanbound sfc` lists";
+        let file = &project.files[*file];
+        Some(Diagnostic::line(Code::NotRewritten, file, one.line, "", message, help).warning())
+    });
+    let warnings: Vec<Diagnostic> = refused.collect();
+    if !warnings.is_empty() {
+        super::output::tell(&warnings);
+    }
+    for (_, name, one) in &told {
+        if let Ok(steps) = &one.branch {
+            let (action, qualifier) = (&one.action, one.qualifier.name());
+            super::output::say(&format!(
+                "{name}: {action}, stored by {qualifier}, is now the branch {}\n",
+                steps.join(", ")
+            ));
+        }
+    }
     target.write(&written)?;
     Ok(Outcome::Done)
 }

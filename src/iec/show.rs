@@ -79,6 +79,32 @@ pub fn expr(one: &Expr) -> String {
     }
 }
 
+/// Why an expression has no form in text, if it has none: it was drawn with what remembers, or it was not understood.
+#[must_use]
+pub fn formless(one: &Expr) -> Option<String> {
+    let hidden = |path: &Path| {
+        let inner = path.rest.iter().find_map(|part| match part {
+            Part::Index(indices) => indices.iter().find_map(formless),
+            _ => None,
+        });
+        let own = path.first.starts_with('~');
+        own.then(|| "a part of it keeps a result for itself, which has no form in text".to_owned())
+            .or(inner)
+    };
+    match one {
+        Expr::Literal(_) => None,
+        Expr::Variable(path) => hidden(path),
+        Expr::Not(inner) | Expr::Negate(inner) => formless(inner),
+        Expr::Binary(_, left, right) => formless(left).or_else(|| formless(right)),
+        Expr::Call(function, given) => match given.first().map(|one| &one.value) {
+            Some(Expr::Literal(Literal::Text(why))) if function.first == "~any" => {
+                Some(format!("it cannot be read: {why}"))
+            }
+            _ => hidden(function).or_else(|| given.iter().find_map(|one| formless(&one.value))),
+        },
+    }
+}
+
 /// AND, OR, XOR and NOT that are drawn as blocks: in text they stand between what they join.
 fn operation(function: &Path, given: &[Argument]) -> Option<String> {
     let is_input = |one: &Argument| {

@@ -45,6 +45,12 @@ impl Bits {
         changed
     }
 
+    /// Whether it has all of another set.
+    #[must_use]
+    pub fn has_all(&self, other: &Bits) -> bool {
+        self.0.iter().zip(&other.0).all(|(own, asked)| asked & !own == 0)
+    }
+
     /// Its numbers, the least first.
     pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         self.0.iter().enumerate().flat_map(|(at, &word)| {

@@ -3,10 +3,10 @@
 //!
 //! A place that would get a second token keeps one, as a step of a chart is active or not; the first such firing is kept
 //! as evidence that the net is unsafe. Transitions fire one after the other in a plain net that is safe: what several bring
-//! about at once is reached so, too. Where transitions ask for places that they do not take, they fire in sets.
+//! about at once is reached so, too. Where transitions ask for places that others of them take, they fire in sets.
 
 use super::{Bits, Net};
-use std::collections::BTreeMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Where a place would get a second token.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,6 +37,8 @@ pub struct Reached {
     pub together: Vec<Bits>,
     /// For each place the shortest way to a marking that has it.
     first: Vec<Option<usize>>,
+    /// For each two places, the one with the smaller number first, the same of both.
+    both: FxHashMap<(usize, usize), usize>,
     /// Which transitions are enabled in some marking.
     pub enabled: Bits,
     /// Second tokens, one evidence for each place.
@@ -68,8 +70,11 @@ impl Reached {
     /// The shortest way to a marking that has all these places.
     #[must_use]
     pub fn way_to(&self, places: &[usize]) -> Option<Vec<usize>> {
-        let node =
-            self.nodes.iter().position(|node| places.iter().all(|&p| node.marking.has(p)))?;
+        let node = match *places {
+            [one] => self.first[one]?,
+            [one, other] if one != other => *self.both.get(&(one.min(other), one.max(other)))?,
+            _ => self.nodes.iter().position(|node| places.iter().all(|&p| node.marking.has(p)))?,
+        };
         Some(self.path(node))
     }
 
@@ -97,20 +102,27 @@ pub fn reach(net: &Net, budget: usize) -> Reached {
         complete: true,
         together: vec![Bits::new(net.places); net.places],
         first: vec![None; net.places],
+        both: FxHashMap::default(),
         enabled: Bits::new(net.transitions.len()),
         unsafe_places: Vec::new(),
         deadlocks: Vec::new(),
         nodes: vec![Node { marking: net.start(), from: None }],
     };
-    let mut known = BTreeMap::from([(net.start(), ())]);
+    let firing = net.firing();
+    let mut known = FxHashSet::from_iter([net.start()]);
     let mut at = 0;
     while at < found.nodes.len() {
         let marking = found.nodes[at].marking.clone();
         for place in marking.iter() {
-            found.together[place].join(&marking);
             found.first[place].get_or_insert(at);
+            if !found.together[place].has_all(&marking) {
+                for other in marking.iter().filter(|other| *other > place) {
+                    found.both.entry((place, other)).or_insert(at);
+                }
+                found.together[place].join(&marking);
+            }
         }
-        let Some(moves) = net.moves(&marking) else {
+        let Some(moves) = firing.moves(&marking) else {
             found.complete = false;
             at += 1;
             continue;
@@ -126,14 +138,14 @@ pub fn reach(net: &Net, budget: usize) -> Reached {
                 path.extend(&set);
                 found.unsafe_places.push(Unsafe { place, path });
             }
-            if known.contains_key(&next) {
+            if known.contains(&next) {
                 continue;
             }
             if found.nodes.len() >= budget {
                 found.complete = false;
                 continue;
             }
-            known.insert(next.clone(), ());
+            known.insert(next.clone());
             found.nodes.push(Node { marking: next, from: Some((at, set)) });
         }
         if is_dead {
@@ -149,7 +161,9 @@ pub fn reach(net: &Net, budget: usize) -> Reached {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::net::Transition;
     use crate::net::testing::net;
+    use std::collections::BTreeSet;
 
     #[test]
     fn what_is_marked_together_is_found_with_a_way() {
@@ -187,6 +201,69 @@ mod tests {
         assert_eq!(found.way_to(&[2, 3]), Some(vec![0, 1]));
         net.transitions[1].bars = vec![0];
         assert_eq!(reach(&net, 100).way_to(&[3]), None);
+    }
+
+    /// All markings that are reached when every set of enabled transitions that take no place from each other may fire.
+    fn by_sets(net: &Net) -> BTreeSet<Bits> {
+        let mut known = BTreeSet::from([net.start()]);
+        let mut open = vec![net.start()];
+        while let Some(marking) = open.pop() {
+            let all = 0..net.transitions.len();
+            let enabled: Vec<usize> = all.filter(|&at| net.is_enabled(at, &marking)).collect();
+            for mask in 1..1_usize << enabled.len() {
+                let members = enabled.iter().enumerate().filter(|(bit, _)| mask >> bit & 1 == 1);
+                let set: Vec<usize> = members.map(|(_, &at)| at).collect();
+                let mut taken: Vec<usize> =
+                    set.iter().flat_map(|&at| net.transitions[at].takes.clone()).collect();
+                taken.sort_unstable();
+                if taken.windows(2).any(|pair| pair[0] == pair[1]) {
+                    continue;
+                }
+                let next = net.fire(&set, &marking).0;
+                if known.insert(next.clone()) {
+                    open.push(next);
+                }
+            }
+        }
+        known
+    }
+
+    #[test]
+    fn one_after_the_other_reaches_what_sets_do() {
+        let mut seed = 1_u64;
+        let mut below = move |limit: usize| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
+            (seed >> 33) as usize % limit
+        };
+        let (mut seen, mut asking) = (0, 0);
+        for _ in 0..3_000 {
+            // Rings of three places with a token each, whose transitions ask for places of others.
+            let rings = 2 + below(3);
+            let (mut net, places) = (Net::default(), 3 * rings);
+            net.places = places;
+            for ring in 0..rings {
+                net.initial.push(3 * ring + below(3));
+                for at in 0..3 {
+                    let (from, to) = (3 * ring + at, 3 * ring + (at + 1) % 3);
+                    let mut one =
+                        Transition { takes: vec![from], puts: vec![to], ..Transition::default() };
+                    for _ in 0..below(3) {
+                        let place = below(places);
+                        let side = if below(2) == 0 { &mut one.needs } else { &mut one.bars };
+                        side.push(place);
+                    }
+                    net.transitions.push(one);
+                }
+            }
+            let found = reach(&net, 100_000);
+            assert!(found.is_safe());
+            let markings: BTreeSet<Bits> = found.seen().cloned().collect();
+            assert_eq!(markings, by_sets(&net), "{net:?}");
+            seen += usize::from(markings.len() > 3);
+            asking +=
+                net.transitions.iter().filter(|one| one.needs.len() + one.bars.len() > 1).count();
+        }
+        assert!(seen > 200 && asking > 1_000, "{seen} {asking}");
     }
 
     #[test]

@@ -24,7 +24,7 @@ fn never(parts: impl IntoIterator<Item = Logic>) -> Logic {
 /// carried out, behind the evolution.
 /// `all_clear`: whether transitions that compete without priorities clear together.
 pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: bool) -> Vec<Logic> {
-    let all_clear = all_clear && competes(chart);
+    let all_clear = all_clear && chart.competes();
     let mut found = Vec::new();
     let idle = || on(memory.started).not();
     // Before it begins nothing is remembered.
@@ -48,7 +48,7 @@ pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: b
         // Where there are too many markings without stored actions, there are with them.
         let budget = match analysis.basis {
             Basis::Markings(_) => BUDGET.min(STORED_BUDGET / memory.actions.len().max(1)),
-            Basis::Invariants(_) | Basis::Unsafe(_) => 0,
+            Basis::Invariants(_) | Basis::Open(_) | Basis::Unsafe(_) => 0,
         };
         for (name, action) in chart.actions().iter().zip(&memory.actions) {
             for step in apart_while_stored(chart, name, budget) {
@@ -70,17 +70,6 @@ pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: b
         found.extend(pairs.flat_map(|(&was, &now)| same(on(was), on(now), &idle)));
     }
     found
-}
-
-/// Whether transitions compete for a step of which one has no priority.
-fn competes(chart: &Chart) -> bool {
-    let all = &chart.transitions;
-    let pairs =
-        all.iter().enumerate().flat_map(|(at, one)| all[..at].iter().map(move |two| (one, two)));
-    { pairs }.any(|(one, two)| {
-        !(one.has_priority && two.has_priority)
-            && one.from.iter().any(|step| two.from.contains(step))
-    })
 }
 
 fn same(one: Logic, other: Logic, idle: &dyn Fn() -> Logic) -> [Logic; 2] {
@@ -114,9 +103,10 @@ fn entered(chart: &Chart, steps: &[usize]) -> Vec<usize> {
     let own = |bits: &crate::net::Bits| {
         steps.iter().copied().filter(|&step| bits.has(step)).collect::<Vec<_>>()
     };
+    let firing = net.firing();
     let mut found = own(&net.start());
     for marking in reached.seen().filter(|marking| own(marking).is_empty()) {
-        let Some(moves) = net.moves(marking) else { return steps.to_vec() };
+        let Some(moves) = firing.moves(marking) else { return steps.to_vec() };
         // Several may clear at once; what they enter together, each enters by itself.
         found.extend(moves.iter().flat_map(|set| own(&net.fire(set, marking).0)));
     }

@@ -10,6 +10,7 @@ mod begin;
 mod block;
 mod by_reference;
 mod chart;
+pub mod charts;
 mod connected;
 mod control;
 mod convert;
@@ -50,6 +51,7 @@ mod whole;
 mod within;
 
 use super::{Dialect, Front, Input, Project, Sniff, decoded};
+use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::iec::{self, parse, xml};
 use crate::program::Program;
@@ -84,6 +86,35 @@ pub struct Source {
     dialect: &'static str,
     project: iec::Project,
     options: decode::Options,
+    /// The drawings, to find the elements that faults are about.
+    drawn: Vec<(String, String)>,
+}
+
+impl Source {
+    /// The same faults with the elements of drawings that ask for what is not there.
+    fn placed(&self, mut faults: Vec<Diagnostic>) -> Vec<Diagnostic> {
+        for (name, text) in &self.drawn {
+            let own: Vec<usize> = (0..faults.len())
+                .filter(|&at| faults[at].code == Code::UnknownName && faults[at].file == *name)
+                .collect();
+            if own.is_empty() {
+                continue;
+            }
+            let asked: Vec<(u32, &str)> = own
+                .iter()
+                .map(|&at| (faults[at].line.unwrap_or(0), faults[at].text.as_str()))
+                .collect();
+            let found = xml::named(text, &asked);
+            for (at, found) in own.into_iter().zip(found) {
+                let fault = &mut faults[at];
+                if let Some(found) = found {
+                    let why = fault.message.rsplit_once(": ").map_or("", |(_, why)| why);
+                    fault.message = format!("{found}: {why}");
+                }
+            }
+        }
+        faults
+    }
 }
 
 impl Front for Iec {
@@ -99,6 +130,7 @@ impl Front for Iec {
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let mut project = iec::Project::default();
         let mut options = decode::Options::default();
+        let mut drawn = Vec::new();
         let mut faults = Vec::new();
         for input in programs {
             let text = match decoded(input, &[]) {
@@ -111,7 +143,12 @@ impl Front for Iec {
             options.begins_with_more |= text.contains("call_after_");
             options.actions_first |= text.contains("3s-software.com");
             match iec::read(&input.name, &text) {
-                Ok(more) => project.join(more),
+                Ok(more) => {
+                    project.join(more);
+                    if xml::begins(&text) {
+                        drawn.push((input.name.clone(), text.into_owned()));
+                    }
+                }
                 Err(more) => {
                     faults.extend(more.into_iter().map(|fault| fault.in_file(&input.name)))
                 }
@@ -123,7 +160,7 @@ impl Front for Iec {
         project.inherit_parts();
         let dialect =
             DIALECTS.iter().find(|own| own.name == dialect.name).map_or(XML, |own| own.name);
-        Ok(Box::new(Source { dialect, project, options }))
+        Ok(Box::new(Source { dialect, project, options, drawn }))
     }
 }
 
@@ -132,7 +169,12 @@ impl Project for Source {
         Some("IEC")
     }
 
+    fn warnings(&self) -> Vec<Diagnostic> {
+        charts::hang(&self.project)
+    }
+
     fn decode(&self, options: &super::Options<'_>) -> Result<Program, Vec<Diagnostic>> {
-        decode::decode(&self.project, self.dialect, self.options, options)
+        let decoded = decode::decode(&self.project, self.dialect, self.options, options);
+        decoded.map_err(|faults| self.placed(faults))
     }
 }

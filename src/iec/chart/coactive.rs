@@ -4,8 +4,9 @@
 use super::{Chart, Qualifier};
 use crate::net::invariant::exclusive;
 use crate::net::reach::{Reached, reach};
-use crate::net::{Bits, Net};
-use std::collections::BTreeMap;
+use crate::net::{Bits, Net, Transition};
+use rustc_hash::FxHashSet;
+use std::collections::{BTreeMap, VecDeque};
 
 /// How many markings are looked at.
 pub const BUDGET: usize = 100_000;
@@ -61,6 +62,9 @@ pub enum Finding {
     NeverActive(usize),
     /// A transition never clears, since its steps are never active together.
     NeverClears(usize),
+    /// A transition never clears, since its condition asks for step flags that are never so while its steps are active: the
+    /// steps, and whether each is to be active.
+    NeverTrue(usize, Vec<(usize, bool)>),
     /// Steps that are active, and that no transition leads out of, on this way.
     Deadlock(Vec<usize>, Vec<usize>),
     /// An action is stored by these steps, and no step resets it.
@@ -74,6 +78,8 @@ pub enum Basis {
     Markings(usize),
     /// There are more markings than this; place invariants tell what is never together, the rest may be.
     Invariants(usize),
+    /// There are more markings than this, and nothing else tells what excludes what.
+    Open(usize),
     /// The chart is not safe, so nothing excludes anything.
     Unsafe(usize),
 }
@@ -102,16 +108,47 @@ impl Analysis {
 /// Studies a chart.
 #[must_use]
 pub fn analyse(chart: &Chart, budget: usize) -> Analysis {
+    analyse_by(chart, budget, Rule::One)
+}
+
+/// Which of transitions clear that compete for a step and are true.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// One of them, as the standard has it.
+    One,
+    /// All, but for those that all have priorities.
+    All,
+}
+
+/// Studies a chart by a rule of evolution. What is wrong with it is told by the standard's.
+#[must_use]
+pub fn analyse_by(chart: &Chart, budget: usize, rule: Rule) -> Analysis {
+    let mut net = chart.net();
+    let mut reached = reach(&net, budget);
+    let mut analysis = of_steps(&net, &reached);
+    let actions = Running::all(chart);
+    findings(chart, &net, &actions, &reached, &mut analysis);
+    if rule == Rule::All && chart.competes() {
+        net = chart.net_of_all();
+        reached = reach(&net, budget);
+        (analysis.basis, analysis.together) = together(&net, &reached);
+    }
+    let together = &analysis.together;
+    // Each stored action is followed by itself, and each two of them together.
+    let stored = actions.iter().filter(|one| one.is_stored()).count();
+    let budget = budget.min(PAIRS_BUDGET / (stored * (stored + 1) / 2).max(1));
+    analysis.pairs = Pairing { net: &net, reached: &reached, together, budget }.pairs(&actions);
+    analysis
+}
+
+/// What is wrong with how a chart hangs together, and nothing of what is active together.
+#[must_use]
+pub fn faults(chart: &Chart, budget: usize) -> Vec<Finding> {
     let net = chart.net();
     let reached = reach(&net, budget);
     let mut analysis = of_steps(&net, &reached);
-    findings(chart, &reached, &mut analysis);
-    let together = &analysis.together;
-    // Many actions have many pairs, and each is followed by itself.
-    let pairs = chart.actions().len() * (chart.actions().len() + 1) / 2;
-    let budget = budget.min(PAIRS_BUDGET / pairs.max(1));
-    analysis.pairs = Pairing { chart, net: &net, reached: &reached, together, budget }.pairs();
-    analysis
+    findings(chart, &net, &Running::all(chart), &reached, &mut analysis);
+    analysis.findings
 }
 
 /// Which steps of a chart can be active together, and nothing of actions or faults.
@@ -131,11 +168,15 @@ fn together(net: &Net, reached: &Reached) -> (Basis, Vec<Bits>) {
         let everything: Vec<usize> = (0..net.places).collect();
         vec![Bits::of(net.places, &everything); net.places]
     };
-    if !reached.unsafe_places.is_empty() {
+    // Where transitions fire in sets that share what they take, every marking is seen, also those that are entered twice.
+    if !reached.unsafe_places.is_empty() && !net.shares() {
         return (Basis::Unsafe(reached.markings), all());
     }
     if reached.complete {
         return (Basis::Markings(reached.markings), reached.together.clone());
+    }
+    if net.shares() {
+        return (Basis::Open(reached.markings), all());
     }
     let mut together = all();
     for group in exclusive(net, ROWS) {
@@ -149,7 +190,13 @@ fn together(net: &Net, reached: &Reached) -> (Basis, Vec<Bits>) {
     (Basis::Invariants(reached.markings), together)
 }
 
-fn findings(chart: &Chart, reached: &Reached, analysis: &mut Analysis) {
+fn findings(
+    chart: &Chart,
+    net: &Net,
+    actions: &[Running],
+    reached: &Reached,
+    analysis: &mut Analysis,
+) {
     let found = &mut analysis.findings;
     for one in &reached.unsafe_places {
         found.push(Finding::EnteredTwice(one.place, one.path.clone()));
@@ -160,24 +207,40 @@ fn findings(chart: &Chart, reached: &Reached, analysis: &mut Analysis) {
     for (at, transition) in chart.transitions.iter().enumerate() {
         let is_reached = transition.from.iter().all(|&step| !reached.is_never(step));
         if reached.complete && !reached.enabled.has(at) && is_reached {
-            found.push(Finding::NeverClears(at));
+            found.push(match in_vain(&net.transitions[at], reached) {
+                Some(flags) => Finding::NeverTrue(at, flags),
+                None => Finding::NeverClears(at),
+            });
         }
     }
+    let mut left = Bits::new(chart.steps.len());
+    chart.transitions.iter().flat_map(|one| &one.from).for_each(|&step| left.insert(step));
     for dead in &reached.deadlocks {
         // A single step at the end of a chart that runs once is no fault of its structure.
         let steps: Vec<usize> = dead.marking.iter().collect();
-        let waits =
-            steps.iter().any(|step| chart.transitions.iter().any(|one| one.from.contains(step)));
+        let waits = steps.iter().any(|&step| left.has(step));
         if waits || steps.is_empty() {
             found.push(Finding::Deadlock(steps, dead.path.clone()));
         }
     }
-    for action in chart.actions() {
-        let stores = storing(chart, &action);
-        if !stores.is_empty() && resetting(chart, &action).is_empty() {
-            found.push(Finding::NeverReset(action, stores));
-        }
+    for action in actions.iter().filter(|one| one.is_stored() && one.until.is_empty()) {
+        found.push(Finding::NeverReset(action.name.clone(), action.by.clone()));
     }
+}
+
+/// The step flags that a transition asks for in vain while its steps are active: those of which each never is so, or else
+/// all; nothing if its steps are never active together.
+fn in_vain(one: &Transition, reached: &Reached) -> Option<Vec<(usize, bool)>> {
+    let with = reached.seen().filter(|marking| one.takes.iter().all(|&step| marking.has(step)));
+    let with: Vec<&Bits> = with.collect();
+    if with.is_empty() {
+        return None;
+    }
+    let asked = one.needs.iter().map(|&step| (step, true));
+    let all: Vec<(usize, bool)> = asked.chain(one.bars.iter().map(|&step| (step, false))).collect();
+    let never = |&&(step, is): &&(usize, bool)| with.iter().all(|marking| marking.has(step) != is);
+    let alone: Vec<(usize, bool)> = all.iter().filter(never).copied().collect();
+    Some(if alone.is_empty() { all } else { vec![alone[0]] })
 }
 
 /// The steps that store an action.
@@ -197,69 +260,63 @@ pub fn resetting(chart: &Chart, action: &str) -> Vec<usize> {
 /// The steps that are never active while an action is stored.
 #[must_use]
 pub fn apart_while_stored(chart: &Chart, action: &str, budget: usize) -> Vec<usize> {
-    if storing(chart, action).is_empty() {
-        return Vec::new();
-    }
+    let own = Running::all(chart).into_iter().find(|one| crate::iec::same(&one.name, action));
+    let Some(own) = own.filter(Running::is_stored) else { return Vec::new() };
     let net = chart.net();
     let mut beside = Bits::new(chart.steps.len());
-    let complete =
-        Stored::new(chart, &net, &[action]).follow(budget, &mut |(marking, stored), _| {
-            if stored[0] {
-                beside.join(marking);
-            }
-        });
+    let ways = Stored::new(&net, &[&own]).follow(budget, &mut |(marking, stored), _| {
+        if stored[0] {
+            beside.join(marking);
+        }
+    });
     let all = 0..chart.steps.len();
-    if complete { all.filter(|&step| !beside.has(step)).collect() } else { Vec::new() }
-}
-
-/// The steps during which an action can run by itself.
-fn own_steps(chart: &Chart, action: &str) -> Vec<usize> {
-    let runs = |kind| !matches!(kind, Qualifier::R | Qualifier::P0);
-    let own = chart.blocks_of(action).filter(|(_, block)| runs(block.qualifier));
-    let mut steps: Vec<usize> = own.map(|(step, _)| step).collect();
-    steps.dedup();
-    steps
+    if ways.complete { all.filter(|&step| !beside.has(step)).collect() } else { Vec::new() }
 }
 
 /// How stored actions stand: for each of some actions, whether it is stored.
 struct Stored<'a> {
-    set: Vec<Vec<usize>>,
-    /// Whether its storing steps store it at once, or may do so later.
-    at_once: Vec<bool>,
-    reset: Vec<Vec<usize>>,
+    actions: &'a [&'a Running],
     net: &'a Net,
 }
 
 /// A marking, and which actions are stored in it.
 type State = (Bits, Vec<bool>);
-/// A state, the one before it, and the transitions between.
-type Visit = (State, Option<(usize, Vec<usize>)>);
-/// Is shown a state, and can ask for the way there.
-type Seen<'a> = dyn FnMut(&State, &dyn Fn() -> Vec<usize>) + 'a;
+/// Is shown a state and its number.
+type Seen<'a> = dyn FnMut(&State, usize) + 'a;
+
+/// The states that were seen, by how each was reached.
+struct Ways {
+    /// For each state the number of the one before it, and the transitions between.
+    before: Vec<Option<(usize, Vec<usize>)>>,
+    /// Whether these are all.
+    complete: bool,
+}
+
+impl Ways {
+    /// The transitions that lead to a state.
+    fn path(&self, mut state: usize) -> Vec<usize> {
+        let mut path = Vec::new();
+        while let Some((before, set)) = &self.before[state] {
+            path.extend(set.iter().rev());
+            state = *before;
+        }
+        path.reverse();
+        path
+    }
+}
 
 impl<'a> Stored<'a> {
-    fn new(chart: &Chart, net: &'a Net, actions: &[&str]) -> Stored<'a> {
-        let at_once = |action: &&str| {
-            chart
-                .blocks_of(action)
-                .filter(|(_, block)| block.qualifier.is_stored())
-                .all(|(_, block)| block.qualifier != Qualifier::Ds)
-        };
-        Stored {
-            set: actions.iter().map(|action| storing(chart, action)).collect(),
-            at_once: actions.iter().map(at_once).collect(),
-            reset: actions.iter().map(|action| resetting(chart, action)).collect(),
-            net,
-        }
+    fn new(net: &'a Net, actions: &'a [&'a Running]) -> Stored<'a> {
+        Stored { actions, net }
     }
 
     /// What can become of stored actions in a marking.
     fn settle(&self, marking: &Bits, before: &[bool]) -> Vec<Vec<bool>> {
         let mut all: Vec<Vec<bool>> = vec![Vec::new()];
-        for (at, &was) in before.iter().enumerate() {
-            let is_set = self.set[at].iter().any(|&step| marking.has(step));
-            let is_reset = self.reset[at].iter().any(|&step| marking.has(step));
-            let options: &[bool] = match (is_reset, is_set, self.at_once[at]) {
+        for (action, &was) in self.actions.iter().zip(before) {
+            let is_set = action.by.iter().any(|&step| marking.has(step));
+            let is_reset = action.until.iter().any(|&step| marking.has(step));
+            let options: &[bool] = match (is_reset, is_set, action.at_once) {
                 (true, ..) => &[false],
                 (false, true, true) => &[true],
                 (false, true, false) => &[was, true],
@@ -275,71 +332,91 @@ impl<'a> Stored<'a> {
         all
     }
 
-    /// Shows every state that can be reached, with the way there; whether these are all.
-    fn follow(&self, budget: usize, see: &mut Seen<'_>) -> bool {
-        let actions = self.set.len();
-        let mut nodes: Vec<Visit> = Vec::new();
-        let mut complete = true;
-        let mut known = BTreeMap::new();
-        let mut add = |nodes: &mut Vec<Visit>, state: State, from| {
-            if nodes.len() < budget && known.insert(state.clone(), ()).is_none() {
-                nodes.push((state, from));
+    /// Shows every state that can be reached, in the order of their distance from the start.
+    fn follow(&self, budget: usize, see: &mut Seen<'_>) -> Ways {
+        let mut ways = Ways { before: Vec::new(), complete: true };
+        let mut known: FxHashSet<State> = FxHashSet::default();
+        let mut open: VecDeque<State> = VecDeque::new();
+        let mut add = |ways: &mut Ways, open: &mut VecDeque<State>, state: State, from| {
+            if ways.before.len() < budget && known.insert(state.clone()) {
+                open.push_back(state);
+                ways.before.push(from);
             }
         };
+        let firing = self.net.firing();
         let start = self.net.start();
-        for stored in self.settle(&start, &vec![false; actions]) {
-            add(&mut nodes, (start.clone(), stored), None);
+        for stored in self.settle(&start, &vec![false; self.actions.len()]) {
+            add(&mut ways, &mut open, (start.clone(), stored), None);
         }
         let mut at = 0;
-        while at < nodes.len() {
-            let state = nodes[at].0.clone();
-            let way = || {
-                let (mut path, mut node) = (Vec::new(), at);
-                while let Some((before, set)) = &nodes[node].1 {
-                    path.extend(set.iter().rev());
-                    node = *before;
-                }
-                path.reverse();
-                path
-            };
-            see(&state, &way);
-            let moves = self.net.moves(&state.0);
-            complete &= moves.is_some();
+        while let Some(state) = open.pop_front() {
+            see(&state, at);
+            let moves = firing.moves(&state.0);
+            ways.complete &= moves.is_some();
             for set in moves.unwrap_or_default() {
                 let (next, _) = self.net.fire(&set, &state.0);
                 for stored in self.settle(&next, &state.1) {
-                    add(&mut nodes, (next.clone(), stored), Some((at, set.clone())));
+                    add(&mut ways, &mut open, (next.clone(), stored), Some((at, set.clone())));
                 }
             }
             at += 1;
         }
-        complete && nodes.len() < budget
+        ways.complete &= ways.before.len() < budget;
+        ways
     }
 }
 
 /// An action, and the steps with which it runs.
 struct Running {
     name: String,
-    /// Its own steps.
+    /// The steps during which it can run by itself.
     steps: Vec<usize>,
     /// Those that store it.
     by: Vec<usize>,
-    /// How it comes to run with others if it is stored.
-    how: How,
+    /// Those that reset it.
+    until: Vec<usize>,
+    /// Whether those that store it do so at once, or may do so later.
+    at_once: bool,
 }
 
 impl Running {
+    /// The actions of a chart, in the order in which they first occur.
     fn all(chart: &Chart) -> Vec<Running> {
-        let running = |name: String| {
-            let (steps, by) = (own_steps(chart, &name), storing(chart, &name));
-            let how = How::Stored { by: by.clone(), until: resetting(chart, &name) };
-            Running { name, steps, by, how }
-        };
-        chart.actions().into_iter().map(running).collect()
+        let mut all: Vec<Running> = Vec::new();
+        let mut known: BTreeMap<String, usize> = BTreeMap::new();
+        for (step, own) in chart.steps.iter().enumerate() {
+            for block in &own.blocks {
+                let name = block.target.name();
+                let at = *known.entry(name.to_ascii_lowercase()).or_insert(all.len());
+                if at == all.len() {
+                    let [steps, by, until] = [(); 3].map(|()| Vec::new());
+                    all.push(Running { name, steps, by, until, at_once: true });
+                }
+                let action = &mut all[at];
+                if !matches!(block.qualifier, Qualifier::R | Qualifier::P0)
+                    && action.steps.last() != Some(&step)
+                {
+                    action.steps.push(step);
+                }
+                if block.qualifier.is_stored() {
+                    action.by.push(step);
+                    action.at_once &= block.qualifier != Qualifier::Ds;
+                }
+                if block.qualifier == Qualifier::R {
+                    action.until.push(step);
+                }
+            }
+        }
+        all
     }
 
     fn is_stored(&self) -> bool {
         !self.by.is_empty()
+    }
+
+    /// How it comes to run with others if it is stored.
+    fn how(&self) -> How {
+        How::Stored { by: self.by.clone(), until: self.until.clone() }
     }
 
     /// Whether one of its own steps is active.
@@ -348,9 +425,27 @@ impl Running {
     }
 }
 
+/// Where an action is stored.
+struct Lasting {
+    /// For each step that is active while it is, the first state in which it is so.
+    seen: BTreeMap<usize, usize>,
+    ways: Ways,
+}
+
+impl Lasting {
+    /// A shortest way to one of these steps while the action is stored, if one was seen; `None` if there is none.
+    fn way_to(&self, steps: &[usize]) -> Option<Option<Vec<usize>>> {
+        let first = steps.iter().filter_map(|step| self.seen.get(step)).min();
+        match first {
+            Some(&at) => Some(Some(self.ways.path(at))),
+            // What was not seen may be all the same.
+            None => (!self.ways.complete).then_some(None),
+        }
+    }
+}
+
 /// Finds what can run together.
 struct Pairing<'a> {
-    chart: &'a Chart,
     net: &'a Net,
     reached: &'a Reached,
     /// Which steps can be active together with each.
@@ -360,39 +455,45 @@ struct Pairing<'a> {
 }
 
 impl Pairing<'_> {
-    fn pairs(&self) -> Vec<Pair> {
-        let all = Running::all(self.chart);
+    fn pairs(&self, all: &[Running]) -> Vec<Pair> {
+        let lasting: Vec<Option<Lasting>> = all.iter().map(|one| self.lasting(one)).collect();
         let mut pairs = Vec::new();
-        for (at, action) in all.iter().enumerate() {
-            pairs.extend(self.with_steps(action));
-            pairs.extend(all[at + 1..].iter().filter_map(|other| self.of_two(action, other)));
+        for (at, (action, own)) in all.iter().zip(&lasting).enumerate() {
+            pairs.extend(self.with_steps(action, own.as_ref()));
+            let others = all.iter().zip(&lasting).skip(at + 1);
+            let both = |(two, other): (&Running, &Option<Lasting>)| {
+                self.of_two((action, own.as_ref()), (two, other.as_ref()))
+            };
+            pairs.extend(others.filter_map(both));
         }
         pairs
     }
 
-    /// The steps of others that can be active while an action runs, and how.
-    fn with_steps(&self, action: &Running) -> Vec<Pair> {
-        // A way to each step that is active while the action is stored.
-        let mut stored_at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        let mut complete = true;
-        if action.is_stored() {
-            let stored = Stored::new(self.chart, self.net, &[&action.name]);
-            complete = stored.follow(self.budget, &mut |(marking, stored), way| {
+    /// Where an action is stored, if it ever is.
+    fn lasting(&self, action: &Running) -> Option<Lasting> {
+        if !action.is_stored() {
+            return None;
+        }
+        let mut seen = BTreeMap::new();
+        let ways =
+            Stored::new(self.net, &[action]).follow(self.budget, &mut |(marking, stored), at| {
                 if stored[0] {
                     for step in marking.iter() {
-                        stored_at.entry(step).or_insert_with(way);
+                        seen.entry(step).or_insert(at);
                     }
                 }
             });
-        }
-        let others = (0..self.chart.steps.len()).filter(|step| !action.steps.contains(step));
+        Some(Lasting { seen, ways })
+    }
+
+    /// The steps of others that can be active while an action runs, and how.
+    fn with_steps(&self, action: &Running, lasting: Option<&Lasting>) -> Vec<Pair> {
+        let others = (0..self.net.places).filter(|step| !action.steps.contains(step));
         let pair = |step: usize| {
             let parallel = action.steps.iter().find(|&&own| self.together[own].has(step));
-            let (how, path) = match (parallel, stored_at.get(&step)) {
+            let (how, path) = match (parallel, lasting) {
                 (Some(&own), _) => (How::Parallel, self.reached.way_to(&[own, step])),
-                (None, Some(way)) => (action.how.clone(), Some(way.clone())),
-                // What was not seen may be all the same.
-                (None, None) if action.is_stored() && !complete => (action.how.clone(), None),
+                (None, Some(lasting)) => (action.how(), lasting.way_to(&[step])?),
                 (None, None) => return None,
             };
             Some(Pair { action: action.name.clone(), other: Other::Step(step), how, path })
@@ -401,7 +502,11 @@ impl Pairing<'_> {
     }
 
     /// Whether two actions can run together, and how.
-    fn of_two(&self, one: &Running, two: &Running) -> Option<Pair> {
+    fn of_two(
+        &self,
+        (one, first): (&Running, Option<&Lasting>),
+        (two, second): (&Running, Option<&Lasting>),
+    ) -> Option<Pair> {
         let pair = |how, path| {
             let other = Other::Action(two.name.clone());
             Some(Pair { action: one.name.clone(), other, how, path })
@@ -413,27 +518,35 @@ impl Pairing<'_> {
         if let Some(steps) = { parallel }.find(|&[a, b]| self.together[a].has(b)) {
             return pair(How::Parallel, self.reached.way_to(&steps));
         }
-        if !one.is_stored() && !two.is_stored() {
-            return None;
+        match (first, second) {
+            (None, None) => None,
+            (Some(lasting), None) => pair(one.how(), lasting.way_to(&two.steps)?),
+            (None, Some(lasting)) => pair(two.how(), lasting.way_to(&one.steps)?),
+            (Some(_), Some(_)) => self.of_two_stored(one, two),
         }
-        let stored = Stored::new(self.chart, self.net, &[&one.name, &two.name]);
-        // The first of the two that goes on after its steps, and the way there.
+    }
+
+    /// The same of two that are stored.
+    fn of_two_stored(&self, one: &Running, two: &Running) -> Option<Pair> {
+        let actions = [one, two];
+        // The first of the two that goes on after its steps, and where.
         let mut found = None;
-        let complete = stored.follow(self.budget, &mut |(marking, stored), way| {
-            let stepped = [one, two].map(|action| action.is_stepped(marking));
-            let runs = (stored[0] || stepped[0]) && (stored[1] || stepped[1]);
-            if runs && found.is_none() {
-                let lasting = if stored[0] && !stepped[0] { one } else { two };
-                found = Some((lasting, way()));
-            }
-        });
-        match found {
-            Some((lasting, path)) => pair(lasting.how.clone(), Some(path)),
-            None if complete => None,
+        let ways =
+            Stored::new(self.net, &actions).follow(self.budget, &mut |(marking, stored), at| {
+                let stepped = actions.map(|action| action.is_stepped(marking));
+                let runs = (stored[0] || stepped[0]) && (stored[1] || stepped[1]);
+                if runs && found.is_none() {
+                    found = Some((if stored[0] && !stepped[0] { one } else { two }, at));
+                }
+            });
+        let (lasting, path) = match found {
+            Some((lasting, at)) => (lasting, Some(ways.path(at))),
+            None if ways.complete => return None,
             // What was not seen may be all the same.
-            None if one.is_stored() => pair(one.how.clone(), None),
-            None => pair(two.how.clone(), None),
-        }
+            None => (one, None),
+        };
+        let (action, other) = (one.name.clone(), Other::Action(two.name.clone()));
+        Some(Pair { action, other, how: lasting.how(), path })
     }
 }
 

@@ -12,12 +12,33 @@ use crate::base::code::Code;
 use crate::iec::ast::{Expr, Part, Path, change, paths_of};
 use crate::iec::fault::Fault;
 use crate::iec::{Body, same};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// How deep macro steps may stand in each other: a file's depth is not the program's stack.
 pub const DEEPEST: usize = 32;
 
 fn fault(line: u32, message: String, help: &str) -> Fault {
     Fault::new(line, message).code(Code::Chart).help(help)
+}
+
+/// An element by its number, where the source has one.
+fn numbered(what: &str, id: Option<&str>) -> String {
+    id.map_or_else(|| what.to_owned(), |id| format!("{what} with localId {id}"))
+}
+
+/// A transition names a step that is not there.
+fn no_step(one: &DraftTransition, name: &str) -> Fault {
+    let what = numbered("a transition", one.id.as_deref());
+    let message = format!("{what} names the step {name}, which is not there");
+    fault(one.line, message, "name a step of the chart")
+}
+
+/// Two steps have one name; with their numbers, where the source has them.
+fn twice(name: &str, line: u32, ids: [Option<&str>; 2]) -> Fault {
+    let ids: Vec<&str> = ids.into_iter().flatten().collect();
+    let told = if ids.is_empty() { String::new() } else { format!(": localId {}", ids.join(", ")) };
+    let message = format!("there are two steps {name}{told}");
+    fault(line, message, "give one of them another name")
 }
 
 impl Draft {
@@ -31,21 +52,26 @@ impl Draft {
         let Flat { steps, mut transitions, macros } = flat(self)?;
         if !steps.iter().any(|step| step.initial) {
             let help = "mark the step that is active at first as the initial step";
-            return Err(fault(line, "the chart has no initial step".to_owned(), help));
+            let first = steps.iter().find_map(|step| Some((&step.name, step.id.as_ref()?)));
+            let first =
+                first.map(|(name, id)| format!(": its first step is {name} with localId {id}"));
+            let message = format!("the chart has no initial step{}", first.unwrap_or_default());
+            return Err(fault(line, message, help));
         }
         // A stable sort: what has no number stays where it is among its like, behind those that have one.
         transitions.sort_by_key(|transition| transition.priority.unwrap_or(u32::MAX));
-        let place = |name: &String, line| {
-            let found = steps.iter().position(|step| same(&step.name, name));
-            let message = format!("a transition names the step {name}, which is not there");
-            found.ok_or_else(|| fault(line, message, "name a step of the chart"))
+        let all = steps.iter().enumerate().map(|(at, step)| (key(&step.name), at));
+        let known: BTreeMap<String, usize> = all.collect();
+        let place = |name: &String, one: &DraftTransition| {
+            let found = known.get(&key(name)).copied();
+            found.ok_or_else(|| no_step(one, name))
         };
         let mut placed = Vec::new();
         for one in &transitions {
             let line = one.line;
             let places = |names: &[String]| -> Result<Vec<usize>, Fault> {
                 let mut found =
-                    names.iter().map(|name| place(name, line)).collect::<Result<Vec<_>, _>>()?;
+                    names.iter().map(|name| place(name, one)).collect::<Result<Vec<_>, _>>()?;
                 found.sort_unstable();
                 found.dedup();
                 Ok(found)
@@ -53,7 +79,8 @@ impl Draft {
             let (from, to) = (places(&one.from)?, places(&one.to)?);
             if from.is_empty() || to.is_empty() {
                 let side = if from.is_empty() { "in front of" } else { "behind" };
-                let message = format!("no step stands {side} a transition");
+                let what = numbered("a transition", one.id.as_deref());
+                let message = format!("no step stands {side} {what}");
                 return Err(fault(line, message, "let steps and transitions follow each other"));
             }
             placed.push(Transition {
@@ -79,22 +106,26 @@ struct Flat {
 
 /// What stands in a chart, by its name: a step, or a macro step with the steps where it is entered and left.
 struct Node {
-    name: String,
     full: String,
     entry: String,
     exit: String,
     is_macro: bool,
 }
 
+/// What names that are the same have in common.
+fn key(name: &str) -> String {
+    name.to_ascii_lowercase()
+}
+
 /// The names of a chart, behind those of the charts that it stands in.
 struct Scope<'s> {
     around: Option<&'s Scope<'s>>,
-    nodes: Vec<Node>,
+    nodes: BTreeMap<String, Node>,
 }
 
 impl Scope<'_> {
     fn own(&self, name: &str) -> Option<&Node> {
-        self.nodes.iter().find(|node| same(&node.name, name))
+        self.nodes.get(&key(name))
     }
 
     /// The step or macro step of this name in the innermost chart that has one.
@@ -150,16 +181,15 @@ fn flat(draft: Draft) -> Result<Flat, Fault> {
     for one in &mut draft.macros {
         one.initial |= first.as_ref() == Some(&one.name);
     }
-    put(draft, "", None, &mut flat)?;
-    let names = flat.steps.iter().map(|step| (&step.name, step.line));
+    distinct(&draft, "")?;
+    let ends = ends_in(&draft, "")?;
+    put(draft, "", None, &ends, &mut flat)?;
+    let names = flat.steps.iter().map(|step| (&step.name, step.line, step.id.as_deref()));
     let mut names: Vec<_> =
-        names.chain(flat.macros.iter().map(|one| (&one.name, one.line))).collect();
-    names.sort_by_key(|(name, _)| name.to_ascii_lowercase());
+        names.chain(flat.macros.iter().map(|one| (&one.name, one.line, None))).collect();
+    names.sort_by_key(|(name, ..)| name.to_ascii_lowercase());
     match names.windows(2).find(|pair| same(pair[0].0, pair[1].0)) {
-        Some(pair) => {
-            let message = format!("there are two steps {}", pair[1].0);
-            Err(fault(pair[1].1, message, "give one of them another name"))
-        }
+        Some(pair) => Err(twice(pair[1].0, pair[1].1, [pair[0].2, pair[1].2])),
         None => Ok(flat),
     }
 }
@@ -183,27 +213,27 @@ fn put(
     draft: Draft,
     within: &str,
     around: Option<&Scope<'_>>,
+    ends: &[Ends],
     flat: &mut Flat,
 ) -> Result<(), Fault> {
-    distinct(&draft, within)?;
-    let mut scope = Scope { around, nodes: Vec::new() };
+    let mut scope = Scope { around, nodes: BTreeMap::new() };
     for step in &draft.steps {
         let full = join(within, &step.name);
         let [entry, exit] = [&full, &full].map(String::clone);
-        scope.nodes.push(Node { name: step.name.clone(), full, entry, exit, is_macro: false });
+        scope.nodes.insert(key(&step.name), Node { full, entry, exit, is_macro: false });
     }
-    for one in &draft.macros {
+    for (one, own) in draft.macros.iter().zip(ends) {
         let full = join(within, &one.name);
-        let [entry, exit] = ends(one, &full)?;
-        scope.nodes.push(Node { name: one.name.clone(), full, entry, exit, is_macro: true });
+        let [entry, exit] = [&own.entry, &own.exit].map(String::clone);
+        scope.nodes.insert(key(&one.name), Node { full, entry, exit, is_macro: true });
     }
-    let mut macros = draft.macros.into_iter().peekable();
+    let mut macros = draft.macros.into_iter().zip(ends).peekable();
     let mut steps = draft.steps.into_iter();
     let mut at = 0;
     loop {
         // Each macro step's chart stands where the macro step does.
-        while let Some(one) = macros.next_if(|one| one.at <= at) {
-            replace(one, within, &scope, flat)?;
+        while let Some((one, own)) = macros.next_if(|(one, _)| one.at <= at) {
+            replace(one, within, &scope, own, flat)?;
         }
         let Some(mut step) = steps.next() else { break };
         at += 1;
@@ -213,12 +243,11 @@ fn put(
         flat.steps.push(step);
     }
     for mut one in draft.transitions {
-        let line = one.line;
+        let as_read = one.clone();
         let full = |name: &String, is_entered: bool| {
             // What is in front of a transition stands in its chart; a jump may also lead out of a macro step.
             let node = if is_entered { scope.find(name) } else { scope.own(name) };
-            let message = format!("a transition names the step {name}, which is not there");
-            let node = node.ok_or_else(|| fault(line, message, "name a step of the chart"))?;
+            let node = node.ok_or_else(|| no_step(&as_read, name))?;
             Ok(if is_entered { node.entry.clone() } else { node.exit.clone() })
         };
         one.from = one.from.iter().map(|name| full(name, false)).collect::<Result<_, Fault>>()?;
@@ -231,12 +260,12 @@ fn put(
 
 /// Steps and macro steps of a chart have different names.
 fn distinct(draft: &Draft, within: &str) -> Result<(), Fault> {
-    let steps = draft.steps.iter().map(|step| (&step.name, step.line));
-    let all: Vec<_> = steps.chain(draft.macros.iter().map(|one| (&one.name, one.line))).collect();
-    for (at, (name, line)) in all.iter().enumerate() {
-        if all[..at].iter().any(|(other, _)| same(other, name)) {
-            let message = format!("there are two steps {}", join(within, name));
-            return Err(fault(*line, message, "give one of them another name"));
+    let steps = draft.steps.iter().map(|step| (&step.name, step.line, step.id.as_deref()));
+    let macros = draft.macros.iter().map(|one| (&one.name, one.line, None));
+    let mut known = BTreeMap::new();
+    for (name, line, id) in steps.chain(macros) {
+        if let Some(other) = known.insert(key(name), id) {
+            return Err(twice(&join(within, name), line, [other, id]));
         }
     }
     Ok(())
@@ -246,6 +275,7 @@ fn replace(
     mut one: DraftMacro,
     within: &str,
     scope: &Scope<'_>,
+    ends: &Ends,
     flat: &mut Flat,
 ) -> Result<(), Fault> {
     let full = join(within, &one.name);
@@ -254,19 +284,28 @@ fn replace(
     let (place, first) = (flat.macros.len(), flat.steps.len());
     flat.macros.push(Macro { name: full.clone(), steps: Vec::new(), line: one.line });
     one.blocks.iter_mut().for_each(|block| scope.complete_block(block, within));
-    let entry = scope.own(&one.name).map(|node| node.entry.clone()).unwrap_or_default();
-    put(one.inside, &full, Some(scope), flat)?;
+    put(one.inside, &full, Some(scope), &ends.inside, flat)?;
     for step in &mut flat.steps[first..] {
         // The blocks of the macro step itself: one of its steps is active while it is.
         step.blocks.splice(0..0, one.blocks.iter().cloned());
-        step.initial |= initial && step.name == entry;
+        step.initial |= initial && step.name == ends.entry;
     }
     flat.macros[place].steps = (first..flat.steps.len()).collect();
     Ok(())
 }
 
-/// The full names of the steps where a macro step is entered and left.
-fn ends(one: &DraftMacro, full: &str) -> Result<[String; 2], Fault> {
+/// The full names of the steps where a macro step is entered and left, and the same of those in it: each is looked at once.
+struct Ends {
+    entry: String,
+    exit: String,
+    inside: Vec<Ends>,
+}
+
+fn ends_in(draft: &Draft, within: &str) -> Result<Vec<Ends>, Fault> {
+    draft.macros.iter().map(|one| ends(one, &join(within, &one.name))).collect()
+}
+
+fn ends(one: &DraftMacro, full: &str) -> Result<Ends, Fault> {
     let inside = &one.inside;
     distinct(inside, full)?;
     let marks = inside.steps.iter().map(|step| (step.name.as_str(), step.initial));
@@ -277,10 +316,10 @@ fn ends(one: &DraftMacro, full: &str) -> Result<[String; 2], Fault> {
         return Err(fault(one.line, message, "draw its steps, or draw a step in its place"));
     }
     let led = |side: fn(&DraftTransition) -> &Vec<String>| {
-        let named = move |name: &str| {
-            inside.transitions.iter().any(|way| side(way).iter().any(|own| same(own, name)))
-        };
-        nodes.iter().map(|(name, _)| *name).filter(|name| !named(name)).collect::<Vec<_>>()
+        let named: BTreeSet<String> =
+            inside.transitions.iter().flat_map(side).map(|own| key(own)).collect();
+        let names = nodes.iter().map(|(name, _)| *name);
+        names.filter(|name| !named.contains(&key(name))).collect::<Vec<_>>()
     };
     let listed = |names: &[&str]| names.join(", ");
     let marked = nodes.iter().filter(|(_, mark)| *mark).map(|(name, _)| *name);
@@ -340,19 +379,14 @@ fn ends(one: &DraftMacro, full: &str) -> Result<[String; 2], Fault> {
             return Err(fault(one.line, message, help));
         }
     };
-    let within = |name: &str, side: usize| -> Result<String, Fault> {
-        let full = join(full, name);
-        match inside.macros.iter().find(|own| same(&own.name, name)) {
-            Some(own) => ends_of(own, &full, side),
-            None => Ok(full),
-        }
+    let own = ends_in(inside, full)?;
+    let place = |name: &str| inside.macros.iter().position(|one| same(&one.name, name));
+    let within = |name: &str, side: fn(&Ends) -> &String| match place(name) {
+        Some(at) => side(&own[at]).clone(),
+        None => join(full, name),
     };
-    Ok([within(entry, 0)?, within(exit, 1)?])
-}
-
-fn ends_of(one: &DraftMacro, full: &str, side: usize) -> Result<String, Fault> {
-    let [entry, exit] = ends(one, full)?;
-    Ok(if side == 0 { entry } else { exit })
+    let (entry, exit) = (within(entry, |one| &one.entry), within(exit, |one| &one.exit));
+    Ok(Ends { entry, exit, inside: own })
 }
 
 /// Lets all bodies of a unit say in which macro step a step is of which only one has the name: some tools give every step

@@ -12,12 +12,15 @@
 //! Where a transition is reached with the branch there and without it, it becomes two that exclude each other by the
 //! branch's step flag. What cannot be rewritten so that every scan stays the same is refused, with the reason.
 
-use super::coactive::{Basis, analyse, resetting, storing};
+use super::coactive::{Analysis, Basis, steps_together};
 use super::expansion::named;
+use super::names::Taken;
 use super::{Block, Chart, Qualifier, Step, Target, Transition};
 use crate::iec::ast::{Expr, Literal, Operator};
+use crate::iec::show;
 use crate::net::Bits;
-use std::collections::{BTreeMap, BTreeSet};
+use rustc_hash::FxHashSet;
+use std::collections::BTreeSet;
 
 /// What became of a stored action.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,12 +29,16 @@ pub struct Rewriting {
     pub action: String,
     /// The qualifier that stored it.
     pub qualifier: Qualifier,
+    /// The first step that stored it.
+    pub step: String,
+    /// The line of the block there.
+    pub line: u32,
     /// The steps that its branch has now, or why it is left as it was.
     pub branch: Result<Vec<String>, String>,
 }
 
 /// Whether the branch of an action is there, and where it stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Branch {
     None,
     Wait,
@@ -41,21 +48,37 @@ enum Branch {
 /// Rewrites all stored actions that can be.
 #[must_use]
 pub fn explicit(chart: &Chart, budget: usize) -> (Chart, Vec<Rewriting>) {
-    let mut chart = chart.clone();
+    explicit_beside(chart, &mut Taken::default(), budget)
+}
+
+/// The same, with new steps whose names are not taken.
+#[must_use]
+pub fn explicit_beside(chart: &Chart, taken: &mut Taken, budget: usize) -> (Chart, Vec<Rewriting>) {
+    for step in &chart.steps {
+        taken.add(&step.name);
+        step.blocks.iter().for_each(|block| taken.add(&block.target.name()));
+    }
+    chart.macros.iter().for_each(|one| taken.add(&one.name));
     let mut told = Vec::new();
+    let mut now = chart.clone();
+    // Which steps are active together does not change: every rewriting leaves the steps what they are in every scan.
+    let mut together = None;
     for action in chart.actions() {
         let stored = chart.blocks_of(&action).find(|(_, block)| block.qualifier.is_stored());
-        let Some(qualifier) = stored.map(|(_, block)| block.qualifier) else { continue };
-        let branch = match rewrite(&chart, &action, budget) {
-            Ok((next, steps)) => {
-                chart = next;
-                Ok(steps)
-            }
-            Err(why) => Err(why),
-        };
-        told.push(Rewriting { action, qualifier, branch });
+        let Some((step, block)) = stored else { continue };
+        let (qualifier, line) = (block.qualifier, block.line);
+        let step = chart.steps[step].name.clone();
+        let branch = Stores::of(chart, &action).and_then(|stores| {
+            let together = together.get_or_insert_with(|| steps_together(chart, budget));
+            let plan = stores.plan(chart, together)?;
+            let mut names = taken.clone();
+            let (next, steps) = rewrite(&now, &action, &plan, &mut names, budget)?;
+            (now, *taken) = (next, names);
+            Ok(steps)
+        });
+        told.push(Rewriting { action, qualifier, step, line, branch });
     }
-    (chart, told)
+    (now, told)
 }
 
 /// How an action is stored, once it is known that its storing can be rewritten.
@@ -87,100 +110,122 @@ impl Plan {
     }
 }
 
-fn plan(chart: &Chart, action: &str, budget: usize) -> Result<Plan, String> {
-    let analysis = analyse(chart, budget);
-    match analysis.basis {
-        Basis::Markings(_) => {}
-        Basis::Invariants(_) => {
-            return Err("the chart has too many markings to look at all of them".to_owned());
+/// The blocks of an action that is stored, once nothing of themselves keeps it from being rewritten.
+struct Stores<'c> {
+    blocks: Vec<(usize, &'c Block)>,
+    set: Vec<usize>,
+    reset: Vec<usize>,
+    qualifier: Qualifier,
+    /// The first block that stores it.
+    first: &'c Block,
+}
+
+impl<'c> Stores<'c> {
+    fn of(chart: &'c Chart, action: &'c str) -> Result<Stores<'c>, String> {
+        let blocks: Vec<(usize, &Block)> = chart.blocks_of(action).collect();
+        let that = |is: fn(Qualifier) -> bool| {
+            let own = blocks.iter().filter(move |(_, block)| is(block.qualifier));
+            own.map(|(step, _)| *step).collect::<Vec<_>>()
+        };
+        let (set, reset) = (that(Qualifier::is_stored), that(|kind| kind == Qualifier::R));
+        if reset.is_empty() {
+            // Its branch would never end, and hold on what others reset.
+            return Err("no step of this chart resets it".to_owned());
         }
-        Basis::Unsafe(_) => {
-            return Err("a step of the chart can be entered while it is active".to_owned());
+        let stored = || blocks.iter().map(|(_, block)| *block);
+        let mut stored = stored().filter(|block| block.qualifier.is_stored());
+        let first = stored.next().ok_or("nothing stores it")?;
+        if stored.any(|block| block.qualifier != first.qualifier || block.time != first.time) {
+            return Err("it is stored by different qualifiers or times".to_owned());
         }
+        let mut qualifier = first.qualifier;
+        if qualifier.is_timed() && first.constant_time().is_none() {
+            return Err("its time is no constant".to_owned());
+        }
+        if qualifier == Qualifier::Ds && first.constant_time().is_some_and(|time| time <= 0) {
+            // Without a delay it is stored at once.
+            qualifier = Qualifier::S;
+        }
+        if let Some(step) = set.iter().map(|&step| &chart.steps[step]).find(|step| step.initial) {
+            return Err(format!("it is stored by the initial step {}", step.name));
+        }
+        let made = made(qualifier);
+        let alike = |(_, block): &&(usize, &Block)| made == Some(block.qualifier);
+        if let Some((step, block)) = blocks.iter().find(alike) {
+            let (name, with) = (&chart.steps[*step].name, block.qualifier.name());
+            return Err(format!("the step {name} has it with {with} already"));
+        }
+        Ok(Stores { blocks, set, reset, qualifier, first })
     }
-    let (set, reset) = (storing(chart, action), resetting(chart, action));
-    if reset.is_empty() {
-        // Its branch would never end, and hold on what others reset.
-        return Err("no step of this chart resets it".to_owned());
-    }
-    let name = |step: usize| chart.steps[step].name.as_str();
-    let stored: Vec<(usize, &Block)> =
-        chart.blocks_of(action).filter(|(_, block)| block.qualifier.is_stored()).collect();
-    let (_, first) = stored[0];
-    if stored
-        .iter()
-        .any(|(_, block)| block.qualifier != first.qualifier || block.time != first.time)
-    {
-        return Err("it is stored by different qualifiers or times".to_owned());
-    }
-    let mut qualifier = first.qualifier;
-    if qualifier.is_timed() && first.constant_time().is_none() {
-        return Err("its time is no constant".to_owned());
-    }
-    if qualifier == Qualifier::Ds && first.constant_time().is_some_and(|time| time <= 0) {
-        // Without a delay it is stored at once.
-        qualifier = Qualifier::S;
-    }
-    if let Some(&step) = set.iter().find(|&&step| chart.steps[step].initial) {
-        return Err(format!("it is stored by the initial step {}", name(step)));
-    }
-    let meet = |one: &[usize], other: &[usize], what: &str| {
-        let pairs = one.iter().flat_map(|&a| other.iter().map(move |&b| (a, b)));
-        let mut met = pairs.filter(|&(a, b)| a == b || !analysis.are_apart(a, b));
-        met.next().map_or(Ok(()), |(a, b)| {
-            Err(format!("the steps {} and {} can be active together: {what}", name(a), name(b)))
+
+    /// How it is stored, unless steps stand in its way that can be active together.
+    fn plan(self, chart: &Chart, analysis: &Analysis) -> Result<Plan, String> {
+        match analysis.basis {
+            Basis::Markings(_) => {}
+            Basis::Invariants(_) | Basis::Open(_) => {
+                return Err("the chart has too many markings to look at all of them".to_owned());
+            }
+            Basis::Unsafe(_) => {
+                return Err("a step of the chart can be entered while it is active".to_owned());
+            }
+        }
+        let Stores { blocks, set, reset, qualifier, first } = self;
+        let name = |step: usize| chart.steps[step].name.as_str();
+        let meet = |one: &[usize], other: &[usize], what: &str| {
+            let pairs = one.iter().flat_map(|&a| other.iter().map(move |&b| (a, b)));
+            let mut met = pairs.filter(|&(a, b)| a == b || !analysis.are_apart(a, b));
+            met.next().map_or(Ok(()), |(a, b)| {
+                Err(format!("the steps {} and {} can be active together: {what}", name(a), name(b)))
+            })
+        };
+        meet(&set, &reset, "one stores the action and the other resets it")?;
+        for (at, &step) in set.iter().enumerate() {
+            meet(&[step], &set[at + 1..], "both store the action")?;
+        }
+        for (at, &step) in reset.iter().enumerate() {
+            meet(&[step], &reset[at + 1..], "both reset the action")?;
+        }
+        for (step, block) in blocks {
+            if !block.qualifier.is_stored()
+                && !matches!(block.qualifier, Qualifier::R | Qualifier::P0 | Qualifier::P1)
+            {
+                meet(&[step], &reset, "the one has the action, and the other holds it off")?;
+            }
+        }
+        Ok(Plan {
+            set,
+            reset,
+            qualifier,
+            time: first.time.clone(),
+            target: first.target.clone(),
+            line: first.line,
         })
-    };
-    meet(&set, &reset, "one stores the action and the other resets it")?;
-    for (at, &step) in set.iter().enumerate() {
-        meet(&[step], &set[at + 1..], "both store the action")?;
     }
-    for (at, &step) in reset.iter().enumerate() {
-        meet(&[step], &reset[at + 1..], "both reset the action")?;
-    }
-    let made = match qualifier {
+}
+
+/// The qualifier with a time that the branch of a stored action gets.
+fn made(qualifier: Qualifier) -> Option<Qualifier> {
+    match qualifier {
         Qualifier::Sd => Some(Qualifier::D),
         Qualifier::Sl => Some(Qualifier::L),
         _ => None,
-    };
-    for (step, block) in chart.blocks_of(action) {
-        if block.qualifier.is_stored()
-            || matches!(block.qualifier, Qualifier::R | Qualifier::P0 | Qualifier::P1)
-        {
-            continue;
-        }
-        meet(&[step], &reset, "the one has the action, and the other holds it off")?;
-        if Some(block.qualifier) == made {
-            return Err(format!(
-                "the step {} has it with {} already",
-                name(step),
-                block.qualifier.name()
-            ));
-        }
     }
-    Ok(Plan {
-        set,
-        reset,
-        qualifier,
-        time: first.time.clone(),
-        target: first.target.clone(),
-        line: first.line,
-    })
 }
 
 /// In which states of the branch each transition can clear, under any order of clearing.
 fn occurring(chart: &Chart, plan: &Plan, budget: usize) -> Result<Vec<BTreeSet<Branch>>, String> {
     let net = chart.net();
+    let firing = net.firing();
     let mut found = vec![BTreeSet::new(); chart.transitions.len()];
     let start = (net.start(), Branch::None);
-    let mut known: BTreeMap<(Bits, Branch), ()> = BTreeMap::from([(start.clone(), ())]);
+    let mut known: FxHashSet<(Bits, Branch)> = FxHashSet::from_iter([start.clone()]);
     let mut open = vec![start];
     while let Some((marking, branch)) = open.pop() {
         if known.len() > budget {
             return Err("the chart has too many markings to look at all of them".to_owned());
         }
         let mut add = |state: (Bits, Branch)| {
-            if known.insert(state.clone(), ()).is_none() {
+            if known.insert(state.clone()) {
                 open.push(state);
             }
         };
@@ -188,7 +233,7 @@ fn occurring(chart: &Chart, plan: &Plan, budget: usize) -> Result<Vec<BTreeSet<B
             add((marking.clone(), Branch::On));
         }
         let too_many = || "too many transitions can clear at once".to_owned();
-        for set in net.moves(&marking).ok_or_else(too_many)? {
+        for set in firing.moves(&marking).ok_or_else(too_many)? {
             let mut next = branch;
             for &at in &set {
                 found[at].insert(branch);
@@ -204,9 +249,14 @@ fn flag(step: &str) -> Expr {
     Expr::Variable(named(step).with("X"))
 }
 
-fn rewrite(chart: &Chart, action: &str, budget: usize) -> Result<(Chart, Vec<String>), String> {
-    let plan = plan(chart, action, budget)?;
-    let occurring = occurring(chart, &plan, budget)?;
+fn rewrite(
+    chart: &Chart,
+    action: &str,
+    plan: &Plan,
+    taken: &mut Taken,
+    budget: usize,
+) -> Result<(Chart, Vec<String>), String> {
+    let occurring = occurring(chart, plan, budget)?;
     let mut next = chart.clone();
     for step in &mut next.steps {
         step.blocks.retain(|block| {
@@ -217,7 +267,7 @@ fn rewrite(chart: &Chart, action: &str, budget: usize) -> Result<(Chart, Vec<Str
     let is_delayed = plan.qualifier == Qualifier::Ds;
     let mut branch = Vec::new();
     let mut add = |next: &mut Chart, suffix: &str, qualifier: Option<Qualifier>| {
-        let name = free_name(next, &format!("{}_{suffix}", plain(action)));
+        let name = taken.free(&format!("{}_{suffix}", plain(action)));
         let mut step = Step::new(name.clone(), false, plan.line);
         let time = plan.time.clone().filter(|_| qualifier.is_some_and(Qualifier::is_timed));
         let block = qualifier.map(|qualifier| Block {
@@ -232,19 +282,15 @@ fn rewrite(chart: &Chart, action: &str, budget: usize) -> Result<(Chart, Vec<Str
         (next.steps.len() - 1, name)
     };
     let wait = is_delayed.then(|| add(&mut next, "wait", None));
-    let own = match plan.qualifier {
-        Qualifier::Sd => Qualifier::D,
-        Qualifier::Sl => Qualifier::L,
-        _ => Qualifier::N,
-    };
-    let on = add(&mut next, "on", Some(own));
+    let on = add(&mut next, "on", Some(made(plan.qualifier).unwrap_or(Qualifier::N)));
     let place = |branch: Branch| match branch {
         Branch::None => None,
         Branch::Wait => wait.as_ref(),
         Branch::On => Some(&on),
     };
     next.transitions.clear();
-    for (one, states) in chart.transitions.iter().zip(&occurring) {
+    for (at, (one, states)) in chart.transitions.iter().zip(&occurring).enumerate() {
+        let first = next.transitions.len();
         let (changing, staying): (Vec<Branch>, Vec<Branch>) =
             states.iter().partition(|&&state| plan.next(one, state) != state);
         for &state in &changing {
@@ -278,9 +324,16 @@ fn rewrite(chart: &Chart, action: &str, budget: usize) -> Result<(Chart, Vec<Str
             }
             next.transitions.push(variant);
         }
+        if next.transitions[first..].iter().any(|variant| variant.condition != one.condition) {
+            in_text(chart, at)?;
+        }
+    }
+    let (first, _) = wait.as_ref().unwrap_or(&on);
+    if !next.transitions.iter().any(|one| one.to.contains(first)) {
+        return Err("no step that stores it is ever active".to_owned());
     }
     if let Some(wait) = &wait {
-        let over = over(chart, &plan, &occurring, wait, &on)?;
+        let over = over(chart, plan, &occurring, wait, &on)?;
         next.transitions.push(over);
     }
     Ok((next, branch))
@@ -323,6 +376,7 @@ fn over(
                 ));
             }
         }
+        in_text(chart, at)?;
         let mut clears = one.condition.clone();
         for &step in one.from.iter().filter(|step| !plan.set.contains(step)) {
             clears = flag(&chart.steps[step].name).and(clears);
@@ -351,10 +405,17 @@ fn plain(action: &str) -> String {
     action.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
 }
 
-fn free_name(chart: &Chart, wanted: &str) -> String {
-    let numbered = (2..).map(|number: usize| format!("{wanted}{number}"));
-    let mut names = std::iter::once(wanted.to_owned()).chain(numbered);
-    names.find(|name| chart.flagged(name).is_none()).unwrap_or_else(|| wanted.to_owned())
+/// Refuses to add to a condition, or to ask for it elsewhere, that has no form in text.
+fn in_text(chart: &Chart, at: usize) -> Result<(), String> {
+    let one = &chart.transitions[at];
+    match show::formless(&one.condition) {
+        None => Ok(()),
+        Some(why) => Err(format!(
+            "the condition of transition {} in line {} would become a part of another one: {why}",
+            chart.transition_name(at),
+            one.line
+        )),
+    }
 }
 
 #[cfg(test)]

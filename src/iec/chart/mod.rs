@@ -6,10 +6,12 @@ pub mod draft;
 pub mod evaluate;
 pub mod expansion;
 pub mod explicit;
+pub mod names;
 pub mod plain;
 pub mod run;
 pub mod structure;
 pub mod text;
+pub mod told;
 
 use super::ast::{Expr, Literal, Operator, Path};
 use super::{Body, Pou, same, show};
@@ -243,6 +245,36 @@ impl Chart {
     #[must_use]
     pub fn initial(&self) -> Vec<usize> {
         (0..self.steps.len()).filter(|&step| self.steps[step].initial).collect()
+    }
+
+    /// Whether transitions compete for a step of which one has no priority.
+    #[must_use]
+    pub fn competes(&self) -> bool {
+        let all = &self.transitions;
+        let pairs = all
+            .iter()
+            .enumerate()
+            .flat_map(|(at, one)| all[..at].iter().map(move |two| (one, two)));
+        { pairs }.any(|(one, two)| {
+            !(one.has_priority && two.has_priority)
+                && one.from.iter().any(|step| two.from.contains(step))
+        })
+    }
+
+    /// Its Petri net where all of competing transitions clear that are true, but for those that all have priorities.
+    #[must_use]
+    pub fn net_of_all(&self) -> Net {
+        let mut net = self.net();
+        // Some controllers end a step at once when a transition with a priority clears: conditions behind it see other flags.
+        let ends_at_once = self.transitions.iter().any(|one| one.has_priority);
+        for (one, transition) in net.transitions.iter_mut().zip(&self.transitions) {
+            one.shares = !transition.has_priority;
+            if ends_at_once {
+                one.needs.clear();
+                one.bars.clear();
+            }
+        }
+        net
     }
 
     /// Its Petri net: a place a step. What a condition asks of step flags in any case, its transition asks of the net.

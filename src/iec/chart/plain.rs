@@ -2,7 +2,8 @@
 //! changed with them, so that any tool reads what is written.
 
 use super::expansion::{bodies, in_chart, named};
-use super::{Chart, Target};
+use super::names::Taken;
+use super::{Chart, Step, Target};
 use crate::iec::ast::{Expr, Path, change, paths_of};
 use crate::iec::{Body, Pou, same, show};
 
@@ -11,8 +12,16 @@ use crate::iec::{Body, Pou, same, show};
 /// # Errors
 /// What cannot be said without them, in words.
 pub fn plain(pou: &Pou) -> Result<Option<Pou>, String> {
+    plain_beside(pou, &mut Taken::of(pou))
+}
+
+/// The same, with names that are not taken.
+///
+/// # Errors
+/// As with [`plain`].
+pub fn plain_beside(pou: &Pou, taken: &mut Taken) -> Result<Option<Pou>, String> {
     let names: Vec<Names> =
-        pou.charts().into_iter().map(|(_, chart)| Names::of(chart, pou)).collect();
+        pou.charts().into_iter().map(|(_, chart)| Names::of(chart, taken)).collect();
     if names.iter().all(|one| one.macros.is_empty()) {
         return Ok(None);
     }
@@ -48,21 +57,12 @@ struct Names {
 }
 
 impl Names {
-    fn of(chart: &Chart, pou: &Pou) -> Names {
-        let mut taken: Vec<String> = pou.variables.iter().map(|one| one.name.clone()).collect();
-        taken.extend(chart.steps.iter().map(|step| step.name.clone()));
-        let mut now: Vec<String> = Vec::new();
-        for step in &chart.steps {
-            let mut name = step.name.replace('.', "_");
-            let wanted = name.clone();
-            let mut number = 2;
-            while name != step.name && taken.iter().any(|own| same(own, &name)) {
-                name = format!("{wanted}_{number}");
-                number += 1;
-            }
-            taken.push(name.clone());
-            now.push(name);
-        }
+    fn of(chart: &Chart, taken: &mut Taken) -> Names {
+        let now = |step: &Step| match step.name.contains('.') {
+            true => taken.free(&step.name.replace('.', "_")),
+            false => step.name.clone(),
+        };
+        let now: Vec<String> = chart.steps.iter().map(now).collect();
         let macros = chart.macros.iter().map(|one| {
             let own = one.steps.iter().map(|&step| now[step].clone()).collect();
             (one.name.clone(), own)

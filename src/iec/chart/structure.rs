@@ -3,9 +3,13 @@
 //! Each rule replaces a part of the net by one place or one transition that stands for it, and keeps the net's behaviour:
 //! a place between two transitions is taken into one transition, two places with a transition between into one place, two
 //! transitions between the same places become a selection, two places between the same transitions a parallel, and a
-//! transition from a place to itself a loop. What no rule applies to any more is not well nested, and is shown as it is.
+//! transition from a place to itself a loop. A way into a step that nothing leads out of is a way out.
+//!
+//! What no rule applies to any more does not nest: then one way after the other is taken for a jump, that which leaves the
+//! least behind first, until the rest nests.
 
 use super::Chart;
+use std::collections::BTreeMap;
 
 /// A part of a chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,8 +26,38 @@ pub enum Part {
     Parallel(Vec<Part>),
     /// A part, and the way that leads from its end to its beginning.
     Loop(Box<Part>, Box<Part>),
-    /// Parts that do not nest.
+    /// A part, and a way that leads from its end out of what nests: it ends in a jump, or in a step that nothing leads out
+    /// of.
+    Exit(Box<Part>, Box<Part>),
+    /// Parts that no way leads to from the others but those that do not nest.
     Tangle(Vec<Part>),
+}
+
+/// The tree of a chart, and what stands across it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Outline {
+    /// The tree.
+    pub part: Part,
+    /// The transitions that break the nesting. Those out of one step end the ways out of the tree; those that join steps of
+    /// several branches are not in it.
+    pub jumps: Vec<usize>,
+    /// How many of these lead back.
+    pub returns: usize,
+}
+
+impl Outline {
+    /// How many selections, parallels and loops there are: a jump back is a loop.
+    #[must_use]
+    pub fn count(&self) -> [usize; 3] {
+        let [selections, parallels, loops] = self.part.count();
+        [selections, parallels, loops + self.returns]
+    }
+
+    /// Whether a transition is in the tree.
+    #[must_use]
+    pub fn has(&self, transition: usize) -> bool {
+        self.part.has(transition)
+    }
 }
 
 impl Part {
@@ -40,40 +74,82 @@ impl Part {
         Part::Sequence(all)
     }
 
-    /// Whether it is a tangle, or has one in it.
-    #[must_use]
-    pub fn is_tangled(&self) -> bool {
+    /// The parts that it consists of.
+    fn inner(&self) -> Vec<&Part> {
         match self {
-            Part::Step(_) | Part::Transition(_) => false,
-            Part::Tangle(_) => true,
-            Part::Sequence(parts) | Part::Selection(parts) | Part::Parallel(parts) => {
-                parts.iter().any(Part::is_tangled)
-            }
-            Part::Loop(body, back) => body.is_tangled() || back.is_tangled(),
-        }
-    }
-
-    /// How many selections, parallels and loops it has.
-    #[must_use]
-    pub fn count(&self) -> [usize; 3] {
-        let own = match self {
-            Part::Selection(_) => [1, 0, 0],
-            Part::Parallel(_) => [0, 1, 0],
-            Part::Loop(..) => [0, 0, 1],
-            _ => [0, 0, 0],
-        };
-        let inner: Vec<&Part> = match self {
             Part::Step(_) | Part::Transition(_) => Vec::new(),
             Part::Sequence(parts)
             | Part::Selection(parts)
             | Part::Parallel(parts)
             | Part::Tangle(parts) => parts.iter().collect(),
-            Part::Loop(body, back) => vec![body, back],
+            Part::Loop(body, way) | Part::Exit(body, way) => vec![body, way],
+        }
+    }
+
+    /// How many selections, parallels and loops it has. Ways out of one part are a selection.
+    fn count(&self) -> [usize; 3] {
+        let own = match self {
+            Part::Selection(_) => [1, 0, 0],
+            Part::Exit(body, _) if !matches!(**body, Part::Exit(..)) => [1, 0, 0],
+            Part::Parallel(_) => [0, 1, 0],
+            Part::Loop(..) => [0, 0, 1],
+            _ => [0, 0, 0],
         };
-        inner
+        // What leads out and what goes on behind it are ways of one selection.
+        let is_one = |pair: &&[Part]| matches!(pair, [Part::Exit(..), Part::Selection(_)]);
+        let twice = match self {
+            Part::Sequence(parts) => parts.windows(2).filter(is_one).count(),
+            _ => 0,
+        };
+        let [selections, parallels, loops] = self
+            .inner()
             .into_iter()
             .map(Part::count)
-            .fold(own, |sum, more| [sum[0] + more[0], sum[1] + more[1], sum[2] + more[2]])
+            .fold(own, |sum, more| [sum[0] + more[0], sum[1] + more[1], sum[2] + more[2]]);
+        [selections - twice, parallels, loops]
+    }
+
+    /// The steps in it, in the order of flow.
+    #[must_use]
+    pub fn steps(&self) -> Vec<usize> {
+        match self {
+            Part::Step(step) => vec![*step],
+            other => other.inner().into_iter().flat_map(Part::steps).collect(),
+        }
+    }
+
+    /// How many steps stand in ways out.
+    fn outside(&self) -> usize {
+        match self {
+            Part::Exit(body, way) => body.outside() + way.steps().len(),
+            other => other.inner().into_iter().map(Part::outside).sum(),
+        }
+    }
+
+    /// The transitions at its end; none where it ends in a step.
+    #[must_use]
+    pub fn last(&self) -> Vec<usize> {
+        match self {
+            Part::Transition(one) => vec![*one],
+            Part::Sequence(parts) => parts.last().map(Part::last).unwrap_or_default(),
+            Part::Selection(parts) => parts.iter().flat_map(Part::last).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    fn has(&self, transition: usize) -> bool {
+        match self {
+            Part::Transition(one) => *one == transition,
+            other => other.inner().into_iter().any(|part| part.has(transition)),
+        }
+    }
+
+    /// The transitions at the end of ways back.
+    fn returning(&self, into: &mut Vec<usize>) {
+        if let Part::Loop(_, back) = self {
+            into.extend(back.last());
+        }
+        self.inner().into_iter().for_each(|part| part.returning(into));
     }
 }
 
@@ -83,6 +159,14 @@ struct Place {
     initial: bool,
 }
 
+impl Place {
+    /// Adds a way out.
+    fn exit(&mut self, way: Part) {
+        let body = std::mem::replace(&mut self.part, Part::Tangle(Vec::new()));
+        self.part = Part::Exit(Box::new(body), Box::new(way));
+    }
+}
+
 #[derive(Debug, Clone)]
 struct Move {
     part: Part,
@@ -90,14 +174,18 @@ struct Move {
     to: Vec<usize>,
 }
 
+#[derive(Clone)]
 struct Net {
     places: Vec<Option<Place>>,
     moves: Vec<Option<Move>>,
 }
 
+/// Up to how many ways each is tried as a jump, where a net does not nest.
+const TRIED: usize = 60;
+
 /// The tree of a chart.
 #[must_use]
-pub fn structure(chart: &Chart) -> Part {
+pub fn structure(chart: &Chart) -> Outline {
     let place = |(at, step): (usize, &super::Step)| {
         Some(Place { part: Part::Step(at), initial: step.initial })
     };
@@ -108,19 +196,80 @@ pub fn structure(chart: &Chart) -> Part {
         places: chart.steps.iter().enumerate().map(place).collect(),
         moves: chart.transitions.iter().enumerate().map(way).collect(),
     };
-    while net.select() || net.parallel() || net.pass() || net.follow() || net.turn() {}
+    net.reduce();
+    let mut jumps = Vec::new();
+    let levels = levels(chart);
+    while let Some((next, more)) = net.broken(&levels) {
+        net = next;
+        jumps.extend(more);
+    }
     let mut rest: Vec<Part> = net.places.into_iter().flatten().map(|place| place.part).collect();
-    rest.extend(net.moves.into_iter().flatten().map(|one| one.part));
-    if rest.len() == 1 { rest.remove(0) } else { Part::Tangle(rest) }
+    let part = if rest.len() == 1 { rest.remove(0) } else { Part::Tangle(rest) };
+    jumps.sort_unstable();
+    let returns = returns(chart, &part, &jumps);
+    Outline { part, jumps, returns }
+}
+
+/// How far each step is from the start.
+fn levels(chart: &Chart) -> Vec<usize> {
+    let mut levels = vec![usize::MAX; chart.steps.len()];
+    let mut open = chart.initial();
+    open.iter().for_each(|&step| levels[step] = 0);
+    let mut at = 0;
+    while at < open.len() {
+        let step = open[at];
+        at += 1;
+        for one in chart.transitions.iter().filter(|one| one.from.contains(&step)) {
+            for &behind in &one.to {
+                if levels[behind] == usize::MAX {
+                    levels[behind] = levels[step] + 1;
+                    open.push(behind);
+                }
+            }
+        }
+    }
+    levels
+}
+
+/// How many of the jumps lead back: from where they lead to, other ways go on to where they come from.
+fn returns(chart: &Chart, part: &Part, jumps: &[usize]) -> usize {
+    let mut back = jumps.to_vec();
+    part.returning(&mut back);
+    let leads_back = |jump: &&usize| {
+        let one = &chart.transitions[**jump];
+        let mut seen = one.to.clone();
+        let mut at = 0;
+        while at < seen.len() {
+            let step = seen[at];
+            at += 1;
+            for (way, next) in chart.transitions.iter().enumerate() {
+                if next.from.contains(&step) && !back.contains(&way) {
+                    let new: Vec<usize> =
+                        next.to.iter().filter(|step| !seen.contains(step)).copied().collect();
+                    seen.extend(new);
+                }
+            }
+        }
+        one.from.iter().any(|step| seen.contains(step))
+    };
+    jumps.iter().filter(leads_back).count()
+}
+
+/// The transitions that put a token into a place, and those that take one.
+type Around = (Vec<usize>, Vec<usize>);
+
+/// A part, which another one takes the place of.
+fn taken(part: &mut Part) -> Part {
+    std::mem::replace(part, Part::Sequence(Vec::new()))
 }
 
 fn many(
-    mut parts: Vec<Part>,
+    parts: [Part; 2],
     wrap: fn(Vec<Part>) -> Part,
     open: fn(Part) -> Result<Vec<Part>, Part>,
 ) -> Part {
     let mut flat = Vec::new();
-    for part in parts.drain(..) {
+    for part in parts {
         match open(part) {
             Ok(inner) => flat.extend(inner),
             Err(one) => flat.push(one),
@@ -130,118 +279,191 @@ fn many(
 }
 
 impl Net {
-    /// The transitions that put a token into a place, and those that take one.
-    fn around(&self, place: usize) -> (Vec<usize>, Vec<usize>) {
-        let that = |side: fn(&Move) -> &Vec<usize>| {
-            let all = self.moves.iter().enumerate();
-            let own =
-                all.filter(|(_, one)| one.as_ref().is_some_and(|one| side(one).contains(&place)));
-            own.map(|(at, _)| at).collect::<Vec<_>>()
-        };
-        (that(|one| &one.to), that(|one| &one.from))
+    /// Takes together what nests.
+    fn reduce(&mut self) {
+        while self.select()
+            || self.parallel()
+            || self.pass()
+            || self.follow()
+            || self.turn()
+            || self.end()
+        {}
     }
 
-    /// Two transitions between the same places.
+    /// How many steps stand in ways out.
+    fn outside(&self) -> usize {
+        let places = self.places.iter().flatten().map(|place| place.part.outside());
+        let moves = self.moves.iter().flatten().map(|one| one.part.outside());
+        places.chain(moves).sum()
+    }
+
+    /// How much is left.
+    fn size(&self) -> usize {
+        self.places.iter().flatten().count() + self.moves.iter().flatten().count()
+    }
+
+    /// The net with one of its ways taken for a jump, that which leaves the least behind, and the transitions that jump;
+    /// nothing if no way is left.
+    fn broken(&self, levels: &[usize]) -> Option<(Net, Vec<usize>)> {
+        let left = self.moves.iter().enumerate();
+        let left = left.filter_map(|(at, one)| one.as_ref().map(|one| (at, one)));
+        // What was put behind a join that jumps has no level.
+        let level = |place: &usize| levels.get(*place).copied().unwrap_or(usize::MAX);
+        let is_back =
+            |one: &Move| one.to.iter().map(level).max() <= one.from.iter().map(level).min();
+        let mut ways: Vec<(bool, usize)> = left.map(|(at, one)| (!is_back(one), at)).collect();
+        ways.sort_unstable();
+        if ways.len() > TRIED {
+            ways.truncate(1);
+        }
+        let all = ways.into_iter().map(|(_, at)| self.without(at));
+        all.min_by_key(|(net, jumps)| (net.size(), net.outside(), jumps.len()))
+    }
+
+    /// The net with a way taken for a jump.
+    fn without(&self, way: usize) -> (Net, Vec<usize>) {
+        let mut net = self.clone();
+        let Some(one) = net.moves[way].take() else { return (net, Vec::new()) };
+        let jumps = one.part.last();
+        match (&one.from[..], one.part) {
+            (&[from], part) => {
+                if let Some(place) = &mut net.places[from] {
+                    place.exit(part);
+                }
+            }
+            // What stands behind a join stays, and leads nowhere.
+            (_, Part::Sequence(mut parts)) if parts.len() > 2 => {
+                parts.pop();
+                let first = parts.remove(0);
+                let rest = if parts.len() == 1 { parts.remove(0) } else { Part::Sequence(parts) };
+                net.places.push(Some(Place { part: rest, initial: false }));
+                let to = vec![net.places.len() - 1];
+                net.moves[way] = Some(Move { part: first, from: one.from, to });
+            }
+            _ => {}
+        }
+        net.reduce();
+        (net, jumps)
+    }
+
+    /// What stands around each place.
+    fn around(&self) -> Vec<Around> {
+        let mut around = vec![Around::default(); self.places.len()];
+        for (at, one) in self.moves.iter().enumerate() {
+            let Some(one) = one else { continue };
+            one.to.iter().for_each(|&place| around[place].0.push(at));
+            one.from.iter().for_each(|&place| around[place].1.push(at));
+        }
+        around
+    }
+
+    /// Transitions between the same places.
     fn select(&mut self) -> bool {
-        for first in 0..self.moves.len() {
-            for second in first + 1..self.moves.len() {
-                let (Some(one), Some(other)) = (&self.moves[first], &self.moves[second]) else {
-                    continue;
-                };
-                if one.from != other.from || one.to != other.to {
-                    continue;
-                }
-                let parts = vec![one.part.clone(), other.part.clone()];
-                let part = many(parts, Part::Selection, |part| match part {
-                    Part::Selection(inner) => Ok(inner),
-                    other => Err(other),
-                });
-                if let Some(one) = &mut self.moves[first] {
-                    one.part = part;
-                }
-                self.moves[second] = None;
-                return true;
+        let mut known: BTreeMap<(Vec<usize>, Vec<usize>), usize> = BTreeMap::new();
+        let mut changed = false;
+        for at in 0..self.moves.len() {
+            let Some(one) = &self.moves[at] else { continue };
+            let first = *known.entry((one.from.clone(), one.to.clone())).or_insert(at);
+            if first == at {
+                continue;
             }
+            let second = self.moves[at].take();
+            if let (Some(one), Some(other)) = (&mut self.moves[first], second) {
+                one.part =
+                    many([taken(&mut one.part), other.part], Part::Selection, |part| match part {
+                        Part::Selection(inner) => Ok(inner),
+                        other => Err(other),
+                    });
+            }
+            changed = true;
         }
-        false
+        changed
     }
 
-    /// Two places between the same transitions.
+    /// Places between the same transitions.
     fn parallel(&mut self) -> bool {
-        let around: Vec<_> = (0..self.places.len()).map(|place| self.around(place)).collect();
-        for first in 0..self.places.len() {
-            for second in first + 1..self.places.len() {
-                let (Some(one), Some(other)) = (&self.places[first], &self.places[second]) else {
-                    continue;
-                };
-                let alike = around[first] == around[second] && one.initial == other.initial;
-                if !alike || around[first].0.is_empty() || around[first].1.is_empty() {
-                    continue;
-                }
-                let parts = vec![one.part.clone(), other.part.clone()];
-                let part = many(parts, Part::Parallel, |part| match part {
-                    Part::Parallel(inner) => Ok(inner),
-                    other => Err(other),
-                });
-                if let Some(one) = &mut self.places[first] {
-                    one.part = part;
-                }
-                self.places[second] = None;
-                for one in self.moves.iter_mut().flatten() {
-                    one.from.retain(|&place| place != second);
-                    one.to.retain(|&place| place != second);
-                }
-                return true;
+        let around = self.around();
+        let mut known: BTreeMap<(&Around, bool), usize> = BTreeMap::new();
+        let mut changed = false;
+        for (at, own) in around.iter().enumerate() {
+            let Some(one) = &self.places[at] else { continue };
+            if own.0.is_empty() && own.1.is_empty() {
+                continue;
+            }
+            let first = *known.entry((own, one.initial)).or_insert(at);
+            if first == at {
+                continue;
+            }
+            let second = self.places[at].take();
+            if let (Some(one), Some(other)) = (&mut self.places[first], second) {
+                one.part =
+                    many([taken(&mut one.part), other.part], Part::Parallel, |part| match part {
+                        Part::Parallel(inner) => Ok(inner),
+                        other => Err(other),
+                    });
+            }
+            changed = true;
+        }
+        if changed {
+            let Net { places, moves } = self;
+            for one in moves.iter_mut().flatten() {
+                one.from.retain(|&place| places[place].is_some());
+                one.to.retain(|&place| places[place].is_some());
             }
         }
-        false
+        changed
     }
 
-    /// A place that one transition leads into, alone, and another out of, alone.
+    /// Places that one transition leads into, alone, and another out of, alone.
     fn pass(&mut self) -> bool {
+        let mut around = self.around();
+        let mut changed = false;
         for place in 0..self.places.len() {
-            let Some(inner) = self.places[place].as_ref().filter(|one| !one.initial).cloned()
-            else {
+            let (&[into], &[out]) = (&around[place].0[..], &around[place].1[..]) else { continue };
+            let [Some(before), Some(behind)] = [&self.moves[into], &self.moves[out]] else {
                 continue;
             };
-            let (into, out) = self.around(place);
-            let (&[into], &[out]) = (&into[..], &out[..]) else { continue };
-            let (Some(before), Some(behind)) = (&self.moves[into], &self.moves[out]) else {
-                continue;
-            };
-            if into == out || before.to != [place] || behind.from != [place] {
+            if into == out
+                || before.to != [place]
+                || behind.from != [place]
+                || self.places[place].as_ref().is_none_or(|one| one.initial)
+            {
                 continue;
             }
-            let part = before.part.clone().then(inner.part).then(behind.part.clone());
-            let joined = Move { part, from: before.from.clone(), to: behind.to.clone() };
-            self.moves[into] = Some(joined);
-            self.moves[out] = None;
-            self.places[place] = None;
-            return true;
+            let (inner, behind) = (self.places[place].take(), self.moves[out].take());
+            if let (Some(before), Some(inner), Some(behind)) =
+                (&mut self.moves[into], inner, behind)
+            {
+                for &next in &behind.to {
+                    let way = around[next].0.iter_mut().filter(|way| **way == out);
+                    way.for_each(|way| *way = into);
+                }
+                before.part = taken(&mut before.part).then(inner.part).then(behind.part);
+                before.to = behind.to;
+            }
+            changed = true;
         }
-        false
+        changed
     }
 
     /// Two places with a transition between them that is the only way out of the one and into the other.
     fn follow(&mut self) -> bool {
+        let around = self.around();
         for way in 0..self.moves.len() {
             let Some(one) = &self.moves[way] else { continue };
             let (&[from], &[to]) = (&one.from[..], &one.to[..]) else { continue };
-            if from == to || self.around(from).1 != [way] || self.around(to).0 != [way] {
+            if from == to || around[from].1 != [way] || around[to].0 != [way] {
                 continue;
             }
-            let (Some(first), Some(second)) = (&self.places[from], &self.places[to]) else {
-                continue;
-            };
-            if second.initial {
+            if self.places[to].as_ref().is_none_or(|second| second.initial) {
                 continue;
             }
-            let part = first.part.clone().then(one.part.clone()).then(second.part.clone());
-            if let Some(first) = &mut self.places[from] {
-                first.part = part;
+            let (between, second) = (self.moves[way].take(), self.places[to].take());
+            if let (Some(first), Some(between), Some(second)) =
+                (&mut self.places[from], between, second)
+            {
+                first.part = taken(&mut first.part).then(between.part).then(second.part);
             }
-            self.places[to] = None;
-            self.moves[way] = None;
             for one in self.moves.iter_mut().flatten() {
                 one.from.iter_mut().filter(|place| **place == to).for_each(|place| *place = from);
             }
@@ -264,6 +486,28 @@ impl Net {
                 place.part = Part::Loop(body, back);
             }
             self.moves[way] = None;
+            return true;
+        }
+        false
+    }
+
+    /// A way into a place that nothing leads out of.
+    fn end(&mut self) -> bool {
+        for (place, around) in self.around().into_iter().enumerate() {
+            let Some(last) = self.places[place].as_ref().filter(|one| !one.initial).cloned() else {
+                continue;
+            };
+            let (&[into], &[]) = (&around.0[..], &around.1[..]) else {
+                continue;
+            };
+            let Some(one) = &self.moves[into] else { continue };
+            let (&[from], &[_]) = (&one.from[..], &one.to[..]) else { continue };
+            let way = one.part.clone().then(last.part);
+            if let Some(before) = &mut self.places[from] {
+                before.exit(way);
+            }
+            self.places[place] = None;
+            self.moves[into] = None;
             return true;
         }
         false
@@ -294,11 +538,21 @@ mod tests {
             Part::Loop(body, back) => {
                 format!("{{{}}}", all(&[(**body).clone(), (**back).clone()], " ^ "))
             }
+            Part::Exit(body, way) => {
+                format!("<{}>", all(&[(**body).clone(), (**way).clone()], " / "))
+            }
             Part::Tangle(parts) => format!("?{}?", all(parts, ", ")),
         }
     }
 
     fn of(steps: &str, ways: &[(&str, &str)]) -> String {
+        let chart = chart(steps, ways);
+        let outline = structure(&chart);
+        let jumps = outline.jumps.iter().map(|&at| chart.transition_name(at));
+        jumps.fold(told(&chart, &outline.part), |text, jump| text + "; " + &jump)
+    }
+
+    fn chart(steps: &str, ways: &[(&str, &str)]) -> Chart {
         let mut text = "PROGRAM p\n".to_owned();
         for (at, step) in steps.split(' ').enumerate() {
             let word = if at == 0 { "INITIAL_STEP" } else { "STEP" };
@@ -309,8 +563,8 @@ mod tests {
         }
         text += "END_PROGRAM";
         let project = file("a.st", &text).expect("a chart");
-        let Body::Chart(chart) = &project.pous[0].body else { panic!("a chart") };
-        told(chart, &structure(chart))
+        let Body::Chart(chart) = project.pous[0].body.clone() else { panic!("a chart") };
+        *chart
     }
 
     #[test]
@@ -334,9 +588,29 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_nest_is_shown_as_it_is() {
+    fn ways_that_do_not_nest_are_jumps() {
         // A way out of one branch of a parallel.
-        let text = of("a b c d", &[("a", "(b, c)"), ("b", "d"), ("(b, c)", "a"), ("d", "a")]);
-        assert!(text.starts_with('?'), "{text}");
+        let ways = [("a", "(b, c)"), ("b", "d"), ("(b, c)", "a"), ("d", "a")];
+        assert_eq!(of("a b c d", &ways), "{a ^ [<b / d> & c]}; d -> a");
+        // From one branch of a selection into another.
+        let ways =
+            [("a", "b"), ("a", "c"), ("b", "d"), ("c", "e"), ("d", "f"), ("e", "f"), ("f", "a")];
+        assert_eq!(of("a b c d e f", &ways), "{a ^ (b d | c e) f}");
+        let across = [&ways[..], &[("b", "e")]].concat();
+        let text = of("a b c d e f", &across);
+        assert!(text.ends_with("; b -> e") && !text.contains('?'), "{text}");
+        assert_eq!(structure(&chart("a b c d e f", &across)).count(), [2, 0, 1]);
+        // A join of steps that stand in different branches, in one of them in the midst: it leads back.
+        let ways = [("a", "(b, c)"), ("c", "d"), ("(b, d)", "a"), ("(b, c)", "a")];
+        assert_eq!(of("a b c d", &ways), "{a ^ [b & c d]}; b, c -> a");
+        assert_eq!(structure(&chart("a b c d", &ways)).count(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn charts_that_end_nest() {
+        assert_eq!(of("a b c", &[("a", "b"), ("a", "c")]), "<<a / b> / c>");
+        assert_eq!(of("a b c", &[("a", "(b, c)"), ("b", "b"), ("c", "c")]), "a [{b} & {c}]");
+        // A step that nothing leads to stands by itself.
+        assert_eq!(of("a b c", &[("a", "b"), ("b", "a"), ("c", "a")]), "?{a ^ b}, c?; c -> a");
     }
 }

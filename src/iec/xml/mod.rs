@@ -5,13 +5,18 @@
 mod body;
 mod chart;
 mod checked;
+mod drawing;
 mod graph;
 mod interface;
+mod kept;
+mod named;
 mod node;
 mod project;
 mod reading;
 mod standard;
 pub mod write;
+
+pub use named::named;
 
 use super::Project;
 use super::fault::Fault;

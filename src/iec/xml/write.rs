@@ -1,77 +1,71 @@
 //! Writes projects and charts as PLCopen XML 2.01, as other tools open them.
 
-use super::node::{ACTIVE, ELEMENT, ENTRY, EXIT};
+use super::drawing::{self, HTML, escaped};
+use super::kept::Kept;
+use super::node::Text;
 use crate::iec::ast::Expr;
+use crate::iec::chart::Chart;
 use crate::iec::chart::plain::plain;
-use crate::iec::chart::{Block, Chart, Step, Target};
 use crate::iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable, show};
-use std::collections::BTreeMap;
+use roxmltree::Document;
 use std::fmt::Write;
 
 const NAMESPACE: &str = "http://www.plcopen.org/xml/tc6_0201";
-const HTML: &str = "http://www.w3.org/1999/xhtml";
-
-/// A text as XML has it.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out += "&amp;",
-            '<' => out += "&lt;",
-            '>' => out += "&gt;",
-            '"' => out += "&quot;",
-            _ => out.push(c),
-        }
-    }
-    out
-}
 
 /// A chart as the element SFC, in the default namespace of what stands around it.
 ///
 /// # Errors
 /// What of it cannot be written, in words: parts of drawings that have no form in text.
 pub fn chart(chart: &Chart) -> Result<String, String> {
-    if let Some(own) = chart.macros.first() {
-        return Err(format!("the macro step {} was not replaced before", own.name));
-    }
-    let mut writer = Writer { chart, text: String::new(), next: 1, steps: Vec::new() };
-    writer.chart()?;
-    if writer.text.contains('~') {
-        return Err("a condition or an action of it was drawn, and has no form in text".to_owned());
-    }
-    Ok(format!("<SFC>\n{}</SFC>", writer.text))
+    Ok(format!("<SFC>\n{}</SFC>", drawing::chart(chart, None)?))
 }
 
-/// A file in which these charts take the places of those that it has.
+/// A file in which these charts take the places of those that it has. What a chart has in common with the one whose place
+/// it takes stays as it is written there: conditions, bodies of actions, comments, documentation, additional data.
 ///
 /// # Errors
 /// As with [`chart`].
 pub fn replaced(file: &str, charts: &[&Chart]) -> Result<String, String> {
+    let plain = file.trim_start_matches('\u{feff}');
+    let wrong = |error: roxmltree::Error| format!("the file cannot be read: {error}");
+    let document = Document::parse(plain).map_err(wrong)?;
+    let before = super::file("", plain)
+        .map_err(|faults| faults.first().map_or_else(String::new, |one| one.message.clone()))?;
+    let (lines, all) = (Text::new(plain, &document), before.charts());
     let mut places: Vec<((usize, usize), String)> = Vec::new();
     for &one in charts {
         let span = one.span.ok_or("the chart does not stand in a file of XML")?;
-        places.push((span, chart(one)?));
+        let own = all.iter().find(|(.., chart)| chart.span == Some(span));
+        let mut nodes = document.descendants();
+        let node =
+            nodes.find(|node| node.is_element() && (node.range().start, node.range().end) == span);
+        let (Some((name, _, own)), Some(node)) = (own, node) else {
+            return Err("the chart is not that of the file".to_owned());
+        };
+        let kept = Kept::new(plain, &lines, node, own);
+        let inner = drawing::chart(one, Some(&kept)).map_err(|why| format!("{name}: {why}"))?;
+        // The element keeps its prefix, if it has one, by naming its namespace.
+        let element = match kept.opening().filter(|opening| opening.starts_with("<SFC")) {
+            Some(opening) => format!("{opening}\n{inner}</SFC>"),
+            None => with_namespace(plain, &format!("<SFC>\n{inner}</SFC>")),
+        };
+        places.push((span, element));
     }
     places.sort();
-    let mark = usize::from(file.starts_with('\u{feff}')) * '\u{feff}'.len_utf8();
-    let mut text = String::new();
+    let mut text = file[..file.len() - plain.len()].to_owned();
     let mut at = 0;
     for ((start, end), element) in places {
-        let (start, end) = (start + mark, end + mark);
-        let before = file.get(at..start).ok_or("charts overlap")?;
-        text += before;
-        // The element keeps its prefix, if it has one, by naming its namespace.
-        let own = file.get(start..end).unwrap_or_default();
-        let is_plain = own.starts_with("<SFC");
-        if is_plain {
-            text += &element
-        } else {
-            text += &with_namespace(file, &element)
-        }
+        text += plain.get(at..start).ok_or("charts overlap")?;
+        text += &element;
         at = end;
     }
-    text += file.get(at..).unwrap_or_default();
-    Ok(text)
+    text += plain.get(at..).unwrap_or_default();
+    match Document::parse(text.trim_start_matches('\u{feff}')) {
+        Ok(_) => Ok(text),
+        Err(error) => {
+            Err(format!("what is kept of the file cannot stand in its new place: {error}"))
+        }
+    }
 }
 
 fn with_namespace(file: &str, element: &str) -> String {
@@ -80,258 +74,6 @@ fn with_namespace(file: &str, element: &str) -> String {
     let uri = uri
         .map_or_else(|| NAMESPACE.to_owned(), |rest| format!("http://www.plcopen.org/xml/{rest}"));
     element.replacen("<SFC>", &format!("<SFC xmlns=\"{uri}\">"), 1)
-}
-
-struct Writer<'c> {
-    chart: &'c Chart,
-    text: String,
-    next: u32,
-    /// The number of each step.
-    steps: Vec<u32>,
-}
-
-impl Writer<'_> {
-    fn number(&mut self) -> u32 {
-        self.next += 1;
-        self.next - 1
-    }
-
-    /// Where a step stands: its distance from the initial steps.
-    fn levels(&self) -> Vec<usize> {
-        let mut levels = vec![usize::MAX; self.chart.steps.len()];
-        let mut open = self.chart.initial();
-        open.iter().for_each(|&step| levels[step] = 0);
-        while let Some(step) = (!open.is_empty()).then(|| open.remove(0)) {
-            for one in self.chart.transitions.iter().filter(|one| one.from.contains(&step)) {
-                for &next in &one.to {
-                    if levels[next] == usize::MAX {
-                        levels[next] = levels[step] + 1;
-                        open.push(next);
-                    }
-                }
-            }
-        }
-        let last = levels.iter().filter(|&&level| level != usize::MAX).max().copied().unwrap_or(0);
-        levels.iter_mut().filter(|level| **level == usize::MAX).for_each(|level| *level = last + 1);
-        levels
-    }
-
-    fn line(&mut self, level: usize, text: &str) {
-        let _ = writeln!(self.text, "{}{text}", "  ".repeat(level));
-    }
-
-    fn position(&mut self, (x, y): (usize, usize)) {
-        self.line(2, &format!("<position x=\"{x}\" y=\"{y}\"/>"));
-    }
-
-    /// Points where an element is led into, each from one of these numbers.
-    fn inputs(&mut self, from: &[u32]) {
-        for id in from {
-            self.line(2, "<connectionPointIn>");
-            self.line(3, &format!("<connection refLocalId=\"{id}\"/>"));
-            self.line(2, "</connectionPointIn>");
-        }
-    }
-
-    fn outputs(&mut self, count: usize) {
-        (0..count).for_each(|_| self.line(2, "<connectionPointOut formalParameter=\"\"/>"));
-    }
-
-    /// A bar between steps and transitions; its number.
-    fn bar(&mut self, name: &str, at: (usize, usize), from: &[u32], out: usize) -> u32 {
-        let id = self.number();
-        self.line(1, &format!("<{name} localId=\"{id}\">"));
-        self.position(at);
-        self.inputs(from);
-        // The schema has names for the ways out of a bar that diverges alone.
-        match name {
-            "selectionConvergence" | "simultaneousConvergence" => {
-                self.line(2, "<connectionPointOut/>")
-            }
-            _ => self.outputs(out),
-        }
-        self.line(1, &format!("</{name}>"));
-        id
-    }
-
-    fn chart(&mut self) -> Result<(), String> {
-        let chart = self.chart;
-        let levels = self.levels();
-        let mut columns: BTreeMap<usize, usize> = BTreeMap::new();
-        let places: Vec<(usize, usize)> = levels
-            .iter()
-            .map(|&level| {
-                let column = columns.entry(level).or_insert(0);
-                *column += 1;
-                (40 + (*column - 1) * 260, 40 + level * 160)
-            })
-            .collect();
-        self.steps = chart.steps.iter().map(|_| self.number()).collect();
-        // What leads out of each step: itself, or the bar of a selection.
-        let mut out: Vec<u32> = self.steps.clone();
-        for step in 0..chart.steps.len() {
-            let ways = chart.transitions.iter().filter(|one| one.from.contains(&step)).count();
-            if ways > 1 {
-                let (x, y) = places[step];
-                out[step] = self.bar("selectionDivergence", (x, y + 40), &[self.steps[step]], ways);
-            }
-        }
-        let mut into: Vec<Vec<u32>> = vec![Vec::new(); chart.steps.len()];
-        for (at, one) in chart.transitions.iter().enumerate() {
-            let (x, y) = places[one.from[0]];
-            let shift =
-                chart.transitions[..at].iter().filter(|other| other.from[0] == one.from[0]).count();
-            let place = (x + shift * 120, y + 80);
-            let mut from: Vec<u32> = one.from.iter().map(|&step| out[step]).collect();
-            if from.len() > 1 {
-                from = vec![self.bar("simultaneousConvergence", (place.0, place.1 - 20), &from, 1)];
-            }
-            let id = self.transition(at, &from, place)?;
-            let mut end = id;
-            if one.to.len() > 1 {
-                end = self.bar(
-                    "simultaneousDivergence",
-                    (place.0, place.1 + 20),
-                    &[id],
-                    one.to.len(),
-                );
-            }
-            for &step in &one.to {
-                let is_forward =
-                    levels[step] > one.from.iter().map(|&from| levels[from]).max().unwrap_or(0);
-                if is_forward && !chart.steps[step].initial {
-                    into[step].push(end);
-                } else {
-                    self.jump(&chart.steps[step].name, end, (place.0, place.1 + 40));
-                }
-            }
-        }
-        for (step, from) in into.into_iter().enumerate() {
-            let (x, y) = places[step];
-            let from = if from.len() > 1 {
-                vec![self.bar("selectionConvergence", (x, y - 20), &from, 1)]
-            } else {
-                from
-            };
-            self.step(step, &from, places[step])?;
-        }
-        Ok(())
-    }
-
-    fn transition(
-        &mut self,
-        at: usize,
-        from: &[u32],
-        place: (usize, usize),
-    ) -> Result<u32, String> {
-        let one = &self.chart.transitions[at];
-        let id = self.number();
-        let rivals = self.chart.transitions.iter().enumerate();
-        let rivals =
-            rivals.filter(|(_, other)| other.from.iter().any(|step| one.from.contains(step)));
-        let rank = rivals.clone().take_while(|(other, _)| *other <= at).count();
-        let priority =
-            if rivals.count() > 1 { format!(" priority=\"{rank}\"") } else { String::new() };
-        self.line(1, &format!("<transition localId=\"{id}\"{priority}>"));
-        self.position(place);
-        self.inputs(from);
-        self.line(2, "<connectionPointOut/>");
-        self.line(2, "<condition>");
-        let condition = escaped(&show::expr(&one.condition));
-        self.line(
-            3,
-            &format!("<inline name=\"\"><ST><p xmlns=\"{HTML}\">{condition}</p></ST></inline>"),
-        );
-        self.line(2, "</condition>");
-        self.line(1, "</transition>");
-        Ok(id)
-    }
-
-    fn jump(&mut self, name: &str, from: u32, place: (usize, usize)) {
-        let id = self.number();
-        self.line(1, &format!("<jumpStep localId=\"{id}\" targetName=\"{}\">", escaped(name)));
-        self.position(place);
-        self.inputs(&[from]);
-        self.line(1, "</jumpStep>");
-    }
-
-    fn step(&mut self, at: usize, from: &[u32], place: (usize, usize)) -> Result<(), String> {
-        let step = &self.chart.steps[at];
-        let (id, name) = (self.steps[at], escaped(&step.name));
-        let initial = if step.initial { " initialStep=\"true\"" } else { "" };
-        self.line(1, &format!("<step localId=\"{id}\" name=\"{name}\"{initial}>"));
-        self.position(place);
-        self.inputs(from);
-        self.outputs(1);
-        if !step.blocks.is_empty() {
-            self.line(2, "<connectionPointOutAction formalParameter=\"\"/>");
-        }
-        self.own_actions(step);
-        self.line(1, "</step>");
-        if step.blocks.is_empty() {
-            return Ok(());
-        }
-        let block = self.number();
-        self.line(1, &format!("<actionBlock localId=\"{block}\">"));
-        self.position((place.0 + 100, place.1));
-        self.inputs(&[id]);
-        for block in &step.blocks {
-            self.block(block)?;
-        }
-        self.line(1, "</actionBlock>");
-        Ok(())
-    }
-
-    /// The actions of a step itself, as CODESYS and TwinCAT write them.
-    fn own_actions(&mut self, step: &Step) {
-        let all = [(ENTRY, &step.entry), (ACTIVE, &step.active), (EXIT, &step.exit)];
-        if all.iter().all(|(_, path)| path.is_none()) {
-            return;
-        }
-        self.line(2, "<addData>");
-        self.line(3, &format!("<data name=\"{ELEMENT}\" handleUnknown=\"implementation\">"));
-        self.line(4, "<attributes xmlns=\"\">");
-        for (guid, path) in all {
-            if let Some(path) = path {
-                self.line(
-                    5,
-                    &format!(
-                        "<attribute guid=\"{guid}\">{}</attribute>",
-                        escaped(&show::path(path))
-                    ),
-                );
-            }
-        }
-        self.line(4, "</attributes>");
-        self.line(3, "</data>");
-        self.line(2, "</addData>");
-    }
-
-    fn block(&mut self, block: &Block) -> Result<(), String> {
-        let id = self.number();
-        let duration =
-            block.time.as_ref().map(|time| format!(" duration=\"{}\"", escaped(&show::expr(time))));
-        let (qualifier, duration) = (block.qualifier.name(), duration.unwrap_or_default());
-        self.line(2, &format!("<action localId=\"{id}\" qualifier=\"{qualifier}\"{duration}>"));
-        self.line(3, "<relPosition x=\"0\" y=\"0\"/>");
-        match &block.target {
-            Target::Path(path) => {
-                self.line(3, &format!("<reference name=\"{}\"/>", escaped(&show::path(path))));
-            }
-            Target::Inline(name, body) => match body.as_ref() {
-                Body::Code(_, statements) => {
-                    let text = escaped(&show::statements(statements, 0));
-                    self.line(
-                        3,
-                        &format!("<inline><ST><p xmlns=\"{HTML}\">{text}</p></ST></inline>"),
-                    );
-                }
-                _ => return Err(format!("the action {name} has no form in text")),
-            },
-        }
-        self.line(2, "</action>");
-        Ok(())
-    }
 }
 
 /// A whole project; bodies other than charts as structured text.
@@ -426,26 +168,23 @@ fn unit(pou: &Pou) -> Result<String, String> {
             let _ = writeln!(
                 text,
                 "<action name=\"{name}\">\n<body>{}</body>\n</action>",
-                body(&action.body)?
+                body(&action.body).map_err(|why| format!("{}.{}: {why}", pou.name, action.name))?
             );
         }
         text += "</actions>\n";
     }
-    let _ = writeln!(text, "<body>{}</body>\n</pou>", body(&pou.body)?);
+    let own = body(&pou.body).map_err(|why| format!("{}: {why}", pou.name))?;
+    let _ = writeln!(text, "<body>{own}</body>\n</pou>");
     Ok(text)
 }
 
 fn body(body: &Body) -> Result<String, String> {
     match body {
         Body::Chart(one) => chart(one),
-        Body::Code(_, statements) => {
-            let text = escaped(&show::statements(statements, 0));
-            if text.contains('~') {
-                return Err("a body keeps a result for itself, and has no form in text".to_owned());
-            }
+        other => {
+            let text = escaped(&drawing::in_text(other)?);
             Ok(format!("<ST><p xmlns=\"{HTML}\">{text}</p></ST>"))
         }
-        Body::Unread(_, fault) => Err(fault.message.clone()),
     }
 }
 

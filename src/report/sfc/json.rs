@@ -1,8 +1,9 @@
 //! Charts as JSON.
 
 use super::{Study, kind};
-use crate::iec::chart::coactive::{Basis, How, Other};
+use crate::iec::chart::coactive::{Basis, How, Other, Rule};
 use crate::iec::chart::structure::Part;
+use crate::iec::chart::told;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -22,11 +23,14 @@ struct One<'a> {
     steps: Vec<Step<'a>>,
     transitions: Vec<Transition<'a>>,
     macros: Vec<Macro<'a>>,
-    structure: String,
+    structure: Tree<'a>,
+    jumps: Vec<String>,
+    rule: &'static str,
     basis: &'static str,
     markings: usize,
     together: Vec<Together<'a>>,
-    findings: Vec<Found>,
+    findings: Vec<Found<'a>>,
+    elsewhere: Vec<OtherChart<'a>>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -71,10 +75,55 @@ struct Together<'a> {
     path: Option<Vec<String>>,
 }
 
+/// A part of the tree: a step, or one that consists of others.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Found {
+#[serde(tag = "kind", rename_all = "kebab-case")]
+enum Tree<'a> {
+    Step {
+        name: &'a str,
+    },
+    Transition {
+        name: String,
+    },
+    Sequence {
+        children: Vec<Tree<'a>>,
+    },
+    Selection {
+        children: Vec<Tree<'a>>,
+    },
+    Parallel {
+        children: Vec<Tree<'a>>,
+    },
+    /// What is gone through, and the way from its end to its beginning.
+    Loop {
+        children: Vec<Tree<'a>>,
+    },
+    /// What is gone through, and a way from its end that does not come back into what nests.
+    Exit {
+        children: Vec<Tree<'a>>,
+    },
+    /// Parts to which only jumps lead from the others.
+    Apart {
+        children: Vec<Tree<'a>>,
+    },
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Found<'a> {
     kind: &'static str,
     message: String,
+    steps: Vec<&'a str>,
+    line: u32,
+    path: Option<Vec<String>>,
+}
+
+/// What another chart of the unit does with an action of this one.
+#[derive(Debug, Serialize, JsonSchema)]
+struct OtherChart<'a> {
+    action: &'a str,
+    does: &'static str,
+    chart: &'a str,
+    steps: &'a [String],
 }
 
 /// Writes the document.
@@ -133,9 +182,23 @@ fn one<'a>(study: &'a Study<'_>) -> One<'a> {
     let (basis, markings) = match study.analysis.basis {
         Basis::Markings(count) => ("markings", count),
         Basis::Invariants(count) => ("invariants", count),
+        Basis::Open(count) => ("open", count),
         Basis::Unsafe(count) => ("unsafe", count),
     };
-    let found = |finding| Found { kind: kind(finding), message: study.finding(finding) };
+    let rule = match study.rule {
+        Rule::One => "one",
+        Rule::All => "all",
+    };
+    let found = |finding| {
+        let (steps, path) = told::concerns(study.chart, finding);
+        Found {
+            kind: kind(study, finding),
+            message: study.finding(finding),
+            line: told::line(study.chart, finding),
+            steps: names(&steps),
+            path: path.map(ways),
+        }
+    };
     One {
         name: &study.name,
         file: study.file,
@@ -143,28 +206,37 @@ fn one<'a>(study: &'a Study<'_>) -> One<'a> {
         steps: steps.collect(),
         transitions: transitions.collect(),
         macros: macros.collect(),
-        structure: tree(study, &study.structure),
+        structure: tree(study, &study.structure.part),
+        jumps: ways(&study.structure.jumps),
+        rule,
         basis,
         markings,
         together: together.collect(),
         findings: study.analysis.findings.iter().map(found).collect(),
+        elsewhere: study
+            .elsewhere
+            .iter()
+            .map(|one| OtherChart {
+                action: &one.action,
+                does: if one.resets { "resets" } else { "stores" },
+                chart: &one.chart,
+                steps: &one.steps,
+            })
+            .collect(),
     }
 }
 
-/// The tree on one line: `loop(sequence(..))`.
-fn tree(study: &Study<'_>, part: &Part) -> String {
-    let all = |name: &str, parts: &[Part]| {
-        let inner: Vec<String> =
-            parts.iter().map(|part| tree(study, part)).filter(|text| !text.is_empty()).collect();
-        format!("{name}({})", inner.join(", "))
-    };
+fn tree<'a>(study: &'a Study<'_>, part: &Part) -> Tree<'a> {
+    let all = |parts: &[Part]| parts.iter().map(|part| tree(study, part)).collect();
+    let two = |one: &Part, other: &Part| vec![tree(study, one), tree(study, other)];
     match part {
-        Part::Step(step) => study.step(*step).to_owned(),
-        Part::Transition(_) => String::new(),
-        Part::Sequence(parts) => all("sequence", parts),
-        Part::Selection(parts) => all("selection", parts),
-        Part::Parallel(parts) => all("parallel", parts),
-        Part::Loop(body, back) => all("loop", &[(**body).clone(), (**back).clone()]),
-        Part::Tangle(parts) => all("not-nested", parts),
+        Part::Step(step) => Tree::Step { name: study.step(*step) },
+        Part::Transition(at) => Tree::Transition { name: study.chart.transition_name(*at) },
+        Part::Sequence(parts) => Tree::Sequence { children: all(parts) },
+        Part::Selection(parts) => Tree::Selection { children: all(parts) },
+        Part::Parallel(parts) => Tree::Parallel { children: all(parts) },
+        Part::Loop(body, back) => Tree::Loop { children: two(body, back) },
+        Part::Exit(body, way) => Tree::Exit { children: two(body, way) },
+        Part::Tangle(parts) => Tree::Apart { children: all(parts) },
     }
 }

@@ -2,13 +2,13 @@
 
 pub mod dot;
 pub mod json;
-mod layout;
 pub mod svg;
 pub mod text;
 
-use crate::iec::chart::Chart;
-use crate::iec::chart::coactive::{Analysis, Finding, How};
-use crate::iec::chart::structure::Part;
+use crate::iec::chart::coactive::{Analysis, Finding, How, Rule, resetting, storing};
+use crate::iec::chart::structure::Outline;
+use crate::iec::chart::{Chart, told};
+use crate::iec::same;
 
 /// A chart and what was found of it.
 #[derive(Debug)]
@@ -20,9 +20,56 @@ pub struct Study<'a> {
     /// The chart.
     pub chart: &'a Chart,
     /// Its tree.
-    pub structure: Part,
+    pub structure: Outline,
     /// What is active together, and what is wrong.
     pub analysis: Analysis,
+    /// By which rule competing transitions clear.
+    pub rule: Rule,
+    /// Blocks of other charts of the same unit that store or reset actions of this one.
+    pub elsewhere: Vec<Elsewhere>,
+}
+
+/// Blocks of another chart that store or reset an action.
+#[derive(Debug)]
+pub struct Elsewhere {
+    /// The action.
+    pub action: String,
+    /// Whether they reset it; else they store it.
+    pub resets: bool,
+    /// The chart.
+    pub chart: String,
+    /// The steps of the blocks.
+    pub steps: Vec<String>,
+}
+
+impl Elsewhere {
+    /// What other charts of a unit do with the actions that are stored or reset in one.
+    #[must_use]
+    pub fn of(chart: &Chart, others: &[(String, &Chart)]) -> Vec<Elsewhere> {
+        let mut found = Vec::new();
+        for action in chart.actions() {
+            let (stores, resets) = (storing(chart, &action), resetting(chart, &action));
+            // What a chart both stores and resets is its own.
+            for (is_reset, is_own) in [(true, stores.is_empty()), (false, resets.is_empty())] {
+                let both = !stores.is_empty() && !resets.is_empty();
+                if both || is_own {
+                    continue;
+                }
+                for (name, other) in others {
+                    let own = if is_reset { resetting } else { storing };
+                    let steps: Vec<String> = own(other, &action)
+                        .into_iter()
+                        .map(|step| other.steps[step].name.clone())
+                        .collect();
+                    if !steps.is_empty() {
+                        let (action, chart) = (action.clone(), name.clone());
+                        found.push(Elsewhere { action, resets: is_reset, chart, steps });
+                    }
+                }
+            }
+        }
+        found
+    }
 }
 
 impl Study<'_> {
@@ -38,24 +85,30 @@ impl Study<'_> {
     }
 
     fn steps(&self, steps: &[usize]) -> String {
-        steps.iter().map(|&step| self.step(step)).collect::<Vec<_>>().join(", ")
+        told::steps(self.chart, steps)
     }
 
     /// A way from the start, told by the transitions that clear.
     fn way(&self, path: &[usize]) -> String {
-        if path.is_empty() {
-            return "at the start".to_owned();
-        }
-        let names: Vec<String> = path.iter().map(|&at| self.chart.transition_name(at)).collect();
-        format!("by {}", names.join("; "))
+        told::way(self.chart, path)
     }
 
-    fn how(&self, how: &How) -> String {
+    /// The blocks of other charts that reset an action.
+    fn reset_elsewhere(&self, action: &str) -> Option<String> {
+        let own = self.elsewhere.iter().filter(|one| one.resets && same(&one.action, action));
+        let told = own.map(|one| format!("{} of {}", one.steps.join(", "), one.chart));
+        let told: Vec<String> = told.collect();
+        (!told.is_empty()).then(|| told.join(", "))
+    }
+
+    fn how(&self, action: &str, how: &How) -> String {
         match how {
             How::Parallel => "in parallel".to_owned(),
             How::SameStep => "on one step".to_owned(),
             How::Stored { by, until } if until.is_empty() => {
-                format!("stored by {} and not reset", self.steps(by))
+                let reset = self.reset_elsewhere(action);
+                let reset = reset.map_or("and not reset".to_owned(), |by| format!("until {by}"));
+                format!("stored by {} {reset}", self.steps(by))
             }
             How::Stored { by, until } => {
                 format!("stored by {} until {}", self.steps(by), self.steps(until))
@@ -65,44 +118,25 @@ impl Study<'_> {
 
     fn finding(&self, finding: &Finding) -> String {
         match finding {
-            Finding::EnteredTwice(step, path) => {
-                format!(
-                    "step {} is entered while it is active, {}",
-                    self.step(*step),
-                    self.way(path)
-                )
+            Finding::NeverReset(action, by) if self.reset_elsewhere(action).is_some() => {
+                let (by, other) =
+                    (self.steps(by), self.reset_elsewhere(action).unwrap_or_default());
+                format!("action {action} is stored here, by {by}, and reset by {other}")
             }
-            Finding::NeverActive(step) => format!("step {} is never active", self.step(*step)),
-            Finding::NeverClears(at) => format!(
-                "transition {} never clears: the steps in front of it are never active together",
-                self.chart.transition_name(*at)
-            ),
-            Finding::Deadlock(steps, path) if steps.is_empty() => {
-                format!("no step is active any more, {}", self.way(path))
-            }
-            Finding::Deadlock(steps, path) => {
-                format!(
-                    "with {} active, nothing can clear any more, {}",
-                    self.steps(steps),
-                    self.way(path)
-                )
-            }
-            Finding::NeverReset(action, by) => {
-                format!(
-                    "action {action} is stored by {} and not reset in this chart",
-                    self.steps(by)
-                )
-            }
+            other => told::finding(self.chart, other),
         }
     }
 }
 
 /// The name of a kind of finding.
-fn kind(finding: &Finding) -> &'static str {
+fn kind(study: &Study<'_>, finding: &Finding) -> &'static str {
     match finding {
+        Finding::NeverReset(action, _) if study.reset_elsewhere(action).is_some() => {
+            "reset-elsewhere"
+        }
         Finding::EnteredTwice(..) => "entered-twice",
         Finding::NeverActive(_) => "never-active",
-        Finding::NeverClears(_) => "never-clears",
+        Finding::NeverClears(_) | Finding::NeverTrue(..) => "never-clears",
         Finding::Deadlock(..) => "deadlock",
         Finding::NeverReset(..) => "never-reset",
     }
