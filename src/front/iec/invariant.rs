@@ -12,6 +12,9 @@ const STORED_BUDGET: usize = 1_000_000;
 /// More markings than this are told by what excludes what, not one by one.
 const MARKINGS: usize = 64;
 
+/// Of so many steps each pair is told by itself.
+const PAIRWISE: usize = 40;
+
 fn on(cell: Cell) -> Logic {
     Logic::cell(cell)
 }
@@ -38,12 +41,9 @@ pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: b
     let analysis = steps_together(chart, BUDGET);
     if !matches!(analysis.basis, Basis::Unsafe(_)) && !all_clear {
         found.extend(markings(chart, memory, &analysis.basis));
-        for one in 0..memory.steps.len() {
-            for other in one + 1..memory.steps.len() {
-                if analysis.are_apart(one, other) {
-                    found.push(never([on(memory.steps[one]), on(memory.steps[other])]));
-                }
-            }
+        for clique in cliques(memory.steps.len(), &|one, other| analysis.are_apart(one, other)) {
+            let steps: Vec<Cell> = clique.into_iter().map(|step| memory.steps[step]).collect();
+            at_most_one(&steps, &mut found);
         }
         // Where there are too many markings without stored actions, there are with them.
         let budget = match analysis.basis {
@@ -70,6 +70,49 @@ pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: b
         found.extend(pairs.flat_map(|(&was, &now)| same(on(was), on(now), &idle)));
     }
     found
+}
+
+/// Sets of which no two are together, so that each pair that is apart is in one of them.
+fn cliques(count: usize, are_apart: &dyn Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+    let mut found = Vec::new();
+    let mut covered = vec![false; count * count];
+    for one in 0..count {
+        for other in one + 1..count {
+            if covered[one * count + other] || !are_apart(one, other) {
+                continue;
+            }
+            let mut clique = vec![one, other];
+            for next in other + 1..count {
+                if clique.iter().all(|&own| are_apart(own, next)) {
+                    clique.push(next);
+                }
+            }
+            for (at, &own) in clique.iter().enumerate() {
+                for &behind in &clique[at + 1..] {
+                    covered[own * count + behind] = true;
+                }
+            }
+            found.push(clique);
+        }
+    }
+    found
+}
+
+/// That no two of some steps are active. Of many, that no two halves have one: a clause for each pair would be a million for
+/// 1,500 steps.
+fn at_most_one(steps: &[Cell], found: &mut Vec<Logic>) {
+    if steps.len() <= PAIRWISE {
+        let pairs = steps.iter().enumerate().flat_map(|(at, &one)| {
+            steps[at + 1..].iter().map(move |&other| never([on(one), on(other)]))
+        });
+        found.extend(pairs);
+        return;
+    }
+    let (front, back) = steps.split_at(steps.len() / 2);
+    let some = |steps: &[Cell]| any(steps.iter().copied().map(on));
+    found.push(never([some(front), some(back)]));
+    at_most_one(front, found);
+    at_most_one(back, found);
 }
 
 fn same(one: Logic, other: Logic, idle: &dyn Fn() -> Logic) -> [Logic; 2] {
