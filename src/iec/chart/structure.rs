@@ -313,17 +313,30 @@ impl Net {
             |one: &Move| one.to.iter().map(level).max() <= one.from.iter().map(level).min();
         let mut ways: Vec<(bool, usize)> = left.map(|(at, one)| (!is_back(one), at)).collect();
         ways.sort_unstable();
+        // Of too many, some are taken unseen.
         if ways.len() > TRIED {
-            ways.truncate(1);
+            ways.truncate((ways.len() - TRIED).div_ceil(4));
+            let mut jumps = Vec::new();
+            let mut net = self.clone();
+            for (_, at) in ways {
+                jumps.extend(net.drop_way(at));
+            }
+            net.reduce();
+            return Some((net, jumps));
         }
-        let all = ways.into_iter().map(|(_, at)| self.without(at));
+        let all = ways.into_iter().map(|(_, at)| {
+            let mut net = self.clone();
+            let jumps = net.drop_way(at);
+            net.reduce();
+            (net, jumps)
+        });
         all.min_by_key(|(net, jumps)| (net.size(), net.outside(), jumps.len()))
     }
 
-    /// The net with a way taken for a jump.
-    fn without(&self, way: usize) -> (Net, Vec<usize>) {
-        let mut net = self.clone();
-        let Some(one) = net.moves[way].take() else { return (net, Vec::new()) };
+    /// Takes a way for a jump: the transitions that do.
+    fn drop_way(&mut self, way: usize) -> Vec<usize> {
+        let net = self;
+        let Some(one) = net.moves[way].take() else { return Vec::new() };
         let jumps = one.part.last();
         match (&one.from[..], one.part) {
             (&[from], part) => {
@@ -331,19 +344,20 @@ impl Net {
                     place.exit(part);
                 }
             }
-            // What stands behind a join stays, and leads nowhere.
+            // What stands behind a join stays, and leads out.
             (_, Part::Sequence(mut parts)) if parts.len() > 2 => {
-                parts.pop();
+                let last = parts.pop();
                 let first = parts.remove(0);
                 let rest = if parts.len() == 1 { parts.remove(0) } else { Part::Sequence(parts) };
-                net.places.push(Some(Place { part: rest, initial: false }));
+                let mut behind = Place { part: rest, initial: false };
+                last.into_iter().for_each(|way| behind.exit(way));
+                net.places.push(Some(behind));
                 let to = vec![net.places.len() - 1];
                 net.moves[way] = Some(Move { part: first, from: one.from, to });
             }
             _ => {}
         }
-        net.reduce();
-        (net, jumps)
+        jumps
     }
 
     /// What stands around each place.
@@ -491,26 +505,37 @@ impl Net {
         false
     }
 
-    /// A way into a place that nothing leads out of.
+    /// Ways into places that nothing leads out of.
     fn end(&mut self) -> bool {
-        for (place, around) in self.around().into_iter().enumerate() {
-            let Some(last) = self.places[place].as_ref().filter(|one| !one.initial).cloned() else {
-                continue;
-            };
-            let (&[into], &[]) = (&around.0[..], &around.1[..]) else {
-                continue;
-            };
-            let Some(one) = &self.moves[into] else { continue };
-            let (&[from], &[_]) = (&one.from[..], &one.to[..]) else { continue };
-            let way = one.part.clone().then(last.part);
-            if let Some(before) = &mut self.places[from] {
-                before.exit(way);
+        let mut into: Vec<Vec<usize>> = vec![Vec::new(); self.places.len()];
+        let mut leads_on = vec![false; self.places.len()];
+        for (at, one) in self.moves.iter().enumerate() {
+            for one in one.iter() {
+                one.to.iter().for_each(|&place| into[place].push(at));
+                one.from.iter().for_each(|&place| leads_on[place] = true);
             }
-            self.places[place] = None;
-            self.moves[into] = None;
-            return true;
         }
-        false
+        let mut ended = false;
+        for place in 0..self.places.len() {
+            let is_end =
+                !leads_on[place] && self.places[place].as_ref().is_some_and(|one| !one.initial);
+            let &[way] = &into[place][..] else { continue };
+            let is_single = self.moves[way]
+                .as_ref()
+                .is_some_and(|one| one.from.len() == 1 && one.to.len() == 1);
+            if !is_end || !is_single {
+                continue;
+            }
+            let (Some(last), Some(one)) = (self.places[place].take(), self.moves[way].take())
+            else {
+                continue;
+            };
+            if let Some(before) = self.places[one.from[0]].as_mut() {
+                before.exit(one.part.then(last.part));
+            }
+            ended = true;
+        }
+        ended
     }
 }
 
@@ -610,7 +635,7 @@ mod tests {
     fn charts_that_end_nest() {
         assert_eq!(of("a b c", &[("a", "b"), ("a", "c")]), "<<a / b> / c>");
         assert_eq!(of("a b c", &[("a", "(b, c)"), ("b", "b"), ("c", "c")]), "a [{b} & {c}]");
-        // A step that nothing leads to stands by itself.
-        assert_eq!(of("a b c", &[("a", "b"), ("b", "a"), ("c", "a")]), "?{a ^ b}, c?; c -> a");
+        // A step that nothing leads to stands by itself, with the way out of it.
+        assert_eq!(of("a b c", &[("a", "b"), ("b", "a"), ("c", "a")]), "?{a ^ b}, <c>?; c -> a");
     }
 }

@@ -11,8 +11,8 @@ use crate::iec::chart::coactive::{How, Other, resetting, storing};
 use std::fmt::Write;
 
 const STYLE: &str = "text{font:12px sans-serif}.name{font-weight:bold}rect{fill:none;stroke:black}path{stroke:black;\
-    fill:none}.bar{stroke-width:4}.head{fill:black}.step{fill:white}.with{font-style:italic}.mid{text-anchor:middle}.macro{stroke:gray;\
-    stroke-dasharray:4;fill:#f6f6f6}.lane{font-size:10px}";
+    fill:none}.bar{stroke-width:4}.head{fill:black}.step{fill:white}.with{font-style:italic}\
+    .mid{text-anchor:middle}.macro{stroke:gray;stroke-dasharray:4;fill:#f6f6f6}.lane{font-size:10px}";
 /// What the bars of stored actions are filled with.
 const COLOURS: [&str; 8] =
     ["#9ecae1", "#fdbf6f", "#a1d99b", "#cab2d6", "#fb9a99", "#e3dc8a", "#c9a68a", "#c4c4c4"];

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 use unicode_width::UnicodeWidthChar;
 
-/// How wide a text of the picture is taken to be, in pixels. Fonts differ, so it is rather too much.
-pub(super) fn wide(text: &str) -> i32 {
-    let one = |c: char| match c {
+/// How wide a letter of the picture is taken to be, in tenths of pixels. Fonts differ, so it is rather too much.
+fn letter(c: char) -> i32 {
+    match c {
         'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' | '(' | ')' | '['
         | ']' => 45,
         'm' | 'w' | 'M' | 'W' | '@' | '%' | '#' | '=' | '<' | '>' | '+' => 102,
@@ -13,8 +13,13 @@ pub(super) fn wide(text: &str) -> i32 {
         'A'..='Z' | '_' | '&' => 86,
         c if c.width() == Some(2) => 125,
         _ => 78,
-    };
-    (text.chars().map(one).sum::<i32>() + 9) / 10
+    }
+}
+
+/// How wide a text is taken to be, in pixels.
+pub(super) fn wide(text: &str) -> i32 {
+    let sum = text.chars().map(letter).fold(0, i32::saturating_add);
+    sum.saturating_add(9) / 10
 }
 
 /// The beginning of a text that is at most so wide, with an ellipsis where it is cut.
@@ -22,11 +27,13 @@ pub(super) fn cut(text: &str, width: i32) -> String {
     if wide(text) <= width {
         return text.to_owned();
     }
-    let mut all: Vec<char> = text.chars().collect();
-    while !all.is_empty() && wide(&all.iter().collect::<String>()) + 12 > width {
-        all.pop();
-    }
-    all.into_iter().collect::<String>().trim_end().to_owned() + "\u{2026}"
+    let mut room = width.saturating_sub(12).saturating_mul(10);
+    let fits = |c: &char| {
+        room = room.saturating_sub(letter(*c));
+        room >= 0
+    };
+    let kept: String = text.chars().take_while(fits).collect();
+    kept.trim_end().to_owned() + "\u{2026}"
 }
 
 /// The text as XML has it.
