@@ -535,10 +535,6 @@ fn instances_that_feed_each_other_begin_with_the_first_or_with_the_one_that_is_a
             5,
             0
         )
-        .replace(
-            "formalParameter=\"Q1\"/></connectionPointIn></variable></inputVariables>",
-            "formalParameter=\"Q1\"/></connectionPointIn></variable></inputVariables>"
-        )
     )
     .replace("refLocalId=\"5\" formalParameter=\"Q1\"", "refLocalId=\"5\" formalParameter=\"OUT\"");
     // Begun with p, both are set at once; begun with q, q is one scan behind.

@@ -12,8 +12,8 @@ pub fn named(text: &str, all: &[(u32, &str)]) -> Vec<Option<String>> {
     let lines = Text::new(text, &document);
     let numbered = || document.descendants().filter(|node| node.has_attribute("localId"));
     let of = |&(line, name): &(u32, &str)| {
-        let own = numbered().filter(|&node| lines.lines(node).contains(&line));
-        own.filter(|&node| asks_for(&lines, node, name)).next_back().map(told)
+        let mut own = numbered().filter(|&node| lines.lines(node).contains(&line));
+        own.rfind(|&node| asks_for(&lines, node, name)).map(told)
     };
     all.iter().map(of).collect()
 }

@@ -56,6 +56,9 @@ impl<'a> Loops<'a> {
     }
 }
 
+/// Where an element comes: its number, its kind, its height, how far to the right, its place in the file.
+type Rank = (u64, i64, i64, i64, usize);
+
 /// How far up or down elements stand in one row, for older generators.
 const ROW: i64 = 100;
 
@@ -63,7 +66,7 @@ impl<'a> Graph<'a, '_> {
     /// The orders that tools keep; the first one is the standard's.
     pub(super) fn turns(&self) -> Vec<Turn<'a>> {
         let all = || self.nodes.iter().map(|(&id, &node)| (id, node));
-        let sorted = |rank: &dyn Fn(Node<'_, '_>) -> (u64, i64, i64, i64, usize)| {
+        let sorted = |rank: &dyn Fn(Node<'_, '_>) -> Rank| {
             let mut acting: Vec<_> = all().map(|(id, node)| (rank(node), id)).collect();
             acting.sort();
             acting.into_iter().map(|(_, id)| id).collect::<Vec<&'a str>>()
