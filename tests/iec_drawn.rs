@@ -386,6 +386,8 @@ fn what_a_drawing_says_and_is_not_followed_is_refused() {
     refused("<ST><p>x := TRUE;</p></ST><IL>LD y</IL>", "several languages");
     let edge = contact(1, "edge=\"both\"", 0, "a");
     refused(&format!("<LD>{RAIL}{edge}{}</LD>", coil(2, 1, "x")), "both");
+    let returns = at("return edge=\"rising\"", 2, &[(0, "")], "");
+    refused(&format!("<LD>{RAIL}{returns}</LD>"), "rising");
     let jump = "<jump localId=\"7\" label=\"l\"/><label localId=\"8\" label=\"l\"/>";
     refused(&format!("<LD>{jump}</LD>"), "nothing leads to it");
 }
@@ -659,4 +661,89 @@ fn lists_have_labels_ampersands_and_lists_as_inputs() {
     // Enough instructions to look like a list of another maker.
     let long = format!("<IL>\n{}</IL>", "LD a\nST x\n".repeat(40));
     assert!(!may("", "x:BOOL", &long, "a <> x"));
+}
+
+/// Two units whose instances may feed each other; the second one says that it was carried out.
+fn feeding() -> String {
+    let unit = |name: &str, extern_: &str, body: &str| {
+        format!(
+            "<pou name=\"{name}\" pouType=\"functionBlock\"><interface><inputVars><variable name=\"x\"><type><BOOL/></type></variable></inputVars>\
+             <outputVars><variable name=\"q\"><type><BOOL/></type></variable></outputVars>{extern_}</interface><body><ST><p>{body}</p></ST></body></pou>"
+        )
+    };
+    let seen =
+        "<externalVars><variable name=\"seen\"><type><BOOL/></type></variable></externalVars>";
+    unit("F", "", "q := TRUE;") + &unit("G", seen, "q := x; seen := TRUE;")
+}
+
+#[test]
+fn a_loop_that_has_begun_goes_on_in_its_own_time() {
+    let numbered = |text: String, order: u32| {
+        text.replacen("localId", &format!("executionOrderId=\"{order}\" localId"), 1)
+    };
+    let first = block(1, "typeName=\"F\" instanceName=\"f\"", &[("x", (2, "q"))], &["q"]);
+    let second = block(2, "typeName=\"G\" instanceName=\"g\"", &[("x", (1, "q"))], &["q"]);
+    let end = at("return", 5, &[(1, "q")], "");
+    // What the return leaves out is not carried out before it.
+    let with =
+        |first: String, second: String, end: String| format!("<FBD>{first}{second}{end}</FBD>");
+    let body =
+        with(numbered(first.clone(), 1), numbered(second.clone(), 9), numbered(end.clone(), 5));
+    let variables = "seen:BOOL f:F g:G";
+    assert!(may(&feeding(), variables, &body, "NOT seen"));
+    assert!(!may(&feeding(), variables, &body, "seen AND NOT seen"));
+    let places = with(moved(&first, 0, 0), moved(&second, 0, 200), moved(&end, 0, 100));
+    assert!(may(&feeding(), variables, &places, "NOT seen"));
+    // From top to bottom: v has what f put out, and g had not been carried out.
+    let wire = moved(&out(5, (1, "q"), "v"), 0, 100);
+    let seen = moved(&at("outVariable", 6, &[(7, "")], "<expression>w</expression>"), 0, 150);
+    let asks = moved(&wired(7, "seen"), 0, 140);
+    let clear = moved(&coil(8, 9, "seen"), 0, 0).replace("<coil", "<coil storage=\"reset\"");
+    let body = format!(
+        "<LD><leftPowerRail localId=\"9\"/>{clear}{}{}{wire}{seen}{asks}</LD>",
+        moved(&first, 50, 0),
+        moved(&second, 0, 200)
+    );
+    assert!(may(&feeding(), "seen:BOOL v:BOOL w:BOOL f:F g:G", &body, "v AND NOT w"));
+}
+
+#[test]
+fn a_way_that_is_looked_at_before_a_block_is_not_taken_to_come_behind_it() {
+    // x has v as it was before the block set it, or as it is then.
+    let unit = "<pou name=\"T\" pouType=\"functionBlock\"><interface><inOutVars><variable name=\"c\"><type><BOOL/></type></variable></inOutVars>\
+                <outputVars><variable name=\"q\"><type><BOOL/></type></variable></outputVars></interface><body><ST><p>c := TRUE; q := FALSE;</p></ST></body></pou>";
+    let sets = block(2, "typeName=\"T\" instanceName=\"t\"", &[], &["q"]).replace(
+        "<inOutVariables/>",
+        "<inOutVariables><variable formalParameter=\"c\"><connectionPointIn><connection refLocalId=\"3\"/></connectionPointIn></variable></inOutVariables>",
+    );
+    let clears = coil(9, 0, "v").replace("<coil", "<coil storage=\"reset\"");
+    for edge in ["", "edge=\"rising\""] {
+        let body = format!(
+            "<LD>{RAIL}{}{}{}{}{}{}{}</LD>",
+            moved(&clears, 0, 0),
+            moved(&at("coil", 6, &[(2, "q")], "<variable>z</variable>"), 50, 300),
+            moved(&contact(1, edge, 0, "v"), 0, 20),
+            moved(&wired(3, "v"), 0, 20),
+            moved(&sets, 50, 500),
+            moved(&at("coil", 5, &[(1, ""), (2, "q")], "<variable>x</variable>"), 50, 40),
+            moved(&coil(7, 1, "w"), 50, 60),
+        );
+        let variables = "v:BOOL x:BOOL w:BOOL z:BOOL t:T";
+        assert!(may(unit, variables, &body, "x"), "{edge}");
+        assert!(may(unit, variables, &body, "NOT x"), "{edge}");
+    }
+}
+
+#[test]
+fn outputs_with_numbers_at_their_ends_are_kept_apart() {
+    let unit = "<pou name=\"P\" pouType=\"functionBlock\"><interface><outputVars><variable name=\"Q\"><type><BOOL/></type></variable>\
+                <variable name=\"Q_2\"><type><BOOL/></type></variable></outputVars></interface><body><ST><p>Q := FALSE; Q_2 := TRUE;</p></ST></body></pou>";
+    let body = format!(
+        "<LD>{RAIL}{}{}{}{}</LD>",
+        moved(&block(1, "typeName=\"P\" instanceName=\"p\"", &[], &["!Q", "!Q_2"]), 0, 0),
+        moved(&at("coil", 11, &[(1, "Q")], "<variable>x</variable>"), 0, 20),
+        moved(&at("coil", 12, &[(1, "Q"), (1, "Q_2")], "<variable>y</variable>"), 0, 40),
+        moved(&at("coil", 13, &[(1, "Q_2"), (1, "Q")], "<variable>z</variable>"), 0, 60),
+    );
+    assert!(!may(unit, "p:P x:BOOL y:BOOL z:BOOL", &body, "NOT y OR NOT z"));
 }

@@ -63,7 +63,7 @@ pub(super) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: b
         }
     }
     for action in &memory.actions {
-        found.extend(controlled(chart, memory, action, always_acts, all_clear));
+        found.extend(controlled(memory, action, always_acts));
     }
     if always_acts {
         let pairs = memory.were.iter().zip(&memory.steps);
@@ -136,36 +136,8 @@ fn markings(chart: &Chart, memory: &Memory, basis: &Basis) -> Option<Logic> {
     Some(any([on(memory.started).not()].into_iter().chain(all_of_them)))
 }
 
-/// Those of some steps that can be active when one of them has just become active and none was before.
-fn entered(chart: &Chart, steps: &[usize]) -> Vec<usize> {
-    let net = chart.net();
-    let reached = reach(&net, BUDGET);
-    if !reached.is_safe() {
-        return steps.to_vec();
-    }
-    let own = |bits: &crate::net::Bits| {
-        steps.iter().copied().filter(|&step| bits.has(step)).collect::<Vec<_>>()
-    };
-    let firing = net.firing();
-    let mut found = own(&net.start());
-    for marking in reached.seen().filter(|marking| own(marking).is_empty()) {
-        let Some(moves) = firing.moves(marking) else { return steps.to_vec() };
-        // Several may clear at once; what they enter together, each enters by itself.
-        found.extend(moves.iter().flat_map(|set| own(&net.fire(set, marking).0)));
-    }
-    found.sort_unstable();
-    found.dedup();
-    found
-}
-
 /// How what an action's control remembers hangs together.
-fn controlled(
-    chart: &Chart,
-    memory: &Memory,
-    action: &ActionMemory,
-    always_acts: bool,
-    all_clear: bool,
-) -> Vec<Logic> {
+fn controlled(memory: &Memory, action: &ActionMemory, always_acts: bool) -> Vec<Logic> {
     let mut found = Vec::new();
     let idle = || on(memory.started).not();
     let mut lasting = vec![action.active(memory, Qualifier::N)];
@@ -201,10 +173,7 @@ fn controlled(
                 found.push(never([on(input.over), on(input.stored).not()]));
                 stored.push(all([on(input.stored), on(input.over).not()]));
             }
-            Qualifier::P if feed.steps.len() > 1 || all_clear => {
-                pulses.push(memory.active(&feed.steps))
-            }
-            Qualifier::P => pulses.push(memory.active(&entered(chart, &feed.steps))),
+            Qualifier::P => pulses.push(memory.active(&feed.steps)),
             Qualifier::N | Qualifier::R | Qualifier::S | Qualifier::P0 | Qualifier::P1 => {}
         }
         if !feed.qualifier.is_stored() || feed.qualifier == Qualifier::S {

@@ -17,6 +17,10 @@ pub(super) const PASSIVE: &[&str] = &[
     "continuation",
 ];
 
+/// Elements that may be negated as a whole.
+const NEGATED: &[&str] =
+    &["contact", "coil", "inVariable", "outVariable", "inOutVariable", "jump", "return"];
+
 /// Refuses an element of which a part is not followed.
 pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
     let name = node.tag_name().name();
@@ -45,7 +49,8 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
             one.parent().is_some_and(|list| list.tag_name().name() == "outputVariables");
         match one.attribute("edge") {
             None | Some("none") => {}
-            Some("rising" | "falling") if !is_output && !name.starts_with("in") => {}
+            Some("rising" | "falling") if is_pin && !is_output => {}
+            Some("rising" | "falling") if ["contact", "coil", "outVariable"].contains(&name) => {}
             Some(edge) => return refused(format!("edge=\"{edge}\" is not followed here")),
         }
         match one.attribute("storage") {
@@ -61,6 +66,9 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
         for attribute in ["negated", "negatedIn", "negatedOut"] {
             if !matches!(one.attribute(attribute), None | Some("true" | "false" | "1" | "0")) {
                 return refused(format!("{attribute} is neither true nor false"));
+            }
+            if is(one, attribute) && !is_pin && !NEGATED.contains(&name) {
+                return refused(format!("{attribute} is not followed here"));
             }
         }
     }

@@ -37,6 +37,11 @@ fn name_of<'a>(pin: Node<'a, '_>) -> &'a str {
     pin.attribute("formalParameter").unwrap_or_default()
 }
 
+/// Whether a pin stands on both sides of a block.
+fn comes_back(node: Node<'_, '_>, name: &str) -> bool {
+    pins(node, "outputVariables").any(|pin| name_of(pin).eq_ignore_ascii_case(name))
+}
+
 /// One of two values: controllers differ.
 fn either(one: Expr, other: Expr) -> Expr {
     let unnamed = |value| Argument { name: None, is_output: false, value };
@@ -65,7 +70,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         self.open.insert(id);
         let given = self.given(reading, id, node);
         self.open.remove(id);
-        let done = given.and_then(|(enable, given)| self.called(reading, id, node, enable, given));
+        let done = given.and_then(|(enable, given)| self.call(reading, id, node, enable, given));
         self.owner = outer;
         done
     }
@@ -95,11 +100,6 @@ impl<'a, 'i> Graph<'a, 'i> {
                     None if from.is_empty() => continue,
                     None => self.used(reading, node, &from)?,
                 };
-                if let Expr::Variable(path) = &value
-                    && (list == "inOutVariables" || self.comes_back(node, name))
-                {
-                    self.handed.push((self.statements.len(), path.first.clone()));
-                }
                 if let Some(edge) = one.attribute("edge").filter(|edge| *edge != "none") {
                     let looked_at = match &enable {
                         Expr::Literal(_) => Expr::bool(true),
@@ -111,7 +111,7 @@ impl<'a, 'i> Graph<'a, 'i> {
                 if is(one, "negated") {
                     value = value.not();
                 }
-                if self.comes_back(node, name) || list == "inOutVariables" {
+                if list == "inOutVariables" || comes_back(node, name) {
                     self.given_back.insert((id, name.to_ascii_lowercase()), value.clone());
                 }
                 if name.eq_ignore_ascii_case("EN") {
@@ -128,12 +128,8 @@ impl<'a, 'i> Graph<'a, 'i> {
         Ok((enable, given))
     }
 
-    /// Whether a pin stands on both sides of a block.
-    fn comes_back(&self, node: Node<'_, '_>, name: &str) -> bool {
-        pins(node, "outputVariables").any(|pin| name_of(pin).eq_ignore_ascii_case(name))
-    }
-
-    fn called(
+    /// Calls a block.
+    fn call(
         &mut self,
         reading: &mut Reading<'_, '_>,
         id: &'a str,
@@ -147,6 +143,12 @@ impl<'a, 'i> Graph<'a, 'i> {
         if !is_standard(of, is_instance(node)) {
             self.foreign.push(self.statements.len());
         }
+        let given_back = self.given_back.iter().filter(|((own, _), _)| *own == id);
+        let handed = given_back.filter_map(|(_, value)| match value {
+            Expr::Variable(path) => Some((self.statements.len(), path.first.clone())),
+            _ => None,
+        });
+        self.handed.extend(handed);
         if let Some(instance) = node.attribute("instanceName").filter(|name| !name.is_empty()) {
             let target = path_of(instance, self.text.line(node))?;
             self.add(node, Kind::CallIf(enable, target, given));

@@ -45,13 +45,27 @@ impl<'a> Loops<'a> {
         others.into_iter().any(|(_, before)| before < place)
     }
 
-    /// The instances that are carried out before this element is, where its loop has not been begun.
-    pub(super) fn first(&self, id: &str, open: &BTreeSet<&str>) -> &[&'a str] {
-        let Some((own, _)) = self.places.get(id).filter(|_| self.begin_first) else { return &[] };
-        let mut begun = open.iter().filter_map(|open| self.places.get(open));
-        match begun.any(|(other, _)| other == own) {
-            true => &[],
-            false => self.instances.get(own).map_or(&[], |all| all),
+    /// The instances that are carried out before this element is, where its loop has not been begun: those that come before
+    /// it, or the first one.
+    pub(super) fn first(
+        &self,
+        id: &str,
+        open: &BTreeSet<&str>,
+        done: &BTreeSet<&str>,
+    ) -> Vec<&'a str> {
+        let Some((own, place)) = self.places.get(id).filter(|_| self.begin_first) else {
+            return Vec::new();
+        };
+        let Some(instances) = self.instances.get(own) else { return Vec::new() };
+        let is_open = open.iter().filter_map(|open| self.places.get(open)).any(|(at, _)| at == own);
+        if is_open || instances.iter().any(|one| done.contains(one)) {
+            return Vec::new();
+        }
+        let before = instances.iter().copied().filter(|one| self.places[one].1 < *place);
+        let before: Vec<&str> = before.collect();
+        match before.is_empty() && !instances.contains(&id) {
+            true => instances.first().copied().into_iter().collect(),
+            false => before,
         }
     }
 }
@@ -167,10 +181,12 @@ impl<'a> Graph<'a, '_> {
 /// What a variable is called that stands for all that is shared with other units.
 const SHARED: &str = "";
 
-/// What an element reads and writes.
+/// What a variable is called that stands for all there are: what is jumped over hangs on where the jump stands.
+const ALL: &str = "*";
+
+/// What a statement reads and writes.
 #[derive(Default)]
 struct Touched {
-    last: usize,
     reads: BTreeSet<String>,
     writes: BTreeSet<String>,
 }
@@ -178,8 +194,8 @@ struct Touched {
 /// A drawing as one order carries it out.
 pub(super) struct Carried<'a> {
     pub(super) statements: Vec<Statement>,
-    /// What each element touches: variables by their names.
-    touched: BTreeMap<&'a str, Touched>,
+    /// What each statement touches, and where it stands: by its element and its number among that one's.
+    touched: BTreeMap<(&'a str, usize), (usize, Touched)>,
 }
 
 impl<'a> Carried<'a> {
@@ -189,36 +205,33 @@ impl<'a> Carried<'a> {
         foreign: &[usize],
         handed: &[(usize, String)],
     ) -> Carried<'a> {
-        let mut touched: BTreeMap<&'a str, Touched> = BTreeMap::new();
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut touched = BTreeMap::new();
         for (at, (owner, statement)) in owners.iter().zip(&statements).enumerate() {
-            let own = touched.entry(owner).or_default();
-            own.last = at;
+            let count = counts.entry(owner).or_insert(0);
+            let mut own = Touched::default();
             own.add(statement);
-        }
-        for at in foreign {
-            if let Some(owner) = owners.get(*at) {
-                touched.entry(owner).or_default().writes.insert(SHARED.to_owned());
+            if foreign.contains(&at) {
+                own.writes.insert(SHARED.to_owned());
             }
-        }
-        for (at, name) in handed {
-            if let Some(owner) = owners.get(*at) {
-                touched.entry(owner).or_default().writes.insert(name.clone());
-            }
+            let handed = handed.iter().filter(|(call, _)| *call == at);
+            own.writes.extend(handed.map(|(_, name)| name.clone()));
+            touched.insert((*owner, *count), (at, own));
+            *count += 1;
         }
         Carried { statements, touched }
     }
 
-    /// Whether two orders may do different things: two elements come the other way round, and one writes what the other one
+    /// Whether two orders may do different things: two statements come the other way round, and one writes what the other one
     /// touches.
     pub(super) fn differs(&self, other: &Carried<'a>, places: &Places) -> bool {
         if self.touched.keys().ne(other.touched.keys()) {
             return true;
         }
-        // By variable, the elements that touch it: their places in both orders, and whether they write it.
+        // By variable, the statements that touch it: their places in both orders, and whether they write it.
         let mut by_name: BTreeMap<String, Vec<(usize, usize, bool)>> = BTreeMap::new();
-        for (id, one) in &self.touched {
-            let also = &other.touched[id];
-            let mut names: BTreeMap<String, bool> = BTreeMap::new();
+        for ((here, one), (there, also)) in self.touched.values().zip(other.touched.values()) {
+            let mut names = BTreeMap::from([(ALL.to_owned(), false)]);
             for (touched, writes) in [
                 (&one.reads, false),
                 (&also.reads, false),
@@ -226,14 +239,14 @@ impl<'a> Carried<'a> {
                 (&also.writes, true),
             ] {
                 for name in touched {
-                    if name != SHARED && places.is_shared(name) {
+                    if name != SHARED && name != ALL && places.is_shared(name) {
                         names.entry(SHARED.to_owned()).or_insert(false);
                     }
                     *names.entry(places.one_name(name)).or_insert(false) |= writes;
                 }
             }
             for (name, writes) in names {
-                by_name.entry(name).or_default().push((one.last, also.last, writes));
+                by_name.entry(name).or_default().push((*here, *there, writes));
             }
         }
         by_name.into_values().any(|touching| {
@@ -262,7 +275,10 @@ impl Touched {
                     target
                 }
                 Kind::If(arms, _) => return arms.iter().for_each(|(holds, _)| reads(holds)),
-                _ => return,
+                _ => {
+                    self.writes.insert(ALL.to_owned());
+                    return;
+                }
             };
             reads(&Expr::Variable(target.clone()));
             if !target.first.starts_with('~') {

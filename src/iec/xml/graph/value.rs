@@ -74,9 +74,12 @@ impl<'a, 'i> Graph<'a, 'i> {
         if self.is_fed_back(id, node) {
             return Ok(self.block_output(reading, id, node, output));
         }
-        for first in self.loops.first(id, &self.open).to_vec() {
+        for first in self.loops.first(id, &self.open, &self.done) {
             let node = self.nodes[first];
-            self.block(reading, first, node)?;
+            let comes_later = order(node).zip(self.acting).is_some_and(|(own, at)| own > at);
+            if !comes_later {
+                self.block(reading, first, node)?;
+            }
         }
         if self.open.contains(id) && self.loops.holds(id) {
             // Generators take what its variable holds since the last scan.
@@ -125,12 +128,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         key: (&'a str, String),
         value: Expr,
     ) -> Expr {
-        let times = self.times.entry(format!("v{}_{}", key.0, key.1)).or_insert(0);
-        *times += 1;
-        let name = match times {
-            1 => format!("v{}_{}", key.0, key.1),
-            times => format!("v{}_{}_{times}", key.0, key.1),
-        };
+        let name = self.name_of(format!("v{}_{}", key.0, key.1));
         let name = reading.hidden(&name, "", 0);
         let path = Path::name(name.clone());
         self.add(node, Kind::Assign(path.clone(), value.clone()));
@@ -139,6 +137,16 @@ impl<'a, 'i> Graph<'a, 'i> {
         self.named.insert(name, kept.clone());
         self.kept.entry(key).or_insert(kept);
         stored
+    }
+
+    /// The name of what is kept once more, with a sign that no output's name has.
+    fn name_of(&mut self, what: String) -> String {
+        let times = self.times.entry(what.clone()).or_insert(0);
+        *times += 1;
+        match times {
+            1 => what,
+            times => format!("{what}~{times}"),
+        }
     }
 
     /// One of two values. Beyond so many of these it is any value, since each makes the expression larger.
@@ -315,12 +323,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         looked_at: Expr,
     ) -> Expr {
         let of = if edge == "falling" { "F_TRIG" } else { "R_TRIG" };
-        let times = self.times.entry(format!("e{id}")).or_insert(0);
-        *times += 1;
-        let name = match times {
-            1 => format!("e{id}"),
-            times => format!("e{id}_{times}"),
-        };
+        let name = self.name_of(format!("e{id}"));
         let name = reading.hidden(&name, of, self.text.line(node));
         let clock =
             Argument { name: Some("CLK".to_owned()), is_output: false, value: value.clone() };
