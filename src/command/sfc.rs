@@ -6,6 +6,7 @@ use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
+use scanbound::base::facts::Facts;
 use scanbound::front::iec::charts::refused;
 use scanbound::front::input::{Ignore, gather};
 use scanbound::iec::chart::Chart;
@@ -90,16 +91,35 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !faults.is_empty() {
         return Err(faults.into());
     }
+    let facts = super::options::facts(arguments.facts.as_deref())?;
+    let is_wanted = |name: &str| arguments.chart.as_deref().is_none_or(|own| same(own, name));
+    let charts = project.charts();
+    if !charts.iter().any(|(name, ..)| is_wanted(name)) {
+        let names: Vec<&str> = charts.iter().map(|(name, ..)| name.as_str()).collect();
+        let has = if names.is_empty() { "no chart".to_owned() } else { names.join(", ") };
+        return Err(anyhow!("there is no such chart: the files have {has}").into());
+    }
+    let competes = charts.iter().find(|(name, _, chart)| is_wanted(name) && chart.competes());
+    if let (true, true, Some((name, ..))) = (arguments.explicit, facts.all_clear, competes) {
+        return Err(anyhow!(
+            "{name}: with [sfc] selection = \"all\" competing transitions without priorities clear together, and what is rewritten would not do the same; give them priorities"
+        )
+        .into());
+    }
     if arguments.explicit {
         return rewrite(arguments, &mut project, &texts, target);
     }
-    show(arguments, &project, target)
+    show(arguments, &project, &facts, target)
 }
 
-fn show(arguments: &Arguments, project: &Project, target: Target) -> Result<Outcome, Failure> {
+fn show(
+    arguments: &Arguments,
+    project: &Project,
+    facts: &Facts,
+    target: Target,
+) -> Result<Outcome, Failure> {
     let wanted = |name: &str| arguments.chart.as_deref().is_none_or(|own| same(own, name));
-    let facts = super::options::facts(arguments.facts.as_deref())?;
-    let warnings = refused(project, &facts);
+    let warnings = refused(project, facts);
     let rule = match facts.all_clear {
         true => Rule::All,
         false => Rule::One,
@@ -123,11 +143,6 @@ fn show(arguments: &Arguments, project: &Project, target: Target) -> Result<Outc
             elsewhere: Elsewhere::of(chart, &others(name)),
         })
         .collect();
-    if studies.is_empty() {
-        let names: Vec<&str> = charts.iter().map(|(name, ..)| name.as_str()).collect();
-        let has = if names.is_empty() { "no chart".to_owned() } else { names.join(", ") };
-        return Err(anyhow!("there is no such chart: the files have {has}").into());
-    }
     if !warnings.is_empty() {
         super::output::tell(&warnings);
     }

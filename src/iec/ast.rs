@@ -166,7 +166,8 @@ pub enum Literal {
     Date(String),
 }
 
-/// The name of a function of two values, of which it is not known which one it gives: controllers differ.
+/// The name of a function of two values, of which it is not known which one it gives, since controllers differ; of none, it gives
+/// any value.
 pub const EITHER: &str = "~either";
 
 /// What the variables that hold the results of drawn functions begin with: generators store these, and load them again.
@@ -225,6 +226,19 @@ impl Expr {
     #[must_use]
     pub fn or(self, other: Expr) -> Expr {
         Expr::Binary(Operator::Or, Box::new(self), Box::new(other))
+    }
+
+    /// One of two values: controllers differ.
+    #[must_use]
+    pub fn either(one: Expr, other: Expr) -> Expr {
+        let unnamed = |value| Argument { name: None, is_output: false, value };
+        Expr::Call(Path::name(EITHER), vec![unnamed(one), unnamed(other)])
+    }
+
+    /// Any value.
+    #[must_use]
+    pub fn any() -> Expr {
+        Expr::Call(Path::name(EITHER), Vec::new())
     }
 
     /// Whether it is this truth value.

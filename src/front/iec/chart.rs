@@ -86,8 +86,9 @@ impl Emit<'_> {
             resets.extend(cells.map(|cell| set(cell, Logic::Const(false))));
         }
         // matiec looks at transitions in the first scan, too, and enters no step then. It takes actions as they are declared, and
-        // has no charts that begin anew with every call.
-        let may_be_matiec = matches!(self.action_order, None | Some(ActionOrder::Declared))
+        // has no charts that begin anew with every call, nor those of CODESYS and TwinCAT.
+        let may_be_matiec = !self.actions_first
+            && matches!(self.action_order, None | Some(ActionOrder::Declared))
             && !self.begun_anew.contains(&at.instance);
         let entered = match may_be_matiec {
             true => self.differs("initial steps are not entered in the first scan"),
@@ -183,6 +184,9 @@ impl Emit<'_> {
 
     /// On some controllers the steps of a transition that clears by its priority are off at once, for all conditions behind it.
     fn flags_end_early(&mut self, memory: &Memory, from: &[usize], clears: Cell) {
+        if self.actions_first {
+            return;
+        }
         let early = self.differs("a transition with a priority ends its steps at once");
         let stays = self.keep_bit(all([Logic::cell(clears), early]).not());
         let flags = from.iter().map(|&step| memory.steps[step]);

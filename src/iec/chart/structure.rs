@@ -335,12 +335,11 @@ impl Net {
 
     /// Takes a way for a jump: the transitions that do.
     fn drop_way(&mut self, way: usize) -> Vec<usize> {
-        let net = self;
-        let Some(one) = net.moves[way].take() else { return Vec::new() };
+        let Some(one) = self.moves[way].take() else { return Vec::new() };
         let jumps = one.part.last();
         match (&one.from[..], one.part) {
             (&[from], part) => {
-                if let Some(place) = &mut net.places[from] {
+                if let Some(place) = &mut self.places[from] {
                     place.exit(part);
                 }
             }
@@ -351,9 +350,9 @@ impl Net {
                 let rest = if parts.len() == 1 { parts.remove(0) } else { Part::Sequence(parts) };
                 let mut behind = Place { part: rest, initial: false };
                 last.into_iter().for_each(|way| behind.exit(way));
-                net.places.push(Some(behind));
-                let to = vec![net.places.len() - 1];
-                net.moves[way] = Some(Move { part: first, from: one.from, to });
+                self.places.push(Some(behind));
+                let to = vec![self.places.len() - 1];
+                self.moves[way] = Some(Move { part: first, from: one.from, to });
             }
             _ => {}
         }

@@ -44,10 +44,13 @@ pub fn replaced(file: &str, charts: &[&Chart]) -> Result<String, String> {
         };
         let kept = Kept::new(plain, &lines, node, own);
         let inner = drawing::chart(one, Some(&kept)).map_err(|why| format!("{name}: {why}"))?;
-        // The element keeps its prefix, if it has one, by naming its namespace.
+        // An element with a prefix is written without one, in the same namespace.
         let element = match kept.opening().filter(|opening| opening.starts_with("<SFC")) {
             Some(opening) => format!("{opening}\n{inner}</SFC>"),
-            None => with_namespace(plain, &format!("<SFC>\n{inner}</SFC>")),
+            None => {
+                let uri = node.tag_name().namespace().unwrap_or(NAMESPACE);
+                format!("<SFC xmlns=\"{uri}\">\n{inner}</SFC>")
+            }
         };
         places.push((span, element));
     }
@@ -66,14 +69,6 @@ pub fn replaced(file: &str, charts: &[&Chart]) -> Result<String, String> {
             Err(format!("what is kept of the file cannot stand in its new place: {error}"))
         }
     }
-}
-
-fn with_namespace(file: &str, element: &str) -> String {
-    let uri =
-        file.split("http://www.plcopen.org/xml/").nth(1).and_then(|rest| rest.split('"').next());
-    let uri = uri
-        .map_or_else(|| NAMESPACE.to_owned(), |rest| format!("http://www.plcopen.org/xml/{rest}"));
-    element.replacen("<SFC>", &format!("<SFC xmlns=\"{uri}\">"), 1)
 }
 
 /// A whole project; bodies other than charts as structured text.

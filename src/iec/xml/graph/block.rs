@@ -2,7 +2,7 @@
 
 use super::value::is_instance;
 use super::{Graph, called, is_called};
-use crate::iec::ast::{Argument, EITHER, Expr, Kind, Path, RESULT, Statement};
+use crate::iec::ast::{Argument, Expr, Kind, Path, RESULT, Statement};
 use crate::iec::fault::Fault;
 use crate::iec::xml::node::{child, children, is, sources};
 use crate::iec::xml::reading::Reading;
@@ -40,12 +40,6 @@ fn name_of<'a>(pin: Node<'a, '_>) -> &'a str {
 /// Whether a pin stands on both sides of a block.
 fn comes_back(node: Node<'_, '_>, name: &str) -> bool {
     pins(node, "outputVariables").any(|pin| name_of(pin).eq_ignore_ascii_case(name))
-}
-
-/// One of two values: controllers differ.
-fn either(one: Expr, other: Expr) -> Expr {
-    let unnamed = |value| Argument { name: None, is_output: false, value };
-    Expr::Call(Path::name(EITHER), vec![unnamed(one), unnamed(other)])
 }
 
 /// Whether what stands at this output is what the block was handed: a VAR_IN_OUT has a pin on either side.
@@ -103,7 +97,7 @@ impl<'a, 'i> Graph<'a, 'i> {
                 if let Some(edge) = one.attribute("edge").filter(|edge| *edge != "none") {
                     let looked_at = match &enable {
                         Expr::Literal(_) => Expr::bool(true),
-                        enable => either(enable.clone(), Expr::bool(true)),
+                        enable => Expr::either(enable.clone(), Expr::bool(true)),
                     };
                     let of = format!("{id}_{name}");
                     value = self.edge_where(reading, node, &of, edge, value, looked_at);
@@ -243,7 +237,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         if enable.is(true) || !is_instance(block) {
             return enable;
         }
-        either(enable, Expr::bool(true))
+        Expr::either(enable, Expr::bool(true))
     }
 
     /// The names of a block's outputs but ENO and what it gives back.

@@ -4,22 +4,22 @@
 //! an expression of its own, as generators write it; within it, what forks and joins again is kept in a variable.
 
 mod block;
-mod order;
+mod orders;
 mod places;
-mod turns;
+mod rank;
 mod value;
 
 use super::checked::{PASSIVE, checked};
 use super::node::{Text, elements, inputs, is};
 use super::reading::Reading;
 use crate::base::code::Code;
-use crate::iec::ast::{EITHER, Expr, Kind, Path, Statement};
+use crate::iec::ast::{Expr, Kind, Statement};
 use crate::iec::fault::Fault;
-pub(super) use order::{order, rank};
+use orders::{Carried, Loops, Order};
 use places::Places;
+pub(super) use rank::{order, rank};
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
-use turns::{Carried, Loops, Turn};
 use value::{Kept, calls, put_in};
 
 /// A graph, and what of it has been carried out.
@@ -163,13 +163,13 @@ impl<'a, 'i> Graph<'a, 'i> {
             return Err(self.text.fault(node, message).code(Code::NotModelled).help(help));
         }
         self.places = Places::new(reading, self.nodes.values().copied());
-        let turns = self.turns();
-        let line = turns.first().and_then(|turn| turn.acting.first());
+        let orders = self.orders();
+        let line = orders.first().and_then(|order| order.acting.first());
         let line = line.map_or(0, |id| self.text.line(self.nodes[id]));
         let mut ways: Vec<(&'static str, Carried<'a>)> = Vec::new();
-        for turn in turns {
-            let what = turn.what;
-            let carried = self.clone().carried_out(reading, turn)?;
+        for order in orders {
+            let what = order.what;
+            let carried = self.clone().carried_out(reading, order)?;
             if ways.iter().all(|(_, known)| known.differs(&carried, &self.places)) {
                 ways.push((what, carried));
             }
@@ -184,10 +184,10 @@ impl<'a, 'i> Graph<'a, 'i> {
     fn carried_out(
         mut self,
         reading: &mut Reading<'_, '_>,
-        turn: Turn<'a>,
+        in_order: Order<'a>,
     ) -> Result<Carried<'a>, Fault> {
-        self.loops = turn.loops;
-        for id in turn.acting {
+        self.loops = in_order.loops;
+        for id in in_order.acting {
             self.acting = order(self.nodes[id]);
             self.act(reading, id)?;
         }
@@ -310,7 +310,7 @@ impl<'a, 'i> Graph<'a, 'i> {
                 }
                 let taken = match is_called(node, "coil") {
                     // Some controllers write nothing where nothing leads to it.
-                    _ if from.is_empty() => Expr::Call(Path::name(EITHER), Vec::new()),
+                    _ if from.is_empty() => Expr::any(),
                     false => self.taken(&from),
                     true => Expr::bool(true),
                 };

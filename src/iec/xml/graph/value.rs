@@ -1,9 +1,9 @@
 //! What an output of a drawing's element is worth where it is asked for.
 
-use super::order::order;
+use super::rank::order;
 use super::{Graph, called, is_called, wrong};
 use crate::base::code::Code;
-use crate::iec::ast::{Argument, EITHER, Expr, Kind, Path, Statement, paths_of, visit};
+use crate::iec::ast::{Argument, Expr, Kind, Path, Statement, paths_of, visit};
 use crate::iec::fault::Fault;
 use crate::iec::parse;
 use crate::iec::xml::node::{child, inputs, is};
@@ -83,7 +83,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         }
         if self.open.contains(id) && self.loops.holds(id) {
             // Generators take what its variable holds since the last scan.
-            return Ok(Expr::Call(Path::name(EITHER), Vec::new()));
+            return Ok(Expr::any());
         }
         if self.open.len() >= DEPTH && !self.open.contains(id) {
             let message =
@@ -156,10 +156,9 @@ impl<'a, 'i> Graph<'a, 'i> {
         }
         self.eithers += 1;
         if self.eithers > PLACES {
-            return Expr::Call(Path::name(EITHER), Vec::new());
+            return Expr::any();
         }
-        let unnamed = |value| Argument { name: None, is_output: false, value };
-        Expr::Call(Path::name(EITHER), vec![unnamed(one), unnamed(other)])
+        Expr::either(one, other)
     }
 
     /// Whether a stored value might be another one if it was worked out again.

@@ -1,7 +1,7 @@
 //! In which orders tools carry out the elements of a drawing, and whether these differ in what they do.
 
-use super::order::{order, position, rank};
 use super::places::Places;
+use super::rank::{order, position, rank};
 use super::value::{is_instance, read};
 use super::{Graph, is_called};
 use crate::iec::ast::{Expr, Kind, Statement, visit};
@@ -12,7 +12,7 @@ use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// An order: what it is called, the elements in it, and which of the instances that feed each other begin.
-pub(super) struct Turn<'a> {
+pub(super) struct Order<'a> {
     pub(super) what: &'static str,
     pub(super) acting: Vec<&'a str>,
     pub(super) loops: Loops<'a>,
@@ -74,11 +74,11 @@ impl<'a> Loops<'a> {
 type Rank = (u64, i64, i64, i64, usize);
 
 /// How far up or down elements stand in one row, for older generators.
-const ROW: i64 = 100;
+const ROW_HEIGHT: i64 = 100;
 
 impl<'a> Graph<'a, '_> {
     /// The orders that tools keep; the first one is the standard's.
-    pub(super) fn turns(&self) -> Vec<Turn<'a>> {
+    pub(super) fn orders(&self) -> Vec<Order<'a>> {
         let all = || self.nodes.iter().map(|(&id, &node)| (id, node));
         let sorted = |rank: &dyn Fn(Node<'_, '_>) -> Rank| {
             let mut acting: Vec<_> = all().map(|(id, node)| (rank(node), id)).collect();
@@ -90,16 +90,16 @@ impl<'a> Graph<'a, '_> {
             (number, 0, y, x, at)
         });
         let loops = self.loops_among(&standard);
-        let mut turns = Vec::new();
+        let mut orders = Vec::new();
         let by_demand = Loops { begin_first: false, ..loops.clone() };
         if !loops.places.is_empty() {
             let what = "instances that feed each other begin with the one that is asked for first";
-            turns.push(Turn { what, acting: standard.clone(), loops: by_demand.clone() });
+            orders.push(Order { what, acting: standard.clone(), loops: by_demand.clone() });
         }
-        turns.insert(0, Turn { what: "", acting: standard, loops });
+        orders.insert(0, Order { what: "", acting: standard, loops });
         // Generators know no jumps, and CODESYS and TwinCAT carry out their drawings themselves.
         if self.jumps || self.text.is_codesys {
-            return turns;
+            return orders;
         }
         let kind = |node: Node<'_, '_>| match node.tag_name().name() {
             "block" => 1,
@@ -107,13 +107,13 @@ impl<'a> Graph<'a, '_> {
             _ => 0,
         };
         let number = |node: Node<'_, '_>| order(node).unwrap_or(u64::MAX);
-        turns.push(Turn {
+        orders.push(Order {
             what: "coils and outputs come as the file has them, and blocks behind them",
             acting: sorted(&|node| (number(node), kind(node), 0, 0, node.range().start)),
             loops: by_demand.clone(),
         });
         let rows = self.rows();
-        turns.push(Turn {
+        orders.push(Order {
             what: "coils and outputs come from left to right in rows, and blocks behind them",
             acting: sorted(&|node| {
                 let (y, x) = position(node);
@@ -122,7 +122,7 @@ impl<'a> Graph<'a, '_> {
             }),
             loops: by_demand,
         });
-        turns
+        orders
     }
 
     /// In which row elements at each height stand.
@@ -131,7 +131,7 @@ impl<'a> Graph<'a, '_> {
         let mut rows = BTreeMap::new();
         let mut first = None;
         for height in heights {
-            let row = first.filter(|row| height - row < ROW).unwrap_or(height);
+            let row = first.filter(|row| height - row < ROW_HEIGHT).unwrap_or(height);
             first = Some(row);
             rows.insert(height, row);
         }
