@@ -747,3 +747,66 @@ fn outputs_with_numbers_at_their_ends_are_kept_apart() {
     );
     assert!(!may(unit, "p:P x:BOOL y:BOOL z:BOOL", &body, "NOT y OR NOT z"));
 }
+
+/// A chart of two steps in turn, of which the first one has attributes as CODESYS and TwinCAT write them; actions that say
+/// that they were carried out.
+fn attributed(attributes: &[(&str, &str)]) -> String {
+    let of = |(guid, text): &(&str, &str)| format!("<attribute guid=\"{guid}\">{text}</attribute>");
+    let all: String = attributes.iter().map(of).collect();
+    let data = format!(
+        "<addData><data name=\"http://www.3s-software.com/plcopenxml/sfc/element\"><attributes xmlns=\"\">{all}</attributes></data></addData>"
+    );
+    let always = "<condition><inline><ST><p>TRUE</p></ST></inline></condition>";
+    let chart = format!(
+        "<SFC><step localId=\"1\" name=\"s\" initialStep=\"true\">{data}</step>{}{}{}{}</SFC>",
+        at("transition", 2, &[(1, "")], always),
+        at("step name=\"t\"", 3, &[(2, "")], ""),
+        at("transition", 4, &[(3, "")], always),
+        at("jumpStep targetName=\"s\"", 5, &[(4, "")], "")
+    );
+    let action = |name: &str| {
+        format!("<action name=\"{name}\"><body><ST><p>{name}_ran := TRUE;</p></ST></body></action>")
+    };
+    let actions: String = ["first", "last", "during"].into_iter().map(action).collect();
+    project(
+        "",
+        "first_ran:BOOL last_ran:BOOL during_ran:BOOL",
+        &chart,
+        "first_ran AND last_ran AND during_ran",
+    )
+    .replacen(
+        "<interface/><body>",
+        &format!("<interface/><actions>{actions}</actions><body>"),
+        1,
+    )
+}
+
+#[test]
+fn steps_have_actions_on_entry_while_active_and_on_exit() {
+    const ENTRY: &str = "a6b08bd8-b696-47e3-9cbf-7408b61c9ff8";
+    const EXIT: &str = "a2621e18-7de3-4ea6-ae6d-89e9e0b7befd";
+    const ACTIVE: &str = "700a583f-b4d4-43e4-8c14-629c7cd3bec8";
+    let own = [(ENTRY, "first"), (EXIT, "last"), (ACTIVE, "during")];
+    let text = attributed(&own);
+    let read = scanbound::iec::read("main.xml", &text).expect("a project");
+    let charts = read.charts();
+    let step = &charts[0].2.steps[0];
+    let name =
+        |path: &Option<scanbound::iec::ast::Path>| path.as_ref().map(|one| one.first.clone());
+    let names = [name(&step.entry), name(&step.exit), name(&step.active)];
+    assert_eq!(names.map(Option::unwrap_or_default), ["first", "last", "during"]);
+    // Each stores once; what begins comes with what is active, what ends by itself.
+    let cost = |own: &[(&str, &str)]| bound(&attributed(own)).expect("a bound");
+    let none = cost(&[]);
+    assert_eq!(cost(&own[..1]), none + 1);
+    assert_eq!(cost(&own[1..2]), none + 1);
+    assert_eq!(cost(&own[2..]), none + 1);
+    assert_eq!(cost(&own), none + 2);
+    let refused = |guid: &str, text: &str, why: &str| {
+        let faults = bound(&attributed(&[(guid, text)])).expect_err("a refusal");
+        assert!(faults.iter().any(|fault| fault.contains(why)), "{faults:?}");
+    };
+    refused("01580b27-6378-448b-8ecb-0e4b795b58d6", "TRUE", "excluded");
+    refused("cacf1a68-236e-47c2-b7b1-1cf9199718cb", "T#2s", "least time");
+    refused("00000000-0000-0000-0000-000000000000", "first", "names an action");
+}

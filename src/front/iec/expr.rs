@@ -2,7 +2,7 @@
 
 use super::emit::Emit;
 use super::mixed::{mixed, typed};
-use super::open::{complement, joined, may_have_wrapped, opened, parted};
+use super::open::{complement, joined, may_have_wrapped, opened, parted, wraps_in};
 use super::references::WORD;
 use super::references::{Walk, Way};
 use super::resolve::{Context, Element, Found};
@@ -611,9 +611,12 @@ impl Emit<'_> {
             Found::Element(element) => Some(&element.place.ty),
             _ => None,
         };
-        let value = match ty.zip(of) {
-            Some((ty, of)) => shown(of, value, ty),
-            None => value,
+        let value = match (ty, of) {
+            (Some(Ty::Number(kind)), Some(of)) if wraps_in(of, &value, *kind) => {
+                self.between(Value::Number(*kind, constant(0, kind.words())))
+            }
+            (Some(ty), Some(of)) => shown(of, value, ty),
+            _ => value,
         };
         let key = self.store_key(&found, of, line)?;
         let writes = self.writes(found, value, line)?;

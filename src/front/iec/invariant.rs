@@ -125,7 +125,7 @@ fn markings(chart: &Chart, memory: &Memory, basis: &Basis) -> Option<Logic> {
     if count > MARKINGS {
         return None;
     }
-    let reached = reach(&chart.net(), BUDGET);
+    let reached = reach(&chart.net_of_any(), BUDGET);
     let marking = |bits: &crate::net::Bits| {
         all(memory.steps.iter().enumerate().map(|(step, &cell)| match bits.has(step) {
             true => on(cell),

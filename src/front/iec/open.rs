@@ -5,7 +5,8 @@
 use super::emit::Emit;
 use super::types::{DINT, Kind, holding};
 use super::value::{Value, constant, wrapped};
-use crate::iec::ast::{Expr, Operator};
+use crate::iec::ast::{Expr, Literal, Operator};
+use crate::iec::same;
 use crate::program::{
     BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, WordSource, Write,
 };
@@ -265,16 +266,85 @@ impl Emit<'_> {
     }
 }
 
-/// Whether constants that are worked out in the type of what they are used with may not have fit it.
+/// Whether what is made of constants alone, which has the type of what it is used with, may not have fit that: the result, or
+/// what it was made of on the way.
 pub(super) fn may_have_wrapped(expr: &Expr, value: &Value, other: &Value) -> bool {
+    match other {
+        Value::Number(kind, _) | Value::Open(kind, ..) => wraps_in(expr, value, *kind),
+        _ => false,
+    }
+}
+
+/// The same where the type is known.
+pub(super) fn wraps_in(expr: &Expr, value: &Value, kind: Kind) -> bool {
     let is_written = match expr {
         Expr::Negate(inner) => matches!(**inner, Expr::Literal(_)),
         expr => matches!(expr, Expr::Literal(_)),
     };
-    match (value, other) {
-        (Value::Constant(value), Value::Number(kind, _) | Value::Open(kind, ..)) => {
-            !is_written && holding(*kind, *value) != *kind
+    if is_written || !matches!(kind, Kind::Whole { .. }) {
+        return false;
+    }
+    let is_longer = |own: &Kind| match (own, kind) {
+        (Kind::Whole { bits: own, .. }, Kind::Whole { bits, .. }) => *own > bits,
+        _ => false,
+    };
+    let fits = |value: i64| holding(kind, value) == kind;
+    match value {
+        Value::Constant(value) => !fits(*value) || !all_fit(expr, &fits),
+        Value::Number(own, _) | Value::Open(own, ..) => {
+            is_untyped(expr) && (is_longer(own) || !all_fit(expr, &fits))
         }
         _ => false,
+    }
+}
+
+/// Whether an expression is made of whole numbers without a type alone.
+fn is_untyped(expr: &Expr) -> bool {
+    match expr {
+        Expr::Literal(Literal::Int(_, of)) => of.is_none(),
+        Expr::Negate(inner) => is_untyped(inner),
+        Expr::Binary(_, left, right) => is_untyped(left) && is_untyped(right),
+        Expr::Call(path, given) => {
+            let name = path.as_name().unwrap_or_default().to_ascii_uppercase();
+            let chooses = usize::from(["SEL", "MUX"].contains(&name.as_str()));
+            let values = given.iter().filter(|one| {
+                !one.name
+                    .as_deref()
+                    .is_some_and(|name| ["G", "K", "EN"].iter().any(|own| same(own, name)))
+            });
+            let is_named = given.iter().any(|one| one.name.is_some());
+            OF_NUMBERS.contains(&name.as_str())
+                && values.skip(if is_named { 0 } else { chooses }).all(|one| is_untyped(&one.value))
+        }
+        _ => false,
+    }
+}
+
+/// Functions whose result has the type of what they are given.
+const OF_NUMBERS: &[&str] =
+    &["MAX", "MIN", "LIMIT", "SEL", "MUX", "MOVE", "ABS", "ADD", "SUB", "MUL", "DIV", "MOD"];
+
+/// Whether all that constants make on the way fits.
+fn all_fit(expr: &Expr, fits: &dyn Fn(i64) -> bool) -> bool {
+    match expr {
+        Expr::Negate(inner) => all_fit(inner, fits),
+        Expr::Binary(_, left, right) => {
+            let own = constant_of(expr).is_none_or(fits);
+            own && all_fit(left, fits) && all_fit(right, fits)
+        }
+        Expr::Call(_, given) => given.iter().all(|one| all_fit(&one.value, fits)),
+        Expr::Literal(_) | Expr::Variable(_) | Expr::Not(_) => true,
+    }
+}
+
+/// What an expression of constants makes.
+fn constant_of(expr: &Expr) -> Option<i64> {
+    match expr {
+        Expr::Literal(Literal::Int(value, None)) => i64::try_from(*value).ok(),
+        Expr::Negate(inner) => constant_of(inner)?.checked_neg(),
+        Expr::Binary(operator, left, right) => {
+            operator.of_constants(constant_of(left)?, constant_of(right)?)
+        }
+        _ => None,
     }
 }

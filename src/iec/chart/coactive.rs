@@ -111,6 +111,9 @@ pub fn analyse(chart: &Chart, budget: usize) -> Analysis {
     analyse_by(chart, budget, Rule::One)
 }
 
+/// So many markings are followed where all of competing transitions clear: there are many sets of these.
+const BUDGET_OF_ALL: usize = 10_000;
+
 /// Which of transitions clear that compete for a step and are true.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
@@ -128,9 +131,9 @@ pub fn analyse_by(chart: &Chart, budget: usize, rule: Rule) -> Analysis {
     let mut analysis = of_steps(&net, &reached);
     let actions = Running::all(chart);
     findings(chart, &net, &actions, &reached, &mut analysis);
-    if rule == Rule::All && chart.competes() {
+    if rule == Rule::All && (chart.competes() || chart.has_priorities()) {
         net = chart.net_of_all();
-        reached = reach(&net, budget);
+        reached = reach(&net, budget.min(BUDGET_OF_ALL));
         (analysis.basis, analysis.together) = together(&net, &reached);
     }
     let together = &analysis.together;
@@ -151,10 +154,10 @@ pub fn faults(chart: &Chart, budget: usize) -> Vec<Finding> {
     analysis.findings
 }
 
-/// Which steps of a chart can be active together, and nothing of actions or faults.
+/// Which steps of a chart can be active together on any controller, and nothing of actions or faults.
 #[must_use]
 pub fn steps_together(chart: &Chart, budget: usize) -> Analysis {
-    let net = chart.net();
+    let net = chart.net_of_any();
     of_steps(&net, &reach(&net, budget))
 }
 
@@ -262,7 +265,7 @@ pub fn resetting(chart: &Chart, action: &str) -> Vec<usize> {
 pub fn apart_while_stored(chart: &Chart, action: &str, budget: usize) -> Vec<usize> {
     let own = Running::all(chart).into_iter().find(|one| crate::iec::same(&one.name, action));
     let Some(own) = own.filter(Running::is_stored) else { return Vec::new() };
-    let net = chart.net();
+    let net = chart.net_of_any();
     let mut beside = Bits::new(chart.steps.len());
     let ways = Stored::new(&net, &[&own]).follow(budget, &mut |(marking, stored), _| {
         if stored[0] {

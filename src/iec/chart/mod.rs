@@ -264,17 +264,31 @@ impl Chart {
     /// Its Petri net where all of competing transitions clear that are true, but for those that all have priorities.
     #[must_use]
     pub fn net_of_all(&self) -> Net {
-        let mut net = self.net();
-        // Some controllers end a step at once when a transition with a priority clears: conditions behind it see other flags.
-        let ends_at_once = self.transitions.iter().any(|one| one.has_priority);
+        let mut net = self.net_of_any();
         for (one, transition) in net.transitions.iter_mut().zip(&self.transitions) {
             one.shares = !transition.has_priority;
-            if ends_at_once {
+        }
+        net
+    }
+
+    /// Its Petri net on any controller: some end a step at once when a transition with a priority clears (matiec), and
+    /// conditions behind it see other flags.
+    #[must_use]
+    pub fn net_of_any(&self) -> Net {
+        let mut net = self.net();
+        if self.has_priorities() {
+            for one in &mut net.transitions {
                 one.needs.clear();
                 one.bars.clear();
             }
         }
         net
+    }
+
+    /// Whether some of its transitions have priorities.
+    #[must_use]
+    pub fn has_priorities(&self) -> bool {
+        self.transitions.iter().any(|one| one.has_priority)
     }
 
     /// Its Petri net: a place a step. What a condition asks of step flags in any case, its transition asks of the net.

@@ -3,7 +3,10 @@
 use super::checked::{checked, single};
 use super::graph::Graph;
 use super::graph::rank;
-use super::node::{ACTIVE, ENTRY, EXIT, Text, child, children, elements, inputs, is, sources};
+use super::node::{
+    ACTIVE, ENTRY, EXCLUDED, EXIT, LEAST, MOST, Text, child, children, elements, inputs, is,
+    sources,
+};
 use super::reading::{Reading, language};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Kind, Path, Statement};
@@ -238,18 +241,39 @@ fn step(reading: &Reading<'_, '_>, node: Node<'_, '_>) -> Result<Step, Fault> {
     step.is_macro = node.tag_name().name() == "macroStep";
     let attributes = node.descendants().filter(|one| one.tag_name().name() == "attribute");
     for one in attributes {
-        let slot = match one.attribute("guid") {
-            Some(ACTIVE) => &mut step.active,
-            Some(ENTRY) => &mut step.entry,
-            Some(EXIT) => &mut step.exit,
+        let (written, line) = reading.text.content(one);
+        let (written, guid) = (written.trim(), one.attribute("guid").unwrap_or_default());
+        let refused = |what: &str| {
+            let message = format!("{}: {what} ({written}), which is not followed", called(node));
+            Err(reading.text.fault(node, message).code(Code::NotModelled))
+        };
+        let slot = match guid {
+            ACTIVE => &mut step.active,
+            ENTRY => &mut step.entry,
+            EXIT => &mut step.exit,
+            EXCLUDED if crate::iec::same(written, "TRUE") => return refused("it is excluded"),
+            LEAST if !is_no_time(written) => return refused("it has a least time"),
+            EXCLUDED | LEAST | MOST => continue,
+            // What another attribute makes of an action is not known.
+            _ if reading.has_action(written) && written != name => {
+                return refused("an attribute names an action");
+            }
             _ => continue,
         };
-        let (written, line) = reading.text.content(one);
-        if let Ok(Expr::Variable(path)) = parse::expression(&written, line) {
-            *slot = Some(path);
+        if written.is_empty() {
+            continue;
+        }
+        match parse::expression(written, line) {
+            Ok(Expr::Variable(path)) => *slot = Some(path),
+            _ => return refused("its action is no name"),
         }
     }
     Ok(step)
+}
+
+/// Whether no time is written, or none that passes.
+fn is_no_time(written: &str) -> bool {
+    written.is_empty() || parse::duration(written) == Some(0) || written == "0"
 }
 
 /// Follows connections back to steps, or to transitions.

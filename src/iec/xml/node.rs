@@ -8,14 +8,18 @@ use std::collections::BTreeMap;
 /// Additional data of an element of a chart, and the marks of a step's own actions there.
 pub(super) const ELEMENT: &str = "http://www.3s-software.com/plcopenxml/sfc/element";
 pub(super) const ACTIVE: &str = "700a583f-b4d4-43e4-8c14-629c7cd3bec8";
-pub(super) const ENTRY: &str = "a2621e18-7de3-4ea6-ae6d-89e9e0b7befd";
-pub(super) const EXIT: &str = "81835011-2e6f-4afe-9cdb-6ed6e3ea5a6c";
+pub(super) const ENTRY: &str = "a6b08bd8-b696-47e3-9cbf-7408b61c9ff8";
+pub(super) const EXIT: &str = "a2621e18-7de3-4ea6-ae6d-89e9e0b7befd";
+/// Whether a step is left out, how long it is active at least and at most.
+pub(super) const EXCLUDED: &str = "01580b27-6378-448b-8ecb-0e4b795b58d6";
+pub(super) const LEAST: &str = "cacf1a68-236e-47c2-b7b1-1cf9199718cb";
+pub(super) const MOST: &str = "b693554c-1b01-4a8d-afde-9e3a46f7465d";
 
 /// A file's text, of which lines are told.
 pub(super) struct Text {
     starts: Vec<usize>,
-    /// The addresses of global variables.
-    addresses: BTreeMap<String, String>,
+    /// The addresses of global variables, and whether these are elementary ones.
+    addresses: BTreeMap<String, (String, bool)>,
     /// Whether CODESYS or TwinCAT wrote it.
     pub(super) is_codesys: bool,
 }
@@ -27,7 +31,12 @@ impl Text {
         let globals = elements().filter(|one| one.tag_name().name() == "globalVars");
         let variables = globals.flat_map(|list| children(list, "variable"));
         let located = variables.filter_map(|one| {
-            Some((one.attribute("name")?.to_lowercase(), one.attribute("address")?.to_owned()))
+            let of = child(one, "type").and_then(|of| of.children().find(Node::is_element));
+            let is_plain = of.is_some_and(|of| {
+                !["array", "derived", "string", "wstring"].contains(&of.tag_name().name())
+            });
+            let at = (one.attribute("address")?.to_owned(), is_plain);
+            Some((one.attribute("name")?.to_lowercase(), at))
         });
         let is_theirs = |name: &str| name.contains("3s-software.com");
         Text {
@@ -39,9 +48,9 @@ impl Text {
         }
     }
 
-    /// The address of a global variable, by its name in small letters.
-    pub(super) fn address(&self, name: &str) -> Option<&str> {
-        self.addresses.get(name).map(String::as_str)
+    /// The address of a global variable, by its name in small letters, and whether it is an elementary one.
+    pub(super) fn address(&self, name: &str) -> Option<(&str, bool)> {
+        self.addresses.get(name).map(|(at, is_plain)| (at.as_str(), *is_plain))
     }
 
     /// What is written at a point in place of a connection, and in which line.

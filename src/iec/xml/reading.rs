@@ -52,6 +52,11 @@ impl<'t, 'p> Reading<'t, 'p> {
         actions.chain(self.pou.variables.iter().map(|one| &one.name)).any(|own| same(own, name))
     }
 
+    /// Whether the unit declares an action of this name.
+    pub(super) fn has_action(&self, name: &str) -> bool {
+        self.pou.actions.iter().any(|own| same(&own.name, name))
+    }
+
     /// A fault that the whole file is refused for.
     pub(super) fn refuse(&mut self, fault: Fault) {
         let fault = fault.within(&self.place);

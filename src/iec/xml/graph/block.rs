@@ -138,10 +138,15 @@ impl<'a, 'i> Graph<'a, 'i> {
             self.foreign.push(self.statements.len());
         }
         let given_back = self.given_back.iter().filter(|((own, _), _)| *own == id);
-        let handed = given_back.filter_map(|(_, value)| match value {
-            Expr::Variable(path) => Some((self.statements.len(), path.first.clone())),
-            _ => None,
-        });
+        let at = self.statements.len();
+        let handed: Vec<_> = given_back
+            .filter_map(|(_, value)| match value {
+                Expr::Variable(path) => Some(self.places.names(path)),
+                _ => None,
+            })
+            .flatten()
+            .map(|name| (at, name.to_owned()))
+            .collect();
         self.handed.extend(handed);
         if let Some(instance) = node.attribute("instanceName").filter(|name| !name.is_empty()) {
             let target = path_of(instance, self.text.line(node))?;

@@ -5,6 +5,7 @@
 
 mod block;
 mod orders;
+mod paths;
 mod places;
 mod rank;
 mod value;
@@ -31,12 +32,20 @@ pub(super) struct Graph<'a, 'i> {
     forks: BTreeMap<&'a str, usize>,
     /// Whether it has jumps, labels or returns.
     jumps: bool,
+    /// Contacts that look at edges, and what they lead to.
+    behind_edges: BTreeSet<&'a str>,
     /// Which variables are one and the same.
     places: Places,
     /// Elements that lead back to themselves.
     loops: Loops<'a>,
     /// What outputs were worth when they were first stored.
     kept: BTreeMap<(&'a str, String), Kept>,
+    /// Whether it is carried out as generators do.
+    generated: bool,
+    /// Whether what is asked for twice in the expression that is put together is written once.
+    is_written_once: bool,
+    /// How many elements have been looked at for it.
+    visits: usize,
     /// What outputs are worth in the expression that is put together.
     looked_at: BTreeMap<(&'a str, String), Expr>,
     /// Whether blocks that have been carried out were enabled.
@@ -122,8 +131,12 @@ impl<'a, 'i> Graph<'a, 'i> {
         Ok(Graph {
             text,
             jumps: nodes.values().any(|node| acts.contains(&node.tag_name().name())),
+            behind_edges: paths::behind_edges(&nodes),
             nodes,
             forks,
+            generated: false,
+            is_written_once: true,
+            visits: 0,
             places: Places::default(),
             loops: Loops::default(),
             kept: BTreeMap::new(),
@@ -187,11 +200,12 @@ impl<'a, 'i> Graph<'a, 'i> {
         in_order: Order<'a>,
     ) -> Result<Carried<'a>, Fault> {
         self.loops = in_order.loops;
+        self.generated = in_order.generated;
         for id in in_order.acting {
             self.acting = order(self.nodes[id]);
             self.act(reading, id)?;
         }
-        Ok(Carried::new(self.statements, self.owners, &self.foreign, &self.handed))
+        Ok(Carried::new(self.statements, self.owners, &self.foreign, &self.handed, &self.places))
     }
 
     /// The value of a condition that is drawn: what leads to its only coil, or to the right rail, or out of it.
@@ -306,7 +320,7 @@ impl<'a, 'i> Graph<'a, 'i> {
                     value = self.edge(reading, node, id, edge, value);
                 }
                 if is(node, "negated") || is(node, "negatedIn") {
-                    value = value.not();
+                    value = Expr::Not(Box::new(value));
                 }
                 let taken = match is_called(node, "coil") {
                     // Some controllers write nothing where nothing leads to it.
@@ -344,6 +358,11 @@ impl<'a, 'i> Graph<'a, 'i> {
             "label" => {
                 let label = node.attribute("label").unwrap_or_default().to_owned();
                 self.add(node, Kind::Label(label));
+                Ok(())
+            }
+            // Generators look at the edges in front of it, whatever it leads to.
+            "connector" if self.generated => {
+                self.used(reading, node, &inputs(node))?;
                 Ok(())
             }
             name if PASSIVE.contains(&name) => Ok(()),

@@ -2,7 +2,7 @@
 
 use super::places::Places;
 use super::rank::{order, position, rank};
-use super::value::{is_instance, read};
+use super::value::is_instance;
 use super::{Graph, is_called};
 use crate::iec::ast::{Expr, Kind, Statement, visit};
 use crate::iec::xml::node::{child, children, inputs, sources};
@@ -16,6 +16,8 @@ pub(super) struct Order<'a> {
     pub(super) what: &'static str,
     pub(super) acting: Vec<&'a str>,
     pub(super) loops: Loops<'a>,
+    /// Whether coils in the midst of a way are carried out in their own places.
+    pub(super) generated: bool,
 }
 
 /// Elements that lead back to themselves by way of instances.
@@ -94,9 +96,14 @@ impl<'a> Graph<'a, '_> {
         let by_demand = Loops { begin_first: false, ..loops.clone() };
         if !loops.places.is_empty() {
             let what = "instances that feed each other begin with the one that is asked for first";
-            orders.push(Order { what, acting: standard.clone(), loops: by_demand.clone() });
+            orders.push(Order {
+                what,
+                acting: standard.clone(),
+                loops: by_demand.clone(),
+                generated: false,
+            });
         }
-        orders.insert(0, Order { what: "", acting: standard, loops });
+        orders.insert(0, Order { what: "", acting: standard, loops, generated: false });
         // Generators know no jumps, and CODESYS and TwinCAT carry out their drawings themselves.
         if self.jumps || self.text.is_codesys {
             return orders;
@@ -107,21 +114,32 @@ impl<'a> Graph<'a, '_> {
             _ => 0,
         };
         let number = |node: Node<'_, '_>| order(node).unwrap_or(u64::MAX);
-        orders.push(Order {
-            what: "coils and outputs come as the file has them, and blocks behind them",
-            acting: sorted(&|node| (number(node), kind(node), 0, 0, node.range().start)),
-            loops: by_demand.clone(),
-        });
         let rows = self.rows();
-        orders.push(Order {
-            what: "coils and outputs come from left to right in rows, and blocks behind them",
-            acting: sorted(&|node| {
-                let (y, x) = position(node);
-                let row = rows.get(&y).copied().unwrap_or(y);
+        let in_rows = |node: Node<'_, '_>| {
+            let (y, x) = position(node);
+            (rows.get(&y).copied().unwrap_or(y), x)
+        };
+        let mut add = |what, acting| {
+            orders.push(Order { what, acting, loops: by_demand.clone(), generated: true });
+        };
+        add(
+            "coils and outputs come as the file has them, and blocks behind them",
+            sorted(&|node| (number(node), kind(node), 0, 0, node.range().start)),
+        );
+        add(
+            "coils and outputs come from left to right in rows, and blocks behind them",
+            sorted(&|node| {
+                let (row, x) = in_rows(node);
                 (number(node), kind(node), row, x, node.range().start)
             }),
-            loops: by_demand,
-        });
+        );
+        add(
+            "coils, outputs and blocks come from left to right in rows",
+            sorted(&|node| {
+                let (row, x) = in_rows(node);
+                (number(node), 0, row, x, node.range().start)
+            }),
+        );
         orders
     }
 
@@ -204,13 +222,14 @@ impl<'a> Carried<'a> {
         owners: Vec<&'a str>,
         foreign: &[usize],
         handed: &[(usize, String)],
+        places: &Places,
     ) -> Carried<'a> {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         let mut touched = BTreeMap::new();
         for (at, (owner, statement)) in owners.iter().zip(&statements).enumerate() {
             let count = counts.entry(owner).or_insert(0);
             let mut own = Touched::default();
-            own.add(statement);
+            own.add(statement, places);
             if foreign.contains(&at) {
                 own.writes.insert(SHARED.to_owned());
             }
@@ -259,9 +278,9 @@ impl<'a> Carried<'a> {
 }
 
 impl Touched {
-    fn add(&mut self, statement: &Statement) {
+    fn add(&mut self, statement: &Statement, places: &Places) {
         visit(std::slice::from_ref(statement), &mut |one| {
-            let mut reads = |value: &Expr| self.reads.extend(read(value));
+            let mut reads = |value: &Expr| self.reads.extend(places.read(value));
             let target = match &one.kind {
                 Kind::Assign(target, value) | Kind::Latch(target, _, value) => {
                     reads(value);
@@ -282,7 +301,7 @@ impl Touched {
             };
             reads(&Expr::Variable(target.clone()));
             if !target.first.starts_with('~') {
-                self.writes.insert(target.first.clone());
+                self.writes.extend(places.names(target).map(str::to_owned));
             }
         });
     }

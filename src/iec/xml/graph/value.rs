@@ -3,7 +3,7 @@
 use super::rank::order;
 use super::{Graph, called, is_called, wrong};
 use crate::base::code::Code;
-use crate::iec::ast::{Argument, Expr, Kind, Path, Statement, paths_of, visit};
+use crate::iec::ast::{Argument, Expr, Kind, Path, Statement, visit};
 use crate::iec::fault::Fault;
 use crate::iec::parse;
 use crate::iec::xml::node::{child, inputs, is};
@@ -13,6 +13,9 @@ use std::collections::BTreeSet;
 
 /// How deep ways may be followed.
 const DEPTH: usize = 150;
+
+/// How many elements may be looked at for one expression that looks at some of them more than once.
+const VISITS: usize = 5_000;
 
 /// What an output has been worked out as.
 #[derive(Clone)]
@@ -32,8 +35,11 @@ impl<'a, 'i> Graph<'a, 'i> {
         from: &[(&str, Option<&str>)],
     ) -> Result<Expr, Fault> {
         let outer = std::mem::take(&mut self.looked_at);
+        let (once, visits) = (self.is_written_once, self.visits);
+        (self.is_written_once, self.visits) = (self.is_written_once(from), 0);
         let value = self.joined(reading, node, from);
         self.looked_at = outer;
+        (self.is_written_once, self.visits) = (once, visits);
         value
     }
 
@@ -67,10 +73,16 @@ impl<'a, 'i> Graph<'a, 'i> {
         output: &str,
     ) -> Result<Expr, Fault> {
         let key = (id, output.to_owned());
-        if let Some(value) = self.looked_at.get(&key) {
+        if let Some(value) = self.looked_at.get(&key).filter(|_| self.is_written_once) {
             return Ok(value.clone());
         }
         let node = self.nodes[id];
+        self.visits += 1;
+        if self.visits > VISITS && !self.is_written_once {
+            let message = format!("{}: ways through it fork and join too often", called(node));
+            let help = "put a coil in between, and use its variable";
+            return Err(self.text.fault(node, message).code(Code::NotModelled).help(help));
+        }
         if self.is_fed_back(id, node) {
             return Ok(self.block_output(reading, id, node, output));
         }
@@ -178,7 +190,7 @@ impl<'a, 'i> Graph<'a, 'i> {
 
     /// Whether a variable that an expression reads may have been written since so many statements had been carried out.
     fn may_have_changed(&self, value: &Expr, since: usize) -> bool {
-        let read = read(value);
+        let read = self.places.read(value);
         if self.foreign.iter().any(|at| *at >= since) && !read.is_empty() {
             return true;
         }
@@ -192,7 +204,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             | Kind::Call(target, _)
             | Kind::CallIf(_, target, _) => {
                 // What has a name of its own here is written once.
-                found |= !target.first.starts_with('~') && reads(&target.first);
+                found |= !target.first.starts_with('~') && self.places.names(target).any(reads);
             }
             _ => {}
         });
@@ -232,14 +244,26 @@ impl<'a, 'i> Graph<'a, 'i> {
                 Ok(way.and(value))
             }
             // What stands behind a coil has what leads to it, as it was before the coil was written, or is looked at again.
+            // Generators carry the coil out in its own place, and join what leads to it by AND.
             "coil" => {
-                self.act(reading, id)?;
-                self.joined(reading, node, &inputs(node))
+                if !self.generated {
+                    self.act(reading, id)?;
+                }
+                let from = inputs(node);
+                let any = self.joined(reading, node, &from)?;
+                if !self.generated || from.len() < 2 {
+                    return Ok(any);
+                }
+                let mut all = Expr::bool(true);
+                for one in &from {
+                    all = all.and(self.joined(reading, node, std::slice::from_ref(one))?);
+                }
+                Ok(self.either(any, all))
             }
             "rightPowerRail" | "connector" => self.joined(reading, node, &inputs(node)),
             "inVariable" | "inOutVariable" => {
-                // What leads into it is written before it is read.
-                if !inputs(node).is_empty() {
+                // What leads into it is written before it is read; by generators in its own place.
+                if !inputs(node).is_empty() && !self.generated {
                     self.act(reading, id)?;
                 }
                 let value = self.operand(node, "expression")?;
@@ -388,17 +412,6 @@ fn names(one: &Expr) -> Vec<&str> {
         Expr::Binary(_, left, right) => [names(left), names(right)].concat(),
         Expr::Call(_, given) => given.iter().flat_map(|one| names(&one.value)).collect(),
     }
-}
-
-/// The variables that an expression reads, but those that only hold what leads on.
-pub(super) fn read(value: &Expr) -> BTreeSet<String> {
-    let mut found = BTreeSet::new();
-    paths_of(&mut value.clone(), &mut |path| {
-        if !path.first.starts_with('~') {
-            found.insert(path.first.clone());
-        }
-    });
-    found
 }
 
 /// Whether an expression calls anything.
