@@ -2,6 +2,7 @@
 //! wrong with how a chart hangs together.
 
 use super::{Chart, Qualifier};
+use crate::iec::show;
 use crate::net::invariant::exclusive;
 use crate::net::reach::{Reached, reach};
 use crate::net::{Bits, Net, Transition};
@@ -387,19 +388,25 @@ impl Running {
     fn all(chart: &Chart) -> Vec<Running> {
         let mut all: Vec<Running> = Vec::new();
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
+        let mut named = |name: String, all: &mut Vec<Running>| {
+            let at = *known.entry(name.to_ascii_lowercase()).or_insert(all.len());
+            if at == all.len() {
+                let [steps, by, until] = [(); 3].map(|()| Vec::new());
+                all.push(Running { name, steps, by, until, at_once: true });
+            }
+            at
+        };
         for (step, own) in chart.steps.iter().enumerate() {
+            // What a step itself does (CODESYS), but for what comes when it has ended.
+            for path in [&own.entry, &own.active].into_iter().flatten() {
+                let at = named(show::path(path), &mut all);
+                all[at].run_at(step);
+            }
             for block in &own.blocks {
-                let name = block.target.name();
-                let at = *known.entry(name.to_ascii_lowercase()).or_insert(all.len());
-                if at == all.len() {
-                    let [steps, by, until] = [(); 3].map(|()| Vec::new());
-                    all.push(Running { name, steps, by, until, at_once: true });
-                }
+                let at = named(block.target.name(), &mut all);
                 let action = &mut all[at];
-                if !matches!(block.qualifier, Qualifier::R | Qualifier::P0)
-                    && action.steps.last() != Some(&step)
-                {
-                    action.steps.push(step);
+                if !matches!(block.qualifier, Qualifier::R | Qualifier::P0) {
+                    action.run_at(step);
                 }
                 if block.qualifier.is_stored() {
                     action.by.push(step);
@@ -411,6 +418,13 @@ impl Running {
             }
         }
         all
+    }
+
+    /// It runs while a step is active.
+    fn run_at(&mut self, step: usize) {
+        if self.steps.last() != Some(&step) {
+            self.steps.push(step);
+        }
     }
 
     fn is_stored(&self) -> bool {

@@ -1,6 +1,6 @@
 //! Charts as Petri nets for Graphviz.
 
-use super::Study;
+use super::{Study, rows};
 use std::fmt::Write;
 
 /// One graph, a cluster a chart: steps are places, drawn as boxes with their actions, transitions are bars.
@@ -25,12 +25,8 @@ pub fn render(studies: &[Study<'_>]) -> String {
                     );
                 }
             }
-            let blocks: String = step
-                .blocks
-                .iter()
-                .map(|block| {
-                    format!("\\n{} {}", block.qualifier.name(), escaped(&block.target.name()))
-                })
+            let blocks: String = rows(step)
+                .map(|row| format!("\\n{} {}", row.qualifier, escaped(&row.action)))
                 .collect();
             let border = if step.initial { ", peripheries=2" } else { "" };
             let _ = writeln!(

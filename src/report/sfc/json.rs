@@ -1,11 +1,12 @@
 //! Charts as JSON.
 
-use super::{Study, kind};
+use super::{Row, Study, kind, rows};
 use crate::iec::chart::coactive::{Basis, How, Other, Rule};
 use crate::iec::chart::structure::Part;
 use crate::iec::chart::told;
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 /// The document.
@@ -75,37 +76,31 @@ struct Together<'a> {
     path: Option<Vec<String>>,
 }
 
-/// A part of the tree: a step, or one that consists of others.
+/// A part of the tree: a step or a transition with its name, or one that consists of others.
 #[derive(Debug, Serialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-enum Tree<'a> {
-    Step {
-        name: &'a str,
-    },
-    Transition {
-        name: String,
-    },
-    Sequence {
-        children: Vec<Tree<'a>>,
-    },
-    Selection {
-        children: Vec<Tree<'a>>,
-    },
-    Parallel {
-        children: Vec<Tree<'a>>,
-    },
+struct Tree<'a> {
+    kind: Kind,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<Cow<'a, str>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    children: Vec<Tree<'a>>,
+}
+
+/// What a part of the tree is.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+enum Kind {
+    Step,
+    Transition,
+    Sequence,
+    Selection,
+    Parallel,
     /// What is gone through, and the way from its end to its beginning.
-    Loop {
-        children: Vec<Tree<'a>>,
-    },
+    Loop,
     /// What is gone through, and a way from its end that does not come back into what nests.
-    Exit {
-        children: Vec<Tree<'a>>,
-    },
+    Exit,
     /// Parts to which only jumps lead from the others.
-    Apart {
-        children: Vec<Tree<'a>>,
-    },
+    Apart,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -144,14 +139,8 @@ fn one<'a>(study: &'a Study<'_>) -> One<'a> {
         name: &step.name,
         initial: step.initial,
         line: step.line,
-        actions: step
-            .blocks
-            .iter()
-            .map(|block| Block {
-                action: block.target.name(),
-                qualifier: block.qualifier.name(),
-                time: block.time.as_ref().map(crate::iec::show::expr),
-            })
+        actions: rows(step)
+            .map(|Row { qualifier, time, action }| Block { action, qualifier, time })
             .collect(),
     });
     let transitions = study.chart.transitions.iter().enumerate().map(|(at, one)| Transition {
@@ -227,16 +216,20 @@ fn one<'a>(study: &'a Study<'_>) -> One<'a> {
 }
 
 fn tree<'a>(study: &'a Study<'_>, part: &Part) -> Tree<'a> {
-    let all = |parts: &[Part]| parts.iter().map(|part| tree(study, part)).collect();
-    let two = |one: &Part, other: &Part| vec![tree(study, one), tree(study, other)];
+    let named = |kind, name| Tree { kind, name: Some(name), children: Vec::new() };
+    let all = |kind, parts: &[&Part]| {
+        let children = parts.iter().map(|part| tree(study, part)).collect();
+        Tree { kind, name: None, children }
+    };
+    let these = |kind, parts: &[Part]| all(kind, &parts.iter().collect::<Vec<_>>());
     match part {
-        Part::Step(step) => Tree::Step { name: study.step(*step) },
-        Part::Transition(at) => Tree::Transition { name: study.chart.transition_name(*at) },
-        Part::Sequence(parts) => Tree::Sequence { children: all(parts) },
-        Part::Selection(parts) => Tree::Selection { children: all(parts) },
-        Part::Parallel(parts) => Tree::Parallel { children: all(parts) },
-        Part::Loop(body, back) => Tree::Loop { children: two(body, back) },
-        Part::Exit(body, way) => Tree::Exit { children: two(body, way) },
-        Part::Tangle(parts) => Tree::Apart { children: all(parts) },
+        Part::Step(step) => named(Kind::Step, study.step(*step).into()),
+        Part::Transition(at) => named(Kind::Transition, study.chart.transition_name(*at).into()),
+        Part::Sequence(parts) => these(Kind::Sequence, parts),
+        Part::Selection(parts) => these(Kind::Selection, parts),
+        Part::Parallel(parts) => these(Kind::Parallel, parts),
+        Part::Loop(body, back) => all(Kind::Loop, &[body, back]),
+        Part::Exit(body, way) => all(Kind::Exit, &[body, way]),
+        Part::Tangle(parts) => these(Kind::Apart, parts),
     }
 }

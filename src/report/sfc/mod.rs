@@ -7,8 +7,8 @@ pub mod text;
 
 use crate::iec::chart::coactive::{Analysis, Finding, How, Rule, resetting, storing};
 use crate::iec::chart::structure::Outline;
-use crate::iec::chart::{Chart, told};
-use crate::iec::same;
+use crate::iec::chart::{Chart, Step, told};
+use crate::iec::{same, show};
 
 /// A chart and what was found of it.
 #[derive(Debug)]
@@ -140,4 +140,24 @@ fn kind(study: &Study<'_>, finding: &Finding) -> &'static str {
         Finding::Deadlock(..) => "deadlock",
         Finding::NeverReset(..) => "never-reset",
     }
+}
+
+/// What a step does: the qualifier of a block, or when an action of its own is carried out, the time, and the action.
+struct Row {
+    qualifier: &'static str,
+    time: Option<String>,
+    action: String,
+}
+
+/// All that a step does.
+fn rows(step: &Step) -> impl Iterator<Item = Row> + '_ {
+    let own = [("entry", &step.entry), ("active", &step.active), ("exit", &step.exit)];
+    let own = own.into_iter().filter_map(|(qualifier, path)| {
+        Some(Row { qualifier, time: None, action: show::path(path.as_ref()?) })
+    });
+    own.chain(step.blocks.iter().map(|block| Row {
+        qualifier: block.qualifier.name(),
+        time: block.time.as_ref().map(show::expr),
+        action: block.target.name(),
+    }))
 }

@@ -1,6 +1,6 @@
 //! Charts for the terminal.
 
-use super::Study;
+use super::{Study, rows};
 use crate::iec::chart::coactive::{Basis, How, Other, Pair, Rule, resetting};
 use crate::iec::chart::structure::Part;
 use crate::iec::show;
@@ -191,14 +191,9 @@ fn part(study: &Study<'_>, one: &Part, level: usize, text: &mut String) {
     let pad = "  ".repeat(level);
     match one {
         Part::Step(step) => {
-            let blocks = study.chart.steps[*step].blocks.iter().map(|block| {
-                let time = block.time.as_ref().map(|time| format!(" {}", show::expr(time)));
-                format!(
-                    "{} {}{}",
-                    block.qualifier.name(),
-                    block.target.name(),
-                    time.unwrap_or_default()
-                )
+            let blocks = rows(&study.chart.steps[*step]).map(|row| {
+                let time = row.time.map(|time| format!(" {time}")).unwrap_or_default();
+                format!("{} {}{time}", row.qualifier, row.action)
             });
             let blocks: Vec<String> = blocks.collect();
             let blocks = if blocks.is_empty() {

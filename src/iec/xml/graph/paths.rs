@@ -1,6 +1,7 @@
 //! Whether generators look at each contact of an expression once: they write one way after the other, and take what ways end
 //! with alike out of them (Beremiz: `FactorizePaths` of `PLCGenerator.py`).
 
+use super::value::DEPTH;
 use super::{Graph, is_called};
 use crate::iec::xml::node::inputs;
 use roxmltree::Node;
@@ -28,7 +29,7 @@ impl<'a> Graph<'a, '_> {
         let mut known = BTreeMap::new();
         let mut seen = BTreeSet::new();
         let mut visits = VISITS;
-        let Some(ways) = self.ways(from, &mut known, &mut visits) else { return false };
+        let Some(ways) = self.ways(from, &mut known, &mut visits, 0) else { return false };
         factored(ways).iter().all(|way| counted(way, &mut seen))
             && self.edges_are_met_once(from, visits)
     }
@@ -39,6 +40,7 @@ impl<'a> Graph<'a, '_> {
         from: &[(&str, Option<&str>)],
         known: &mut BTreeMap<(&'a str, String), Vec<Way<'a>>>,
         visits: &mut usize,
+        depth: usize,
     ) -> Option<Vec<Way<'a>>> {
         let mut found = Vec::new();
         for (id, output) in from {
@@ -49,11 +51,17 @@ impl<'a> Graph<'a, '_> {
                 continue;
             }
             *visits = visits.checked_sub(1)?;
+            if depth > DEPTH {
+                return None;
+            }
+            // What leads back to itself is told elsewhere.
+            known.insert(key.clone(), Vec::new());
             let ways = match node.tag_name().name() {
                 "leftPowerRail" => vec![Vec::new()],
                 "contact" => {
                     let one = Part::One(id, String::new());
-                    let mut behind = factored(self.ways(&inputs(node), known, visits)?);
+                    let mut behind =
+                        factored(self.ways(&inputs(node), known, visits, depth + 1)?);
                     let mut way = vec![one];
                     match behind.len() {
                         0 => {}
@@ -62,7 +70,7 @@ impl<'a> Graph<'a, '_> {
                     }
                     vec![way]
                 }
-                "coil" | "rightPowerRail" => self.ways(&inputs(node), known, visits)?,
+                "coil" | "rightPowerRail" => self.ways(&inputs(node), known, visits, depth + 1)?,
                 _ => vec![vec![Part::One(id, key.1.clone())]],
             };
             known.insert(key, ways.clone());

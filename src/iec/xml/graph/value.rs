@@ -12,7 +12,7 @@ use roxmltree::Node;
 use std::collections::BTreeSet;
 
 /// How deep ways may be followed.
-const DEPTH: usize = 150;
+pub(super) const DEPTH: usize = 150;
 
 /// How many elements may be looked at for one expression that looks at some of them more than once.
 const VISITS: usize = 5_000;

@@ -1,5 +1,6 @@
 //! How the tree of a chart becomes a picture: what follows stands below, branches stand beside each other.
 
+use super::super::rows;
 use super::shape::{STEP, Shape, What, wide};
 use crate::iec::chart::structure::Part;
 use crate::iec::chart::{Chart, Step};
@@ -136,7 +137,7 @@ impl Flow<'_> {
     fn step(&self, at: usize) -> Shape {
         let step = &self.chart.steps[at];
         let width = width(step);
-        let rows = rows(step);
+        let rows = cells(step);
         let mut shape = Shape::default();
         shape.rect((-width / 2, 0), (width, STEP), "step");
         if step.initial {
@@ -162,8 +163,8 @@ impl Flow<'_> {
     }
 
     /// The action blocks of a step whose box is so wide.
-    fn blocks(&self, width: i32, rows: &[Row], shape: &mut Shape) {
-        let column = |of: fn(&Row) -> &str| {
+    fn blocks(&self, width: i32, rows: &[Cells], shape: &mut Shape) {
+        let column = |of: fn(&Cells) -> &str| {
             rows.iter().map(|row| wide(of(row)).min(TEXT)).max().unwrap_or(0) + 12
         };
         let columns = [column(|row| &row[0]), column(|row| &row[1]), column(|row| &row[2])];
@@ -312,18 +313,11 @@ impl Flow<'_> {
 }
 
 /// Qualifier, time and name of an action block.
-type Row = [String; 3];
+type Cells = [String; 3];
 
-fn rows(step: &Step) -> Vec<Row> {
-    let own = [("entry", &step.entry), ("active", &step.active), ("exit", &step.exit)];
-    let own = own.into_iter().filter_map(|(word, path)| {
-        Some([word.to_owned(), String::new(), show::path(path.as_ref()?)])
-    });
-    let blocks = step.blocks.iter().map(|block| {
-        let time = block.time.as_ref().map(show::expr).unwrap_or_default();
-        [block.qualifier.name().to_owned(), time, block.target.name()]
-    });
-    own.chain(blocks).collect()
+fn cells(step: &Step) -> Vec<Cells> {
+    let all = rows(step);
+    all.map(|row| [row.qualifier.to_owned(), row.time.unwrap_or_default(), row.action]).collect()
 }
 
 /// How wide a step's box is.
