@@ -103,7 +103,11 @@ impl<'a, 'i> Graph<'a, 'i> {
                     value = self.edge_where(reading, node, &of, edge, value, looked_at);
                 }
                 if is(one, "negated") {
-                    value = value.not();
+                    // Of a constant, too, it is charged; but EN is known then.
+                    value = match name.eq_ignore_ascii_case("EN") {
+                        true => value.not(),
+                        false => Expr::Not(Box::new(value)),
+                    };
                 }
                 if list == "inOutVariables" || comes_back(node, name) {
                     self.given_back.insert((id, name.to_ascii_lowercase()), value.clone());
