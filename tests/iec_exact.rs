@@ -776,3 +776,21 @@ fn units_without_a_body_that_give_something_are_doubts() {
     let found = audited("main.st", &text("ok := TRUE;")).expect("an audit");
     assert!(found.all_doubts().is_empty());
 }
+
+#[test]
+fn markings_after_an_early_end_of_flags_are_not_excluded() {
+    // matiec ends S1 as soon as the first transition clears, so the second one does in the same scan.
+    let text = "PROGRAM main VAR b AT %IX0.0 : BOOL; t : TON; END_VAR
+        INITIAL_STEP I: END_STEP
+        STEP S1: END_STEP STEP S2: END_STEP STEP S3: END_STEP STEP S4: END_STEP STEP S6: A(N); END_STEP
+        TRANSITION FROM I TO (S1, S3) := b; END_TRANSITION
+        TRANSITION t1 (PRIORITY := 1) FROM S1 TO S2 := b; END_TRANSITION
+        TRANSITION FROM S3 TO S4 := NOT S1.X AND NOT S2.X; END_TRANSITION
+        TRANSITION FROM (S2, S4) TO S6 := b; END_TRANSITION
+        ACTION A: t(IN := b, PT := T#1s); END_ACTION
+        END_PROGRAM";
+    for trust in [Trust::None, Trust::All] {
+        let found = trusting(trust, "main.st", text).expect("an audit");
+        assert!(micros(&found) >= 100, "{trust:?}");
+    }
+}

@@ -271,16 +271,16 @@ impl Chart {
         net
     }
 
-    /// Its Petri net on any controller: some end a step at once when a transition with a priority clears (matiec), and
-    /// conditions behind it see other flags.
+    /// Its Petri net on any controller: some end a step at once when a transition with a priority clears (matiec). Conditions
+    /// behind it see the step as off, but for those of transitions that would need one of its steps, too.
     #[must_use]
     pub fn net_of_any(&self) -> Net {
         let mut net = self.net();
-        if self.has_priorities() {
-            for one in &mut net.transitions {
-                one.needs.clear();
-                one.bars.clear();
-            }
+        let early: Vec<&Transition> =
+            self.transitions.iter().filter(|one| one.has_priority).collect();
+        for (one, own) in net.transitions.iter_mut().zip(&self.transitions) {
+            let beside = |two: &&&Transition| !two.from.iter().any(|step| own.from.contains(step));
+            one.bars.retain(|step| !early.iter().filter(beside).any(|two| two.from.contains(step)));
         }
         net
     }
