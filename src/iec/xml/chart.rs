@@ -4,8 +4,8 @@ use super::checked::{checked, single};
 use super::graph::Graph;
 use super::graph::rank;
 use super::node::{
-    ACTIVE, ENTRY, EXCLUDED, EXIT, LEAST, MOST, Text, child, children, elements, inputs, is,
-    sources,
+    ACTIVE, BESIDE, ELEMENTS, ENTRY, EXCLUDED, EXIT, LEAST, MOST, Text, child, children, elements,
+    inputs, is, sources,
 };
 use super::reading::{Reading, language};
 use crate::base::code::Code;
@@ -127,7 +127,7 @@ fn nothing_is_left_out(text: &Text, body: Node<'_, '_>) -> Result<(), Fault> {
     };
     for node in elements(body) {
         let name = node.tag_name().name();
-        let is_of_the_chart = CHART.contains(&name) || LOOKED_AT.contains(&name);
+        let is_of_the_chart = [ELEMENTS, BESIDE, LOOKED_AT].iter().any(|all| all.contains(&name));
         if is_of_the_chart || (name == "block" && is_used(node)) {
             continue;
         }
@@ -137,24 +137,6 @@ fn nothing_is_left_out(text: &Text, body: Node<'_, '_>) -> Result<(), Fault> {
     }
     Ok(())
 }
-
-/// The elements of a chart, and what may stand beside them.
-const CHART: &[&str] = &[
-    "step",
-    "macroStep",
-    "transition",
-    "jumpStep",
-    "actionBlock",
-    "selectionDivergence",
-    "selectionConvergence",
-    "simultaneousDivergence",
-    "simultaneousConvergence",
-    "comment",
-    "vendorElement",
-    "addData",
-    "documentation",
-    "position",
-];
 
 /// What conditions are drawn with, and does nothing by itself.
 const LOOKED_AT: &[&str] =

@@ -4,27 +4,11 @@
 //! written, whatever its language: bodies of actions, conditions and the elements that these are drawn with, comments,
 //! documentation, vendors' data.
 
-use super::node::{Text, child, children, elements, inputs, sources};
+use super::node::{BESIDE, ELEMENTS, Text, child, children, elements, inputs, sources};
 use super::reading::language;
 use crate::iec::chart::{Block, Chart, Step, Target, Transition};
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// The elements that are written anew.
-const DRAWN_ANEW: &[&str] = &[
-    "step",
-    "macroStep",
-    "transition",
-    "jumpStep",
-    "actionBlock",
-    "selectionDivergence",
-    "selectionConvergence",
-    "simultaneousDivergence",
-    "simultaneousConvergence",
-];
-
-/// Elements that belong to no other one.
-const BY_THEMSELVES: &[&str] = &["comment", "vendorElement", "addData", "documentation"];
 
 /// What tells an element of a file from all others.
 pub(super) fn number(node: Node<'_, '_>) -> usize {
@@ -181,7 +165,7 @@ impl<'a, 'i> Kept<'a, 'i> {
                 }
                 let other =
                     elements(self.element).find(|one| one.attribute("localId") == Some(id))?;
-                if DRAWN_ANEW.contains(&other.tag_name().name()) {
+                if ELEMENTS.contains(&other.tag_name().name()) {
                     return None;
                 }
                 let ways = other.descendants().filter(|one| one.tag_name().name() == "connection");
@@ -194,7 +178,7 @@ impl<'a, 'i> Kept<'a, 'i> {
 
     /// The numbers of the elements that may be kept.
     pub(super) fn numbers(&self) -> BTreeSet<u32> {
-        let own = elements(self.element).filter(|one| !DRAWN_ANEW.contains(&one.tag_name().name()));
+        let own = elements(self.element).filter(|one| !ELEMENTS.contains(&one.tag_name().name()));
         own.filter_map(|one| one.attribute("localId")?.trim().parse().ok()).collect()
     }
 
@@ -203,7 +187,7 @@ impl<'a, 'i> Kept<'a, 'i> {
         let is_kept = |node: &Node<'_, '_>| {
             node.is_comment()
                 || drawn.contains(&number(*node))
-                || node.is_element() && BY_THEMSELVES.contains(&node.tag_name().name())
+                || node.is_element() && BESIDE.contains(&node.tag_name().name())
         };
         self.element.children().filter(is_kept).map(|node| self.slice(node)).collect()
     }

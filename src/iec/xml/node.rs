@@ -15,6 +15,22 @@ pub(super) const EXCLUDED: &str = "01580b27-6378-448b-8ecb-0e4b795b58d6";
 pub(super) const LEAST: &str = "cacf1a68-236e-47c2-b7b1-1cf9199718cb";
 pub(super) const MOST: &str = "b693554c-1b01-4a8d-afde-9e3a46f7465d";
 
+/// The elements of a chart.
+pub(super) const ELEMENTS: &[&str] = &[
+    "step",
+    "macroStep",
+    "transition",
+    "jumpStep",
+    "actionBlock",
+    "selectionDivergence",
+    "selectionConvergence",
+    "simultaneousDivergence",
+    "simultaneousConvergence",
+];
+
+/// Elements that belong to no other one.
+pub(super) const BESIDE: &[&str] = &["comment", "vendorElement", "addData", "documentation"];
+
 /// A file's text, of which lines are told.
 pub(super) struct Text {
     starts: Vec<usize>,

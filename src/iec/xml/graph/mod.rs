@@ -42,6 +42,8 @@ pub(super) struct Graph<'a, 'i> {
     kept: BTreeMap<(&'a str, String), Kept>,
     /// Whether it is carried out as generators do.
     generated: bool,
+    /// Whether ways to a coil were joined by AND, as generators do where something stands behind it.
+    joins_all: bool,
     /// Whether what is asked for twice in the expression that is put together is written once.
     is_written_once: bool,
     /// How many elements have been looked at for it.
@@ -135,6 +137,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             nodes,
             forks,
             generated: false,
+            joins_all: false,
             is_written_once: true,
             visits: 0,
             places: Places::default(),
@@ -205,7 +208,10 @@ impl<'a, 'i> Graph<'a, 'i> {
             self.acting = order(self.nodes[id]);
             self.act(reading, id)?;
         }
-        Ok(Carried::new(self.statements, self.owners, &self.foreign, &self.handed, &self.places))
+        let mut carried =
+            Carried::new(self.statements, self.owners, &self.foreign, &self.handed, &self.places);
+        carried.joins_all = self.joins_all;
+        Ok(carried)
     }
 
     /// The value of a condition that is drawn: what leads to its only coil, or to the right rail, or out of it.

@@ -212,6 +212,8 @@ struct Touched {
 /// A drawing as one order carries it out.
 pub(super) struct Carried<'a> {
     pub(super) statements: Vec<Statement>,
+    /// Whether ways to a coil were joined by AND: no order alone makes that.
+    pub(super) joins_all: bool,
     /// What each statement touches, and where it stands: by its element and its number among that one's.
     touched: BTreeMap<(&'a str, usize), (usize, Touched)>,
 }
@@ -238,13 +240,13 @@ impl<'a> Carried<'a> {
             touched.insert((*owner, *count), (at, own));
             *count += 1;
         }
-        Carried { statements, touched }
+        Carried { statements, joins_all: false, touched }
     }
 
     /// Whether two orders may do different things: two statements come the other way round, and one writes what the other one
     /// touches.
     pub(super) fn differs(&self, other: &Carried<'a>, places: &Places) -> bool {
-        if self.touched.keys().ne(other.touched.keys()) {
+        if self.joins_all != other.joins_all || self.touched.keys().ne(other.touched.keys()) {
             return true;
         }
         // By variable, the statements that touch it: their places in both orders, and whether they write it.

@@ -254,6 +254,7 @@ impl<'a, 'i> Graph<'a, 'i> {
                 if !self.generated || from.len() < 2 {
                     return Ok(any);
                 }
+                self.joins_all = true;
                 let mut all = Expr::bool(true);
                 for one in &from {
                     all = all.and(self.joined(reading, node, std::slice::from_ref(one))?);
