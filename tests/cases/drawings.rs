@@ -1,0 +1,1 @@
+//! Drawings (FBD, LD, charts in XML), and bodies that no front reads.

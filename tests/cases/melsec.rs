@@ -1,0 +1,1 @@
+//! MELSEC and OMRON lists: operands, operation errors, damaged files, and what trust is worth.

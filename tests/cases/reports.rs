@@ -1,0 +1,1 @@
+//! Reports, commands and their figures.

@@ -1,0 +1,1 @@
+//! Text files: comments, pragmas, encodings, forms of declarations, and what messages say.

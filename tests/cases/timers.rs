@@ -1,0 +1,1 @@
+//! Timers, runs from power-up and real scans.

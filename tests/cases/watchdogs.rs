@@ -1,0 +1,1 @@
+//! Watchdogs, constant scans, addresses of lists, nets and emulated CPUs.
