@@ -42,6 +42,45 @@ pub struct Device {
     pub place: Place,
     /// What an index register is added to, where one is.
     pub index: Option<Index>,
+    /// What its spelling has besides the device.
+    pub modifiers: Modifiers,
+    /// For indirect access, where the address stands.
+    pub pointer: Option<Pointer>,
+}
+
+/// What an operand's spelling has besides its device. Each may be beside each other one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Modifiers {
+    /// `U0\\G5`, `J1\\W5`: the memory of a module or of another station.
+    pub module: bool,
+    /// An index register, or indirect access.
+    pub indexed: bool,
+    /// `K4M0`: digits.
+    pub digits: bool,
+    /// `D0.3`: a bit of a word.
+    pub word_bit: bool,
+}
+
+impl Modifiers {
+    /// What one of the two has.
+    #[must_use]
+    pub fn or(self, other: Modifiers) -> Modifiers {
+        Modifiers {
+            module: self.module || other.module,
+            indexed: self.indexed || other.indexed,
+            digits: self.digits || other.digits,
+            word_bit: self.word_bit || other.word_bit,
+        }
+    }
+}
+
+/// The two words that hold the address of indirect access.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pointer {
+    /// Of which kind they are.
+    pub kind: Kind,
+    /// The first one's number, if no index is added to it.
+    pub first: Option<u32>,
 }
 
 /// An indexed device: where it is if the index is 0, and the register.
@@ -106,11 +145,10 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
         return Err("the operand is empty".to_owned());
     }
     if let Some(inner) = upper.strip_prefix('@') {
-        device(inner, family)?;
-        return Ok(Operand::Device(Device { name: "", place: Place::Indirect, index: None }));
+        return indirect(inner, family).map(Operand::Device);
     }
     if upper.contains(['\\', '¥']) {
-        return foreign(&upper);
+        return foreign(&upper, family);
     }
     let mut letters = upper.chars();
     let (letter, rest) = (letters.next().unwrap_or_default(), letters.as_str());
@@ -227,18 +265,12 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
         "FD" => return Err(unknown(text)),
         _ => index,
     };
-    // The bit stands before the index register or behind it: D0.AZ1, D0Z1.A.
+    // Whether an index behind the bit is added to the word's number is not told.
     let is_behind_bit = suffix.starts_with('.');
-    let (bit, suffix) = match suffix.split_once('.') {
-        None => (None, Cow::Borrowed(suffix)),
-        Some((before, rest)) => {
-            let digit = rest.chars().next().filter(char::is_ascii).and_then(|c| c.to_digit(16));
-            let digit =
-                digit.ok_or_else(|| format!("`{text}`: a bit of a word is one of .0 to .F"))?;
-            (Some(digit as u8), Cow::Owned(format!("{before}{}", &rest[1..])))
-        }
-    };
+    let (bit, suffix) = bit_and_index(text, suffix)?;
     let suffix = &*suffix;
+    let modifiers =
+        Modifiers { indexed: !suffix.is_empty(), word_bit: bit.is_some(), ..Modifiers::default() };
     let place = match (suffix.is_empty() || is_index(suffix, family), suffix.is_empty(), bit) {
         (false, ..) => return Err(format!("`{text}`: `{suffix}` is not understood")),
         (_, false, bit) => Place::Indexed(kind, bit.is_some()),
@@ -256,19 +288,34 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     if bit.is_some() && !matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
         return Err(format!("`{text}`: only a word device has bits of its own"));
     }
-    // Whether an index behind the bit is added to the word's number is not told.
     let index = index_of(suffix).filter(|_| !is_behind_bit).map(|(letters, register)| Index {
         number: index,
         bit,
         letters,
         register,
     });
-    Ok(Device { name, place, index })
+    Ok(Device { name, place, index, modifiers, pointer: None })
+}
+
+/// `@D0` by what stands behind the `@`.
+fn indirect(text: &str, family: Family) -> Result<Device, String> {
+    let address = device(text, family)?;
+    let pointer = match address.place {
+        Place::At(kind, first) | Place::BitOf(kind, first, _) => {
+            Some(Pointer { kind, first: Some(first) })
+        }
+        Place::Indexed(kind, _) => Some(Pointer { kind, first: None }),
+        _ => None,
+    };
+    let modifiers = Modifiers { indexed: true, ..address.modifiers };
+    Ok(Device { name: "", place: Place::Indirect, index: None, modifiers, pointer })
 }
 
 /// A constant to which an index register is added: a word of any value.
 fn indexed_constant(name: &'static str) -> Operand {
-    Operand::Device(Device { name, place: Place::Indexed(Kind::VolatileWord, false), index: None })
+    let place = Place::Indexed(Kind::VolatileWord, false);
+    let modifiers = Modifiers { indexed: true, ..Modifiers::default() };
+    Operand::Device(Device { name, place, index: None, modifiers, pointer: None })
 }
 
 /// Whether behind `K` or `H` a constant and an index register follow, as in `K10Z1`.
@@ -316,41 +363,82 @@ fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
         letters,
         register,
     });
-    Ok(Operand::Device(Device { name: name.letters, place, index }))
+    let modifiers = Modifiers { digits: true, indexed: !suffix.is_empty(), ..Modifiers::default() };
+    let name = name.letters;
+    Ok(Operand::Device(Device { name, place, index, modifiers, pointer: None }))
 }
 
 /// The name of a step of an SFC program's block.
 pub const SFC_BLOCK: &str = "BL";
 
-/// `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`, with an index behind either part.
-fn foreign(text: &str) -> Result<Operand, String> {
-    let (unit, rest) = text.split_once(['\\', '¥']).unwrap_or((text, ""));
-    let digits_of = |part: &str| part.starts_with(|c: char| c.is_ascii_hexdigit());
-    let (digits, unit) = match unit.strip_prefix('K') {
-        Some(unit) => (true, unit.trim_start_matches(|c: char| c.is_ascii_digit())),
-        None => (false, unit),
-    };
-    let place = match unit.chars().next() {
-        Some('U') if digits_of(&unit[1..]) => {
-            rest.trim_start_matches('H').strip_prefix('G').map(|rest| (rest, false))
+/// `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`, with an index behind either part, a bit behind a word, and digits before
+/// either part.
+fn foreign(text: &str, family: Family) -> Result<Operand, String> {
+    let wrong =
+        || format!("`{text}`: module access is written as U0\\G100, link access as J1\\W10");
+    let (unit, rest) = text.split_once(['\\', '¥']).ok_or_else(wrong)?;
+    let (unit_digits, unit) = without_digits(unit);
+    let (rest_digits, rest) = without_digits(rest);
+    let digits = unit_digits || rest_digits;
+    // What is named, whether it is a bit, and the radix of its number.
+    let (head, (number, is_bit, radix)) = match unit.as_bytes() {
+        [b'U', ..] => {
+            let number = rest.trim_start_matches('H').strip_prefix('G').ok_or_else(wrong)?;
+            (&unit[1..], (number, false, Radix::Decimal))
         }
-        Some('J') if digits_of(&unit[1..]) => ["SB", "SW", "B", "W", "X", "Y"]
-            .into_iter()
-            .find_map(|name| rest.strip_prefix(name).map(|rest| (rest, !name.ends_with('W')))),
+        [b'J', ..] => {
+            let names = ["SB", "SW", "B", "W", "X", "Y"];
+            let name = names.into_iter().find(|name| rest.starts_with(name)).ok_or_else(wrong)?;
+            (&unit[1..], (&rest[name.len()..], !name.ends_with('W'), Radix::Hexadecimal))
+        }
         // A step of an SFC program's block.
-        Some('B') if unit.starts_with("BL") && digits_of(&unit[2..]) => {
-            rest.strip_prefix('S').map(|rest| (rest, true))
+        [b'B', b'L', ..] => {
+            let number = rest.strip_prefix('S').ok_or_else(wrong)?;
+            (&unit[2..], (number, true, Radix::Decimal))
         }
-        _ => None,
+        _ => return Err(wrong()),
     };
-    match place {
-        Some((number, bits)) if digits_of(number) => {
-            let bit = (bits && !digits) || number.contains('.');
-            let name = if unit.starts_with(SFC_BLOCK) { SFC_BLOCK } else { "" };
-            Ok(Operand::Device(Device { name, place: Place::Foreign(bit), index: None }))
-        }
-        _ => Err(format!("`{text}`: module access is written as U0\\G100, link access as J1\\W10")),
+    let is_numbered = |text: &str| text.starts_with(|c: char| c.is_ascii_hexdigit());
+    if !is_numbered(head) || !is_numbered(number) {
+        return Err(wrong());
     }
+    let behind = |text: &'_ str, radix| {
+        text.bytes().position(|byte| !is_digit(byte, radix)).unwrap_or(text.len())
+    };
+    let unit_index = &head[behind(head, Radix::Hexadecimal)..];
+    let (bit, index) = bit_and_index(text, &number[behind(number, radix)..])?;
+    for index in [unit_index, &index] {
+        if !index.is_empty() && !is_index(index, family) {
+            return Err(format!("`{text}`: `{index}` is not understood"));
+        }
+    }
+    let modifiers = Modifiers {
+        module: true,
+        indexed: !unit_index.is_empty() || !index.is_empty(),
+        digits,
+        word_bit: bit.is_some(),
+    };
+    let place = Place::Foreign((is_bit && !digits) || bit.is_some());
+    let name = if unit.starts_with(SFC_BLOCK) { SFC_BLOCK } else { "" };
+    Ok(Operand::Device(Device { name, place, index: None, modifiers, pointer: None }))
+}
+
+/// Whether a part begins with digits such as `K4`, and what follows these.
+fn without_digits(part: &str) -> (bool, &str) {
+    match part.as_bytes() {
+        [b'K', b'1'..=b'8', ..] => (true, &part[2..]),
+        _ => (false, part),
+    }
+}
+
+/// The bit and the index behind a device's number: the bit stands before the index or behind it (`D0.AZ1`, `D0Z1.A`).
+fn bit_and_index<'s>(text: &str, suffix: &'s str) -> Result<(Option<u8>, Cow<'s, str>), String> {
+    let Some((before, rest)) = suffix.split_once('.') else {
+        return Ok((None, Cow::Borrowed(suffix)));
+    };
+    let digit = rest.chars().next().filter(char::is_ascii).and_then(|c| c.to_digit(16));
+    let digit = digit.ok_or_else(|| format!("`{text}`: a bit of a word is one of .0 to .F"))?;
+    Ok((Some(digit as u8), Cow::Owned(format!("{before}{}", &rest[1..]))))
 }
 
 #[cfg(test)]

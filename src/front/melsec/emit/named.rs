@@ -6,13 +6,15 @@ use super::access::REST;
 use crate::front::melsec::catalog::{Amount, Extent, Role};
 use crate::front::melsec::memory::{Kind, area};
 use crate::front::melsec::mnemonic::Sort;
-use crate::front::melsec::operand::{Device, Operand, Place};
+use crate::front::melsec::operand::{Device, Modifiers, Operand, Place, Pointer};
 use crate::front::melsec::resolve::Category;
 use crate::front::melsec::source::RawInstruction;
 use crate::program::{AreaId, Cell, Region, TimingKey, Touched};
 
 /// An operand is priced for so many bits of words at most, also where how many it has is not known.
 const MOST_WORD_BITS: u32 = 65_536;
+/// Indirect access reads its address from two words.
+const ADDRESS_WORDS: u32 = 2;
 
 /// A device among an instruction's operands.
 struct Named {
@@ -107,28 +109,26 @@ impl Emitter<'_> {
 
 /// The kinds of operands that have rows of their own, in the order in which these are looked for.
 fn kinds(devices: &[Named]) -> Vec<&'static str> {
-    let has = |wanted: fn(&Place) -> bool| devices.iter().any(|named| wanted(&named.device.place));
-    let kinds = [
-        ("module", has(|place| matches!(place, Place::Foreign(_)))),
-        (
-            "indexed",
-            has(|place| {
-                matches!(place, Place::Indexed(..) | Place::IndexedDigits(..) | Place::Indirect)
-            }),
-        ),
-        ("digits", has(|place| matches!(place, Place::Digits(..) | Place::IndexedDigits(..)))),
-    ];
+    let all = devices.iter().map(|named| named.device.modifiers);
+    let all = all.fold(Modifiers::default(), Modifiers::or);
+    let kinds = [("module", all.module), ("indexed", all.indexed), ("digits", all.digits)];
     kinds.into_iter().filter(|(_, has)| *has).map(|(kind, _)| kind).collect()
 }
 
 /// Notes what a device operand of so many units touches. Timers and counters have no rows by area.
 fn touch(touched: &mut Touched, device: &Device, (units, is_words): (u32, bool)) {
+    if device.modifiers.word_bit {
+        touched.word_bits += u64::from(units.min(MOST_WORD_BITS));
+    }
     let mut range = |area: AreaId, index: u32, count: u32| {
         touched.regions.push(Region::Range { first: Cell { area, index }, count });
     };
     // What stands behind an index is not known: the number alone counts.
     let somewhere = 0;
     let bits_of = |digits: u8| units.saturating_mul(4 * u32::from(digits)).min(REST);
+    if let Some(Pointer { kind: Kind::Word(area), first }) = device.pointer {
+        range(area, first.unwrap_or(somewhere), ADDRESS_WORDS);
+    }
     match device.place {
         Place::At(Kind::Word(area), index) => range(area, index, units),
         Place::Indexed(Kind::Word(area), false) => range(area, somewhere, units),
@@ -138,18 +138,8 @@ fn touch(touched: &mut Touched, device: &Device, (units, is_words): (u32, bool))
         Place::Indexed(Kind::Bit(area), _) => range(area, somewhere, units),
         Place::Digits(Kind::Bit(area), index, digits) => range(area, index, bits_of(digits)),
         Place::IndexedDigits(Kind::Bit(area), digits) => range(area, somewhere, bits_of(digits)),
-        Place::BitOf(kind, index, _) => {
-            if let Kind::Word(area) = kind {
-                range(area, index, 1);
-            }
-            touched.word_bits += u64::from(units.min(MOST_WORD_BITS));
-        }
-        Place::Indexed(kind, true) => {
-            if let Kind::Word(area) = kind {
-                range(area, somewhere, 1);
-            }
-            touched.word_bits += u64::from(units.min(MOST_WORD_BITS));
-        }
+        Place::BitOf(Kind::Word(area), index, _) => range(area, index, 1),
+        Place::Indexed(Kind::Word(area), true) => range(area, somewhere, 1),
         // A direct input is one of the inputs.
         Place::At(Kind::VolatileBit, index) if device.name == "DX" => {
             range(area("X"), index, units);
