@@ -31,7 +31,7 @@ const MOST_PAIRS: usize = 12;
 pub struct Settings<'a> {
     /// What counts and indices are stated to be at most, each by itself.
     pub most: &'a [u32],
-    /// When no further audit is begun.
+    /// How long all audits together may take.
     pub budget: Option<Duration>,
 }
 
@@ -133,8 +133,11 @@ pub fn advise(
     if advice.upper.is_none() {
         return Ok(advice);
     }
-    let is_over =
-        || (request.cancelled)() || settings.budget.is_some_and(|budget| start.elapsed() >= budget);
+    let left = || settings.budget.map(|budget| budget.saturating_sub(start.elapsed()));
+    let is_over = || (request.cancelled)() || left().is_some_and(|left| left.is_zero());
+    // What is left of the budget ends each audit.
+    let within =
+        || Request { time_limit: left().into_iter().chain(request.time_limit).min(), ..*request };
     let mut candidates = unknowns(concluded, request, settings.most);
     candidates.extend(bases(concluded, request));
     candidates.extend(pairs(concluded, request));
@@ -142,7 +145,7 @@ pub fn advise(
     if !is_over() {
         (request.progress)(Progress::Stage(STAGE));
         // What was found with an audit of its own is asked about first.
-        if let Some(own) = internal(concluded, request)? {
+        if let Some(own) = internal(concluded, &within())? {
             candidates.insert(0, own);
         }
     }
@@ -150,16 +153,18 @@ pub fn advise(
     while open.peek().is_some() && !is_over() {
         let few: Vec<Candidate> = open.by_ref().take(rayon::current_num_threads()).collect();
         let facts: Vec<Facts> = few.iter().map(|one| one.facts.clone()).collect();
-        for (one, run) in few.into_iter().zip(runs(request, &facts)?) {
+        for (one, run) in few.into_iter().zip(runs(&within(), &facts)?) {
+            let ran_out = is_over() && run.as_ref().is_some_and(|run| run.bound.cut);
             match run.filter(|run| matters(run.bound.upper, upper)) {
                 Some(run) => {
                     advice.found.push(Measured { statement: one.statement, bound: run.bound });
                 }
+                None if ran_out => advice.untried += 1,
                 None => advice.useless += 1,
             }
         }
     }
-    advice.untried = open.count();
+    advice.untried += open.count();
     advice.found.sort_by_key(|one| one.bound.upper);
     Ok(advice)
 }

@@ -11,7 +11,7 @@ use super::method::SearchUse;
 use super::model_search::Prepared;
 use super::names::Names;
 use super::proved::Proved;
-use super::real::Found;
+use super::real::{Found, other_starts};
 use super::request::Request;
 use super::response::Delays;
 use super::rung::rungs;
@@ -28,7 +28,7 @@ use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
 use crate::front::Open;
-use crate::program::Program;
+use crate::program::{AreaKind, Program};
 use crate::replay::{Event, Replay};
 use crate::scan::model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
 use crate::solve::{Exclusions, Limits, Maximum};
@@ -163,13 +163,15 @@ impl<'a> Findings<'a> {
             delays,
             proved,
         } = finished;
-        let Explained { overhead, always, mut groups } = explained;
+        let Explained { overhead, mut always, mut groups } = explained;
         // The scan that is shown, where it is not that of the assignment.
         let real = Some(found).filter(|_| !same);
         if let Some(real) = real {
-            self.show(&Executed::of(self.program, &real.best), &mut groups);
+            self.show(&Executed::of(self.program, &real.best), &mut groups, &mut always);
         }
         let bound = self.bound(&always, &overhead, real);
+        let (witness, weighed) = self.witness(&Names::new(self.program), found, same);
+        let shares = self.shares(&groups, &always);
         let names = Names::new(self.program);
         let uses = self.uses();
         let groups = groups.into_iter().zip(searches).enumerate();
@@ -180,20 +182,21 @@ impl<'a> Findings<'a> {
             .collect();
         let parts = TableParts { prices: self.prices, bound: &bound };
         let uppers = self.maxima.iter().map(|maximum| maximum.upper);
-        let table = parts.table_use(self.table, &self.costs(real), uppers);
+        let table = parts.table_use(self.table, &self.costs(real), &shares, uppers);
         let clocked = self.program.clocked;
         let possible = possible(&bound, table.factor.as_ref(), clocked.is_some());
         let stands_between = real
             .filter(|_| bound.lower < bound.model)
             .map(|real| stands_between(self.program, &real.best));
         let networks = self.networks();
+        let bound_besides = bound.always + bound.overhead;
         let response = delays.map(|delays| delays.around(bound.upper));
         Audit {
             files: self.program.files.iter().map(|file| file.name.clone()).collect(),
             standby: self.program.standby.clone(),
             sources: sources(self.request, self.program, self.table),
             dialect: self.program.dialect.clone(),
-            cpu: self.program.cpu.clone(),
+            cpu: self.request.cpu.map(str::to_owned).or_else(|| self.program.cpu.clone()),
             instructions: self.program.files.iter().map(|file| file.count).sum(),
             blocks: self.program.blocks,
             clocked,
@@ -210,7 +213,8 @@ impl<'a> Findings<'a> {
             overhead,
             always,
             groups,
-            witness: self.witness(&names, real),
+            witness,
+            weighed: bound_besides + weighed,
             witness_run: match clocked {
                 None => run,
                 // Every scan takes as long; the clock may be slower, and is not known to be.
@@ -267,8 +271,13 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Takes from a scan that was run what charges cost in it.
-    fn show(&self, executed: &Executed, groups: &mut [ExplainedGroup]) {
+    /// Takes from a scan that was run what charges cost in it. What costs the same in every scan keeps that where the scan
+    /// is not followed so far.
+    fn show(&self, executed: &Executed, groups: &mut [ExplainedGroup], always: &mut [ChargeUse]) {
+        for (charge, shown) in self.model.constant().into_iter().zip(always) {
+            let charge = &self.model.charges[charge];
+            shown.runs = executed.at(charge.instruction, &charge.frames).1;
+        }
         for (group, explained) in self.groups.iter().zip(groups) {
             for (&charge, shown) in group.charges.iter().zip(&mut explained.charges) {
                 let charge = &self.model.charges[charge];
@@ -462,10 +471,12 @@ impl<'a> Findings<'a> {
         uses
     }
 
-    fn witness(&self, names: &Names<'_>, real: Option<&Found>) -> Vec<FreeValue> {
+    /// What is free in the scan that is shown, and what the groups' charges cost in the scan of the model that starts so:
+    /// [`FreeValue::worth`] is a part of that.
+    fn witness(&self, names: &Names<'_>, found: &Found, same: bool) -> (Vec<FreeValue>, Picos) {
         let charges: Vec<usize> =
             self.groups.iter().flat_map(|group| group.charges.iter().copied()).collect();
-        let started = real.map(|found| started(self.model, found));
+        let started = (!same).then(|| started(self.model, found));
         let assignment = started.as_ref().unwrap_or(self.assignment);
         let matters = deciding(self.model, assignment, &charges);
         let mut variables: Vec<usize> = self
@@ -478,7 +489,7 @@ impl<'a> Findings<'a> {
         let worth = weights(self.model, assignment, &charges, &weighed);
         let worth: BTreeMap<usize, Picos> = weighed.into_iter().zip(worth).collect();
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
-        let mut found: Vec<FreeValue> = variables
+        let mut values: Vec<FreeValue> = variables
             .into_iter()
             .map(|index| {
                 let variable = &self.model.variables[index];
@@ -502,8 +513,31 @@ impl<'a> Findings<'a> {
                 }
             })
             .collect();
-        found.sort_by_key(|free| !free.at_start);
-        found
+        let others = other_starts(self.program, self.model, found);
+        values.extend(others.into_iter().map(|(cell, word, matters)| FreeValue {
+            name: self.program.cell_name(cell),
+            comment: names.comment_of(cell),
+            value: match self.program.area(cell.area).kind {
+                AreaKind::Bit => Value::Bit(word != 0),
+                AreaKind::Word => Value::Word(word.cast_signed()),
+            },
+            at_start: true,
+            matters,
+            worth: Picos::ZERO,
+        }));
+        values.sort_by_key(|free| !free.at_start);
+        (values, self.model.cost(&charges, assignment))
+    }
+
+    /// The part of each instruction in the bound, as far as the search settled it.
+    fn shares(&self, groups: &[ExplainedGroup], always: &[ChargeUse]) -> Vec<(usize, Picos)> {
+        let instruction = |charge: &usize| self.model.charges[*charge].instruction;
+        let constant = self.model.constant();
+        let grouped = self.groups.iter().zip(groups).flat_map(|(group, explained)| {
+            group.charges.iter().map(instruction).zip(explained.charges.iter().map(|one| one.share))
+        });
+        let always = constant.iter().map(instruction).zip(always.iter().map(|one| one.share));
+        grouped.chain(always).collect()
     }
 
     /// What each execution cost in the scan that is shown, by instruction.

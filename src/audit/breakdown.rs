@@ -1,6 +1,6 @@
 //! Where the bound's time goes: parts that add up to it, to the picosecond.
 
-use super::{Audit, ChargeUse, Evidence, Share};
+use super::{Audit, ChargeUse, Share};
 use crate::base::location::Location;
 use crate::base::time::Picos;
 use std::cmp::Reverse;
@@ -187,17 +187,7 @@ impl Audit {
         if self.table.assumed.is_empty() {
             return Picos::ZERO;
         }
-        let assumed = |evidence| evidence == Evidence::Assumed;
-        let groups = self.groups.iter().flat_map(|group| &group.charges);
-        let charges = groups.chain(&self.always).filter(|charge| assumed(charge.evidence));
-        let terms = self.overhead.iter().filter(|term| assumed(term.evidence));
-        let own: Picos =
-            charges.map(|one| one.share).chain(terms.map(|term| term.time)).sum::<Picos>()
-                + self.open();
-        let others = self.bound.upper.checked_sub(own).unwrap_or_default();
-        let factor = self.table.factor.as_ref().filter(|factor| assumed(factor.evidence));
-        let added = factor.and_then(|_| others.checked_sub(self.without_factor(others)));
-        own + added.unwrap_or_default()
+        self.table.assumed.iter().map(|one| one.part).sum::<Picos>() + self.open()
     }
 
     fn part(&self, (key, pile): (Key<'_>, Pile<'_>)) -> Option<Part> {
@@ -226,7 +216,8 @@ impl Audit {
     }
 
     /// By how much the bound is higher than the dearest scan that the search found.
-    fn open(&self) -> Picos {
+    #[must_use]
+    pub fn open(&self) -> Picos {
         let open = self.groups.iter().map(|group| {
             let shares: Picos = group.charges.iter().map(|charge| charge.share).sum();
             group.upper.checked_sub(shares).unwrap_or_default()
@@ -250,8 +241,8 @@ fn mnemonic(text: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::audit::FactorUse;
     use crate::audit::fixture::fixture;
+    use crate::audit::{Evidence, FactorUse};
 
     fn sum(parts: &[Part]) -> Picos {
         parts.iter().map(|part| part.time).sum()

@@ -102,6 +102,23 @@ pub(super) fn before(program: &Program, prices: &Prices) -> Vec<Doubt> {
     points.chain(Doubt::all(program, &networks, &[], &[], Picos::ZERO)).collect()
 }
 
+impl Doubt {
+    /// What it is about, in a word or two.
+    #[must_use]
+    pub fn topic(&self) -> &'static str {
+        match self {
+            Doubt::Points(_) => "I/O points",
+            Doubt::Interrupts { .. } => "interrupts",
+            Doubt::Networks { .. } => "network refresh",
+            Doubt::Endless { .. } | Doubt::PerhapsEndless { .. } | Doubt::MorePerhapsEndless(_) => {
+                "whether loops end"
+            }
+            Doubt::Bodiless { .. } => "times of units without a body",
+            Doubt::OutlastsTimer(_) => "timers that run out within a scan",
+        }
+    }
+}
+
 impl Audit {
     /// All reasons why the bound may be too low, points that are not stated among them.
     #[must_use]
@@ -111,6 +128,14 @@ impl Audit {
         };
         let points = self.points.iter().filter(is_more).cloned().map(Doubt::Points);
         points.chain(self.doubts.iter().cloned()).collect()
+    }
+
+    /// The reasons that [`Audit::upper_with_all_points`] does not count. There are none where only points are not stated
+    /// and the table knows how many the CPU can have.
+    #[must_use]
+    pub fn uncounted_doubts(&self) -> Vec<Doubt> {
+        let is_unknown = self.points.iter().any(|points| points.most.is_none());
+        if is_unknown { self.all_doubts() } else { self.doubts.clone() }
     }
 }
 

@@ -61,17 +61,17 @@ pub fn stands_between(program: &Program, real: &Real) -> String {
     };
     match &real.stopped {
         Some(Stopped { at: stop, why: Why::Unknown(cause), .. }) if stop == cause => {
-            format!("how it goes on from {} is not known", at(*stop))
+            format!("the simulation stops at {}: which way it goes on is not known", at(*stop))
         }
         Some(Stopped { at: stop, why: Why::Unknown(cause), .. }) => {
             format!(
-                "its path on from {} depends on what {} gives, which is not known",
+                "the simulation stops at {}: its path depends on what {} gives, which is not known",
                 at(*stop),
                 at(*cause)
             )
         }
         Some(Stopped { at: stop, why: Why::TooLong, .. }) => {
-            format!("it was followed to {}, and goes on from there", at(*stop))
+            format!("the simulation was ended at {}, since the scan is long", at(*stop))
         }
         _ => "the model takes values that no scan was found to have".to_owned(),
     }

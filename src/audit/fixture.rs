@@ -38,6 +38,7 @@ fn rung(charge: &ChargeUse, fate: Fate, comments: &[&str]) -> RungUse {
         comments: comments.iter().map(|&comment| comment.to_owned()).collect(),
         others: 0,
         fate,
+        is_charged_off: false,
         cost: charge.cost,
         naive: charge.on.max(charge.off),
         exclusion: None,
@@ -100,6 +101,7 @@ pub fn fixture() -> Audit {
         table: TableUse {
             name: "qnudv".to_owned(),
             title: "QnUDV".to_owned(),
+            is_all_assumed: false,
             notes: vec!["not included: communication".to_owned()],
             watchdog: Some(us(200_000)),
             factor: None,
@@ -109,6 +111,7 @@ pub fn fixture() -> Audit {
                 by_class: true,
                 count: 1,
                 time: us(120),
+                part: us(120),
             }],
             assumed_time: us(120),
             assumed_share: Share::of(us(120), us(442)),
@@ -163,6 +166,7 @@ pub fn fixture() -> Audit {
             FreeValue { matters: false, worth: us(0), ..free("X1F", "", Value::Bit(false)) },
             FreeValue { at_start: false, ..free("T0 contact", "遅延", Value::Bit(true)) },
         ],
+        weighed: us(442),
         witness_run: vec![
             RunScan { inputs: Vec::new(), took: us(40) },
             RunScan { inputs: vec![("X0".to_owned(), Value::Bit(true))], took: us(185) },
@@ -188,7 +192,7 @@ pub fn fixture() -> Audit {
             kind: UnknownKind::Count(Counts {
                 most: 65_535,
                 each: Picos(40_000),
-                cost: Picos(2_621_400_000),
+                cost: Picos(452_500_000),
             }),
             key: "a.il:6".to_owned(),
             fact: "\"a.il:6\" = [0, 20]".to_owned(),

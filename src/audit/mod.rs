@@ -126,6 +126,9 @@ pub struct Audit {
     pub groups: Vec<GroupUse>,
     /// The scan that costs `Bound::lower`, by what is free in it.
     pub witness: Vec<FreeValue>,
+    /// How long the scan of the model takes that starts with the witness: what each value is worth there
+    /// ([`FreeValue::worth`]) is a part of it. The model may go on where the scan that was found is not followed.
+    pub weighed: Picos,
     /// The scans of a run from power-up to one that costs `Bound::lower`, if such a run was found.
     pub witness_run: Vec<RunScan>,
     /// Why the scan that costs `Bound::lower` is followed no further, or may cost more than it is known to.
@@ -215,6 +218,20 @@ impl Audit {
     pub fn lower_without_points(&self) -> Picos {
         let unsure = unsure(&self.points, &self.bases);
         self.possible().checked_sub(unsure).unwrap_or_default()
+    }
+
+    /// The lower bound with the points that are charged, on the cheapest base where it is not stated on which they are.
+    #[must_use]
+    pub fn lower_on_least_bases(&self) -> Picos {
+        let saves = self.bases.iter().map(|base| base.saves).sum();
+        self.possible().checked_sub(saves).unwrap_or_default()
+    }
+
+    /// The shortest limit that a check proves; `None` where it proves none, however long, since the bound may be too low.
+    #[must_use]
+    pub fn proved(&self) -> Option<Picos> {
+        let is_proved = self.unbounded.is_empty() && self.uncounted_doubts().is_empty();
+        is_proved.then(|| self.upper_with_all_points())
     }
 
     /// A time of the report without the table's factor, which all of them hold.
@@ -319,13 +336,15 @@ pub struct TableUse {
     pub name: String,
     /// What it is for, one line; may be empty.
     pub title: String,
+    /// Whether no time in it is published, measured or stated: all are assumed.
+    pub is_all_assumed: bool,
     /// What its times do not hold.
     pub notes: Vec<String>,
     /// The CPU's watchdog time by default.
     pub watchdog: Option<Picos>,
     /// The factor on the whole scan.
     pub factor: Option<FactorUse>,
-    /// The assumed times that the program uses, those that weigh most in the worst scan first.
+    /// The assumed times that the program uses, those first on which most of the bound rests.
     pub assumed: Vec<AssumedUse>,
     /// How much of the worst scan found rests on assumed times, overhead included.
     pub assumed_time: Picos,
@@ -363,6 +382,8 @@ pub struct AssumedUse {
     pub count: usize,
     /// Its part in the worst scan found; of the factor, what it adds to times that are not assumed themselves.
     pub time: Picos,
+    /// Its part in the bound likewise, as far as the search settled it.
+    pub part: Picos,
 }
 
 /// A cost of each scan besides its instructions.
@@ -510,6 +531,8 @@ pub struct RungUse {
     pub others: usize,
     /// What becomes of it in the dearest scan that the model allows.
     pub fate: Fate,
+    /// Whether its dearest instruction does not run there and is charged all the same, with its time when off.
+    pub is_charged_off: bool,
     /// What it costs there: its part in the bound.
     pub cost: Picos,
     /// What it would cost, every charge at the dearer of its times.
@@ -560,7 +583,7 @@ pub struct FreeValue {
     pub at_start: bool,
     /// Whether the scan would not be known to cost as much without it.
     pub matters: bool,
-    /// How much less the scan would cost if this alone were another.
+    /// How much less the scan of the model ([`Audit::weighed`]) would cost if this alone were another.
     pub worth: Picos,
 }
 

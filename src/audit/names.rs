@@ -87,9 +87,12 @@ impl<'a> Names<'a> {
 
     /// The comment of the device that a free variable is about; empty if there is none.
     pub fn comment(&self, variable: &Variable) -> String {
-        let device = cell_of(variable).map(|cell| Device { cell, bit: None });
-        let comment = device.and_then(|device| self.program.comments.get(&device));
-        comment.cloned().unwrap_or_default()
+        cell_of(variable).map(|cell| self.comment_of(cell)).unwrap_or_default()
+    }
+
+    /// A cell's comment; empty if there is none.
+    pub fn comment_of(&self, cell: Cell) -> String {
+        self.program.comments.get(&Device { cell, bit: None }).cloned().unwrap_or_default()
     }
 
     /// The operands of an instruction whose devices have a comment, each with it. A bit's is its own, else its word's.

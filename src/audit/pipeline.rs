@@ -20,7 +20,7 @@ use super::unbounded::{self, Loops};
 use super::understood::Understood;
 use crate::base::budget::{Budget, Cut};
 use crate::base::diagnostic::Diagnostic;
-use crate::base::time::{Picos, Times};
+use crate::base::time::Times;
 use crate::front::Open;
 use crate::passes::{self, values::Trust};
 use crate::program::Program;
@@ -468,13 +468,6 @@ fn note_open(searched: &Searched<'_>, budget: &Budget<'_>) {
     if unsolved.is_empty() || searched.ended_early {
         return;
     }
-    let apart: Picos = unsolved.iter().filter_map(|one| one.upper.checked_sub(one.lower)).sum();
-    budget.cut(
-        "searching",
-        format!(
-            "the longest scan may be up to {apart} shorter: {} of {} groups are open",
-            unsolved.len(),
-            searched.groups.len()
-        ),
-    );
+    let open = format!("{} of {} groups are open", unsolved.len(), searched.groups.len());
+    budget.cut("searching", open);
 }

@@ -340,20 +340,21 @@ pub(super) fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     choices.collect()
 }
 
-/// The words that count a loop of which the model does not follow the iterations.
-fn counts(program: &Program) -> Vec<Cell> {
+/// The words that count a loop of which the model does not follow the iterations, each with the loop's instruction.
+fn counts(program: &Program) -> Vec<(usize, Cell)> {
     let summary = |step: &Step| match step {
         Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
         _ => None,
     };
-    let counts = program.instructions.iter().filter_map(|one| summary(&one.step));
-    let cells = counts.filter_map(|count| match count {
-        WordSource::Cell(cell) => Some(cell),
+    let all = program.instructions.iter().enumerate();
+    let counts = all.filter_map(|(at, one)| Some((at, summary(&one.step)?)));
+    let cells = counts.filter_map(|(at, count)| match count {
+        WordSource::Cell(cell) => Some((at, cell)),
         WordSource::Free(choice) => match program.kinds.get(&choice) {
             Some(
                 ChoiceKind::Iterations(WordSource::Cell(cell))
                 | ChoiceKind::Unsigned(WordSource::Cell(cell)),
-            ) => Some(*cell),
+            ) => Some((at, *cell)),
             _ => None,
         },
         _ => None,
@@ -361,12 +362,45 @@ fn counts(program: &Program) -> Vec<Cell> {
     cells.collect()
 }
 
+/// With what a run starts besides the model's variables, to be repeated from a report: cells that do not hold 0, and
+/// whether each counts a loop that the run comes to.
+pub(super) fn other_starts(
+    program: &Program,
+    model: &ScanModel,
+    found: &Found,
+) -> Vec<(Cell, u16, bool)> {
+    let counts = counts(program);
+    let known: BTreeSet<Cell> = (model.variables.iter())
+        .filter_map(|variable| match variable.origin {
+            Origin::Start(cell) => Some(cell),
+            _ => None,
+        })
+        .collect();
+    let ran: BTreeSet<usize> =
+        found.best.replay.events.iter().map(|event| event.instruction).collect();
+    let stated = program.ranges.iter().filter_map(|range| match range.cells[..] {
+        [cell] => Some(cell),
+        _ => None,
+    });
+    let named = found.witness.start.keys().copied();
+    let cells: BTreeSet<Cell> =
+        counts.iter().map(|&(_, cell)| cell).chain(stated).chain(named).collect();
+    let mut start = Start { program, witness: &found.witness, counts: &counts };
+    let others = cells.into_iter().filter(|cell| !known.contains(cell));
+    let others = others.filter_map(|cell| {
+        let value = start.start(cell, program.area(cell.area).kind);
+        let matters = counts.iter().any(|&(at, one)| one == cell && ran.contains(&at));
+        (value != 0).then_some((cell, value, matters))
+    });
+    others.collect()
+}
+
 /// Start values of a real run: the witness's. A cell that it does not name gets the value nearest to 0 that is stated for
 /// it; one that counts a loop, the largest.
 struct Start<'a> {
     program: &'a Program,
     witness: &'a Witness,
-    counts: &'a [Cell],
+    counts: &'a [(usize, Cell)],
 }
 
 impl Free for Start<'_> {
@@ -374,7 +408,7 @@ impl Free for Start<'_> {
         if let Some(&value) = self.witness.start.get(&cell) {
             return value;
         }
-        let is_count = self.counts.contains(&cell);
+        let is_count = self.counts.iter().any(|&(_, count)| count == cell);
         let stated = self.program.ranges.iter().find(|range| range.cells == [cell]);
         match stated {
             Some(range) if is_count => range.high as u16,

@@ -87,11 +87,11 @@ impl fmt::Display for Reason {
                 match (fact, is_cut) {
                     (Some(fact), _) => write!(
                         f,
-                        ", which hangs on what nobody stated: say it in a facts file (--facts), such as {fact}"
+                        ", which depends on what nobody stated: say it in a facts file (--facts), such as {fact}"
                     ),
                     (None, true) => f.write_str("; give the search more time (--time-limit)"),
                     (None, false) => f.write_str(
-                        "; what is between them could not be worked out: the report lists what is taken as more than it can be (-v)",
+                        "; what is between them could not be worked out: the report lists what is over-approximated (-v)",
                     ),
                 }
             }

@@ -51,6 +51,7 @@ fn rung(
                 n if n == own.len() => Fate::Runs,
                 _ => Fate::Partly,
             },
+            is_charged_off: !shown.runs && shown.share > Picos::ZERO,
             cost: own.iter().map(|&index| charges[index].share).sum(),
             naive: own.iter().map(|&index| dearer(index)).sum(),
             exclusion: None,

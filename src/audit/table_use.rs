@@ -15,24 +15,30 @@ pub struct TableParts<'a> {
 }
 
 impl TableParts<'_> {
-    /// What the bound owes to the table. `costs` is what instructions cost in the worst scan found, `groups` the groups'
-    /// upper bounds.
+    /// What the bound owes to the table. `costs` is what instructions cost in the worst scan found, `shares` their parts in
+    /// the bound, `groups` the groups' upper bounds.
     pub fn table_use(
         &self,
         table: &Table,
         costs: &[(usize, Picos)],
+        shares: &[(usize, Picos)],
         groups: impl Iterator<Item = Picos>,
     ) -> TableUse {
-        let mut assumed = self.assumed_instructions(costs);
+        let mut assumed = self.assumed_instructions(costs, shares);
         assumed.extend(self.assumed_overhead());
         let factor = self.prices.factor.as_ref();
         let assumed_factor = factor.filter(|factor| factor.evidence == Evidence::Assumed);
-        assumed.extend(assumed_factor.map(|factor| self.assumed_factor(factor, &assumed)));
-        assumed.sort_by(|a, b| (Reverse(a.time), &a.name).cmp(&(Reverse(b.time), &b.name)));
+        let settled: Picos = shares.iter().map(|(_, share)| *share).sum();
+        let settled = settled + self.bound.overhead;
+        let open = self.bound.upper.checked_sub(settled).unwrap_or_default();
+        assumed.extend(assumed_factor.map(|factor| self.assumed_factor(factor, &assumed, open)));
+        let rank = |one: &AssumedUse| (Reverse(one.part), Reverse(one.time), one.name.clone());
+        assumed.sort_by_cached_key(rank);
         let assumed_time: Picos = assumed.iter().map(|one| one.time).sum();
         TableUse {
             name: table.name.clone(),
             title: table.title.clone(),
+            is_all_assumed: table.rows().iter().all(|row| row.evidence == Evidence::Assumed),
             notes: table.notes.clone(),
             watchdog: table.watchdog(),
             factor: factor.map(|factor| self.factor_use(factor, groups)),
@@ -43,7 +49,11 @@ impl TableParts<'_> {
     }
 
     /// The assumed times of instructions, by the table's row, or by the row that would price them where that is a class's.
-    fn assumed_instructions(&self, costs: &[(usize, Picos)]) -> Vec<AssumedUse> {
+    fn assumed_instructions(
+        &self,
+        costs: &[(usize, Picos)],
+        shares: &[(usize, Picos)],
+    ) -> Vec<AssumedUse> {
         let is_assumed = |price: &&Arc<Price>| price.evidence == Evidence::Assumed;
         let mut rows: Vec<AssumedUse> = Vec::new();
         let mut known: BTreeMap<&str, usize> = BTreeMap::new();
@@ -59,6 +69,7 @@ impl TableParts<'_> {
                         by_class: price.instead_of.is_some(),
                         count: 0,
                         time: Picos::ZERO,
+                        part: Picos::ZERO,
                     });
                     rows.len() - 1
                 });
@@ -70,6 +81,11 @@ impl TableParts<'_> {
         for &(instruction, cost) in costs {
             if let Some(row) = row_of[instruction] {
                 rows[row].time += cost;
+            }
+        }
+        for &(instruction, share) in shares {
+            if let Some(row) = row_of[instruction] {
+                rows[row].part += share;
             }
         }
         rows
@@ -84,19 +100,25 @@ impl TableParts<'_> {
             by_class: false,
             count: 0,
             time: term.time,
+            part: term.time,
         })
     }
 
-    /// A factor that is assumed, with what it adds to times that are not assumed themselves.
-    fn assumed_factor(&self, factor: &Factor, assumed: &[AssumedUse]) -> AssumedUse {
+    /// A factor that is assumed, with what it adds to times that are not assumed themselves, nor left open by the search.
+    fn assumed_factor(&self, factor: &Factor, assumed: &[AssumedUse], open: Picos) -> AssumedUse {
+        let added = |whole: Picos, own: Picos| {
+            let others = whole.checked_sub(own).unwrap_or_default();
+            others.checked_sub(factor.taken_off(others)).unwrap_or_default()
+        };
         let own: Picos = assumed.iter().map(|one| one.time).sum();
-        let others = self.bound.lower.checked_sub(own).unwrap_or_default();
+        let part: Picos = assumed.iter().map(|one| one.part).sum();
         AssumedUse {
             name: format!("factor {}", factor.text),
             row: "@factor".to_owned(),
             by_class: false,
             count: 0,
-            time: others.checked_sub(factor.taken_off(others)).unwrap_or_default(),
+            time: added(self.bound.lower, own),
+            part: added(self.bound.upper, part + open),
         }
     }
 

@@ -56,7 +56,7 @@ pub struct Counts {
     pub most: i64,
     /// What each of them takes at most, an iteration or a unit, at all places together.
     pub each: Picos,
-    /// What all of them take at most, each time that the instructions run.
+    /// What all of them take at most, each time that the instructions run, and no more than the bound.
     pub cost: Picos,
 }
 
@@ -180,6 +180,8 @@ impl Unknown {
                 [(at, _)] => key(program, at),
                 _ => word.to_string(),
             };
+            // No more of the bound hangs on it than there is.
+            let counts = Counts { cost: counts.cost.min(upper), ..counts };
             // A name in quotes: what TOML takes for an escape is one of Rust's, too.
             let fact = format!("{key:?} = [0, 20]");
             Unknown { word, places, kind: UnknownKind::Count(counts), key, fact }

@@ -1,6 +1,6 @@
 //! Whether a program keeps to a limit: proved, refuted by a scan, or undecided with the reasons.
 
-use crate::audit::{Audit, Doubt, Evidence, Reason, Share, UnstatedPoints};
+use crate::audit::{Audit, Doubt, Evidence, Reason, Share, UnstatedBase, UnstatedPoints};
 use crate::base::time::Picos;
 use std::fmt;
 use std::str::FromStr;
@@ -104,14 +104,25 @@ impl Assumed {
 
     /// What is assumed of the scan that was found.
     fn of_lower(audit: &Audit) -> Assumed {
-        let of = audit.possible();
-        // Nothing of a clock's tolerance is in it.
+        let of = audit.lower_without_points();
+        // Nothing of a clock's tolerance is in it, nor of refresh that need not be there.
         let factor = audit.table.factor.as_ref();
         let tolerance = match factor.is_some_and(|one| one.evidence == Evidence::Assumed) {
-            true => audit.bound.lower.checked_sub(of).unwrap_or_default(),
+            true => audit.bound.lower.checked_sub(audit.possible()).unwrap_or_default(),
             false => Picos::ZERO,
         };
-        let time = audit.table.assumed_time.checked_sub(tolerance).unwrap_or_default();
+        let is_assumed = |side: &str| {
+            let name = format!("{side} refresh");
+            let mut terms = audit.overhead.iter().filter(|term| term.name == name);
+            terms.all(|term| term.evidence == Evidence::Assumed)
+        };
+        let points = audit.points.iter().filter(|one| is_assumed(one.side)).map(|one| one.time);
+        let is_counted = |base: &&UnstatedBase| {
+            is_assumed(base.side) && audit.points.iter().all(|one| one.side != base.side)
+        };
+        let bases = audit.bases.iter().filter(is_counted).map(|base| base.saves);
+        let less = tolerance + points.chain(bases).sum();
+        let time = audit.table.assumed_time.checked_sub(less).unwrap_or_default();
         Assumed { time: time.min(of), of, at_most: false }
     }
 
@@ -193,11 +204,7 @@ impl Check {
     pub fn new(audit: &Audit, limit: Picos, margin: Margin) -> Check {
         let (upper, lower) =
             (margin.on(audit.upper_with_all_points()), margin.on(audit.lower_without_points()));
-        let doubts = || {
-            // All that the CPU can have is counted where that is known.
-            let unknown = audit.points.iter().any(|points| points.most.is_none());
-            reasons(&if unknown { audit.all_doubts() } else { audit.doubts.clone() })
-        };
+        let doubts = reasons(&audit.uncounted_doubts());
         let verdict = if lower > limit || audit.is_endless() {
             Verdict::Refuted
         } else if !audit.unbounded.is_empty() {
@@ -206,10 +213,10 @@ impl Check {
             let bases = audit.bases.iter().cloned().map(Reason::DearestBase);
             let found = [open(audit, limit, margin), bases.collect(), reasons(&audit.doubts)];
             Verdict::Undecided(found.concat())
-        } else if doubts().is_empty() {
+        } else if doubts.is_empty() {
             Verdict::Proved
         } else {
-            Verdict::Undecided(doubts())
+            Verdict::Undecided(doubts)
         };
         let refuted = verdict == Verdict::Refuted;
         let assumed = if refuted { Assumed::of_lower(audit) } else { Assumed::of_upper(audit) };
@@ -220,7 +227,7 @@ impl Check {
     #[must_use]
     pub fn if_reached(mut self, audit: &Audit) -> Check {
         if self.verdict == Verdict::Refuted && !audit.is_endless() && !audit.is_reached() {
-            let reason = Reason::NotReached { took: audit.possible() };
+            let reason = Reason::NotReached { took: audit.lower_without_points() };
             self.verdict = Verdict::Undecided(vec![reason]);
         }
         self

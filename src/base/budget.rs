@@ -17,7 +17,7 @@ impl fmt::Display for End {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             End::TimeLimit(limit) => write!(f, "the time limit of {limit:?}"),
-            End::CalledOff => f.write_str("Ctrl-C"),
+            End::CalledOff => f.write_str("a signal (Ctrl-C, SIGTERM)"),
         }
     }
 }

@@ -6,10 +6,10 @@ use super::values::{self, Most};
 use super::{Failure, Outcome};
 use clap::Args;
 use scanbound::audit::advise::{Settings, advise};
-use scanbound::audit::{conclude, follow};
+use scanbound::audit::{Request, conclude, follow};
 use scanbound::report::advice::{csv, json, text};
 use scanbound::report::format::Extent;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const ABOUT: &str = "\
 Ask which one fact or interlock would lower the bound most
@@ -27,7 +27,8 @@ Examples:
   scanbound advise PLC/ --most 5,50          counts of at most 5 and of at most 50
   scanbound advise PLC/ --budget 10min --top 30
 
---time-limit holds for each of the audits, --budget for all together: what is at work when it is over is finished.
+--time-limit holds for each of the audits, --budget for all together: an audit that is at work when it is over ends
+with what is proved by then. The first audit has half of it at most.
 
 Exit codes: 0 done, 2 bad input or usage, 70 internal error";
 
@@ -38,7 +39,7 @@ pub struct Arguments {
     /// What each unknown count is stated to be at most
     #[arg(long, value_name = "COUNTS", default_value = "20", value_parser = values::most)]
     most: Most,
-    /// When no further audit is begun
+    /// How long all audits together may take
     #[arg(long, value_name = "DURATION", default_value = "2min", value_parser = values::span, allow_hyphen_values = true)]
     budget: Duration,
     /// How many statements the text shows
@@ -55,10 +56,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let project = arguments.project.or_here()?;
     let place = arguments.report.place(&project.reads())?;
     let Most(most) = &arguments.most;
-    let settings = Settings { most, budget: Some(arguments.budget) };
+    let (start, budget) = (Instant::now(), arguments.budget);
     let advice = project.with_request(|request| {
-        let concluded = conclude(follow(request)?, request)?;
-        Ok(advise(&concluded, request, settings)?)
+        // The first audit leaves time for the others.
+        let own = request.time_limit.map_or(budget / 2, |limit| limit.min(budget / 2));
+        let first = Request { time_limit: Some(own), ..*request };
+        let concluded = conclude(follow(&first)?, &first)?;
+        let left = budget.saturating_sub(start.elapsed());
+        Ok(advise(&concluded, request, Settings { most, budget: Some(left) })?)
     })?;
     let top = arguments.top;
     place.write(&Sheet {

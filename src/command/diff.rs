@@ -19,9 +19,16 @@ scanbound.toml is not read: state what both versions need in options (--cpu, --f
 
 Exit codes: 0 done, 1 the bound grew by more than --fail-above, 2 bad input or usage, 70 internal error";
 
+const VERSIONS: &str =
+    "The two versions, each a file or a directory that stands for the programs in it";
+
 /// The arguments of `diff`: two versions, each a file or a directory.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES, override_usage = "scanbound diff [OPTIONS] OLD NEW")]
+#[command(
+    after_help = EXAMPLES,
+    override_usage = "scanbound diff [OPTIONS] OLD NEW",
+    mut_arg("programs", |programs| programs.value_names(["OLD", "NEW"]).help(VERSIONS))
+)]
 pub struct Arguments {
     /// End with exit code 1 if the bound grows by more than this, such as 5%
     #[arg(long, value_name = "PERCENT", allow_hyphen_values = true)]

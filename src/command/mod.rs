@@ -71,7 +71,7 @@ enum Command {
     Snet(snet::Arguments),
     /// Hold measured scan times against the bound; the last file holds them
     Compare(compare::Arguments),
-    /// Hold two versions of a project against each other: what each change costs
+    /// Compare two versions of a project: what each change costs
     Diff(diff::Arguments),
     /// List all that stands in the way of a bound, and what to do about it
     Doctor(doctor::Arguments),

@@ -665,7 +665,7 @@ fn readable<T>(
     }
 }
 
-/// Becomes true at the first Ctrl-C, which ends the audit with what is proved; the second ends the program. It is
+/// Becomes true at the first Ctrl-C or SIGTERM, which ends the audit with what is proved; the second ends the program. It is
 /// watched for once, however many projects are audited.
 pub fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
     static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
@@ -680,6 +680,6 @@ pub fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
         }
         say("stopping; once more to abort\n");
     })
-    .context("Ctrl-C cannot be watched for")?;
+    .context("Ctrl-C and SIGTERM cannot be watched for")?;
     Ok(stop)
 }

@@ -40,8 +40,8 @@ impl Checks for All {
             Checked::Audited(audit, check) => {
                 verdict = check.verdict.name().to_owned();
                 limit = check.limit.us_text();
-                upper = audit.bound.upper.us_text();
-                lower = audit.possible().us_text();
+                upper = audit.upper_with_all_points().us_text();
+                lower = audit.lower_without_points().us_text();
             }
             Checked::Faulty(faults) => {
                 let all: Vec<String> = faults.iter().map(|one| one.brief()).collect();

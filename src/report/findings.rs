@@ -60,7 +60,7 @@ pub mod rules {
         /// A rung is dear.
         DEAR = "dear-rung", "One of the rungs in which most of the bound goes";
         /// A count is not known.
-        UNKNOWN = "unknown-count", "The bound hangs on a count that nobody stated";
+        UNKNOWN = "unknown-count", "The bound depends on a count that nobody stated";
         /// Something is not stated.
         NOT_STATED = "not-stated", "What is not stated may make the bound too low";
         /// A word is trusted.
@@ -127,9 +127,13 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
         let Some((place, instruction)) = one.places.first() else { continue };
         let hang = match one.counts() {
             Some(counts) => {
-                format!("{} of the bound hang on {}, of which", about(counts.cost), one.word)
+                format!(
+                    "up to {} of the bound depend on {}, of which",
+                    about(counts.cost),
+                    one.word
+                )
             }
-            None => format!("the bound may hang on {}{}, of which", one.word, one.origin()),
+            None => format!("the bound may depend on {}{}, of which", one.word, one.origin()),
         };
         let message = format!(
             "{hang} nothing is known in `{instruction}`: state it in a facts file: [{}] {}",

@@ -1,6 +1,7 @@
 //! An audit as JSON, schema `scanbound.audit/1` (docs/json.md): keys may be added, none changes its meaning.
 
 mod assumption;
+mod check;
 mod iec;
 mod made_from;
 mod net;
@@ -8,11 +9,13 @@ mod parts;
 pub(super) mod projects;
 
 use super::format::Format;
+use super::text::verdict;
 use super::{compare, diff};
-use crate::audit::verdict::{Check, Verdict};
+use crate::audit::verdict::Check;
 use crate::audit::{self, Audit, Engine, Opinion};
 use crate::base::budget::{Cut, End};
 use crate::base::location::Location;
+use check::{CheckResult, result};
 use iec::{Coactivity, Exactness, Task, task};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
@@ -47,6 +50,7 @@ struct Stated {
 pub(super) struct Report<'a> {
     schema: &'static str,
     scanbound: &'static str,
+    answer: String,
     program: made_from::Program<'a>,
     inputs: Vec<made_from::Input<'a>>,
     table: Table<'a>,
@@ -173,6 +177,7 @@ struct Ended<'a> {
 struct Table<'a> {
     name: &'a str,
     title: &'a str,
+    all_assumed: bool,
     not_included: &'a [String],
     watchdog_ps: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -211,12 +216,16 @@ struct Unverified<'a> {
     by_class: bool,
     count: usize,
     worst_ps: u64,
+    ps: u64,
 }
 
 #[derive(Serialize, JsonSchema)]
 struct Scan<'a> {
     upper_ps: u64,
     lower_ps: u64,
+    proved_ps: Option<u64>,
+    refuted_ps: u64,
+    weighed_ps: u64,
     lower_kind: &'static str,
     model_ps: u64,
     stands_between: Option<String>,
@@ -350,22 +359,6 @@ struct Overhead<'a> {
     why: &'a str,
 }
 
-#[derive(Serialize, JsonSchema)]
-struct CheckResult {
-    #[schemars(extend("enum" = ["proved", "refuted", "undecided"]))]
-    verdict: &'static str,
-    limit_ps: u64,
-    margin: String,
-    upper_with_margin_ps: u64,
-    lower_with_margin_ps: u64,
-    assumed_ps: u64,
-    assumed_of_ps: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    max_assumed: Option<String>,
-    reasons: Vec<String>,
-    ended_early: bool,
-}
-
 /// One scan of the run from power-up.
 #[derive(Serialize, JsonSchema)]
 struct RunScan<'a> {
@@ -432,17 +425,21 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
     Report {
         schema: "scanbound.audit/1",
         scanbound: env!("CARGO_PKG_VERSION"),
+        answer: verdict::answer(audit, check).plain(),
         program: made_from::program(audit),
         inputs: made_from::inputs(audit),
         table: table(&audit.table),
         scan: Scan {
             upper_ps: audit.bound.upper.0,
             lower_ps: audit.possible().0,
+            proved_ps: audit.proved().map(|limit| limit.0),
+            refuted_ps: audit.lower_without_points().0,
+            weighed_ps: audit.weighed.0,
             lower_kind: if audit.is_reached() { "reached" } else { "admissible" },
             model_ps: audit.bound.model.0,
             stands_between: audit.stands_between.clone().or_else(|| tolerance(audit)),
             trust: audit.trust.name(),
-            exact: audit.possible() == audit.bound.upper && audit.unbounded.is_empty(),
+            exact: audit.possible() == audit.bound.upper && audit.proved().is_some(),
             naive_ps: audit.bound.naive.0,
             always_ps: audit.bound.always.0,
             overhead_ps: audit.bound.overhead.0,
@@ -621,6 +618,7 @@ fn table(table: &audit::TableUse) -> Table<'_> {
     Table {
         name: &table.name,
         title: &table.title,
+        all_assumed: table.is_all_assumed,
         not_included: &table.notes,
         watchdog_ps: table.watchdog.map(|time| time.0),
         factor: table.factor.as_ref().map(|factor| Factor {
@@ -641,6 +639,7 @@ fn table(table: &audit::TableUse) -> Table<'_> {
                 by_class: one.by_class,
                 count: one.count,
                 worst_ps: one.time.0,
+                ps: one.part.0,
             })
             .collect(),
     }
@@ -733,25 +732,6 @@ fn endless(one: &audit::LoopUse) -> Loop<'_> {
         begins: &one.begins,
         ends: &one.ends,
         certain: one.certain,
-    }
-}
-
-fn result(audit: &Audit, check: &Check) -> CheckResult {
-    let reasons = match &check.verdict {
-        Verdict::Proved | Verdict::Refuted => Vec::new(),
-        Verdict::Undecided(reasons) => reasons.iter().map(ToString::to_string).collect(),
-    };
-    CheckResult {
-        verdict: check.verdict.name(),
-        limit_ps: check.limit.0,
-        margin: check.margin.to_string(),
-        upper_with_margin_ps: check.upper.0,
-        lower_with_margin_ps: check.lower.0,
-        assumed_ps: check.assumed.time.0,
-        assumed_of_ps: check.assumed.of.0,
-        max_assumed: check.most_assumed.map(|most| most.to_string()),
-        reasons,
-        ended_early: audit.ended_early,
     }
 }
 

@@ -125,7 +125,7 @@ fn follow(follow: Follow) -> &'static str {
         Follow::RealRuns => "its result is any value; a lower bound's scan carries it out",
         Follow::Outside => "its result comes from outside: any value",
         Follow::Unknown => {
-            "its result is any value, and a scan whose path hangs on it is no lower bound"
+            "its result is any value, and a scan whose path depends on it is no lower bound"
         }
     }
 }

@@ -44,7 +44,13 @@ const rungs = ladder.map(([number, file, line, elements, paths], index) => {
   const sum = (n) => elements.reduce((all, one) => all + one[n], 0);
   return { number, file, line, elements, paths, index, part: sum(8), most: sum(9) };
 });
-const byNumber = new Map(rungs.map((rung) => [rung.number, rung]));
+// A rung whose instructions do not stand together is drawn in several pieces.
+const byNumber = new Map();
+for (const piece of rungs) {
+  const known = byNumber.get(piece.number);
+  if (known) { known.part += piece.part; known.most += piece.most; } else byNumber.set(piece.number, { ...piece });
+}
+const distinct = (pieces) => new Set(pieces.map((piece) => piece.number)).size;
 const why = new Map();
 for (const group of report.groups) for (const one of group.excluded) why.set(one.block, one);
 
@@ -79,7 +85,9 @@ function head() {
     el("h1", {}, document.title.replace(/ - scanbound$/, "")),
     el("p", { class: "faint" }, [report.program.dialect, report.program.cpu, "table " + report.table.name, report.program.instructions + " instructions", report.program.blocks + " rungs"].filter(Boolean).join(" · ")),
     el("div", { class: "answer " + verdict, id: "answer" }, answer.trim()));
-  const rows = [["longest scan, at most", report.scan.upper_ps, above], ["longest scan found", report.scan.lower_ps, below], ["everything at its dearer time", report.scan.naive_ps, above]];
+  const all = report.scan.proved_ps > report.scan.upper_ps ? [["with all points that the CPU can have, at most", report.scan.proved_ps, above]] : [];
+  const most = report.scan.proved_ps === null ? "the bound, which may be too low" : all.length ? "with the points that the program names, at most" : "longest scan, at most";
+  const rows = [...all, [most, report.scan.upper_ps, above], ["longest scan found", report.scan.lower_ps, below], ["sum of all instructions, each at its larger time", report.scan.naive_ps, above]];
   page.append(table(["", ">time", ">of the bound"], rows.map(([name, ps, told]) => [name, told(ps), share(ps)])));
 }
 
@@ -196,7 +204,7 @@ function treemap() {
 }
 
 function excluded() {
-  const rows = rungs.filter((rung) => why.has(rung.number) && rung.most > rung.part)
+  const rows = [...byNumber.values()].filter((rung) => why.has(rung.number) && rung.most > rung.part)
     .sort((a, b) => (b.most - b.part) - (a.most - a.part));
   if (!rows.length) return;
   section("excluded", "What cannot run in the same scan, and so is not in the bound",
@@ -336,7 +344,7 @@ function comment(element) { return element[4].length ? element[4][0].slice(eleme
 function drawn() {
   if (!rungs.length) return;
   const find = el("input", { type: "search", placeholder: "device, comment, instruction, rung number", "aria-label": "search the rungs", id: "find" });
-  const count = el("span", { class: "faint", id: "count" }, rungs.length + " rungs");
+  const count = el("span", { class: "faint", id: "count" }, byNumber.size + " rungs");
   const nav = el("nav", {}, el("a", { href: "#answer" }, "answer"), el("a", { href: "#where" }, "time"), el("a", { href: "#rungs" }, "ladder"), find, count);
   page.prepend(nav);
   section("rungs", "The ladder, lit as in the longest scan");
@@ -361,7 +369,8 @@ function drawn() {
     const head = el("header", {}, el("b", {}, "rung " + rung.number), el("span", { class: "faint" }, files[rung.file] + ":" + rung.line),
       rung.most > 0 ? el("span", {}, time(rung.part) + (rung.most > rung.part ? " of " + time(rung.most) : "") + ", " + share(rung.part)) : null,
       reason && rung.most > rung.part ? el("span", { class: "why" }, reason.by_blocks.length ? "excluded by rung " + reason.by_blocks.slice(0, 4).join(", ") : "never costs more") : null);
-    const box = el("section", { class: "rung", id: "r" + rung.number, style: `contain-intrinsic-size:auto ${tall + 40}px` }, head, bar, drawing);
+    const id = all.some(([, other]) => other.number === rung.number) ? {} : { id: "r" + rung.number };
+    const box = el("section", { class: "rung", ...id, style: `contain-intrinsic-size:auto ${tall + 40}px` }, head, bar, drawing);
     boxes.set(drawing, rung);
     watch.observe(drawing);
     page.append(box);
@@ -373,9 +382,9 @@ function drawn() {
     waiting = setTimeout(() => {
       texts = texts || rungs.map((rung) => ("rung " + rung.number + " " + rung.elements.map((one) => one[1] + " " + one[4].join(" ")).join(" ")).toLowerCase());
       const asked = find.value.trim().toLowerCase();
-      let shown = 0;
-      all.forEach(([box], n) => { box.hidden = asked !== "" && !texts[n].includes(asked); if (!box.hidden) shown++; });
-      count.textContent = asked ? shown + " of " + rungs.length + " rungs" : rungs.length + " rungs";
+      const shown = [];
+      all.forEach(([box, rung], n) => { box.hidden = asked !== "" && !texts[n].includes(asked); if (!box.hidden) shown.push(rung); });
+      count.textContent = asked ? distinct(shown) + " of " + byNumber.size + " rungs" : byNumber.size + " rungs";
     }, 150);
   });
 }
@@ -386,7 +395,7 @@ function rest() {
     if (!kinds.has(one.what)) kinds.set(one.what, []);
     kinds.get(one.what).push(one);
   }
-  if (kinds.size) section("approximations", "What is taken as more than the PLC does",
+  if (kinds.size) section("approximations", "What is over-approximated",
     first(8, ["what", ">instructions", "first"], [...kinds].sort((a, b) => b[1].length - a[1].length).map(([what, all]) => () => [what, String(all.length), place(all[0]) + "  " + all[0].instruction])));
   if (report.exactness) {
     const all = report.exactness;

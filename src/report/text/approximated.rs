@@ -1,4 +1,4 @@
-//! What is taken as more than it can be, where it could not be worked out.
+//! What is over-approximated, and where.
 
 use super::words::{capped, count, heading, item, more, place, wrapped};
 use crate::audit::{ApproximationUse, Audit};
@@ -32,7 +32,7 @@ pub(super) fn approximations(audit: &Audit, extent: Extent) -> String {
     }
     kinds.sort_by_key(|(_, uses)| std::cmp::Reverse(uses.len()));
     let title = format!(
-        "Taken as more than it can be ({}): the bound can only be too high by these",
+        "Over-approximated at {}: the bound can only be too high by these",
         count(audit.approximations.len(), "place", "places")
     );
     let is_full = extent.detail == Detail::Full;

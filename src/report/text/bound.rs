@@ -3,7 +3,7 @@
 use super::style::{BAD, BOLD, CARE, FAINT};
 use super::words::{count, heading, place};
 use crate::audit::{Audit, Evidence, Share};
-use crate::base::spoken::{Scale, about};
+use crate::base::spoken::Scale;
 use crate::base::time::Picos;
 use crate::report::columns::{Cell, fitted, left, right};
 use crate::report::format::Extent;
@@ -35,13 +35,18 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
             "at most, if each scan ends where it comes to such a loop".to_owned(),
         );
     } else if audit.possible() == bound.upper {
-        let what = format!("exact: a scan that takes this long was found and replayed{reached}");
+        let what = match audit.uncounted_doubts().is_empty() {
+            true => format!("exact: a scan that takes this long was found and replayed{reached}"),
+            false => format!(
+                "a scan that takes this long was found and replayed{reached}; one that takes longer is not excluded, since not all that counts is stated"
+            ),
+        };
         row("longest scan", time(bound.upper).styled(BOLD), what);
     } else {
         row(
             "longest scan",
             time(bound.upper).styled(BOLD),
-            "at most: no scan takes longer".to_owned(),
+            at_most_told(audit).to_owned(),
         );
         let what = format!("at least: a scan that takes this long was found and replayed{reached}");
         row("", time(audit.possible()).styled(BOLD), what);
@@ -55,7 +60,7 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
         "structural bound",
         time(bound.naive),
         format!(
-            "if all ran at once, each instruction at its dearer time; that not all can takes off {}{} ({})",
+            "sum of all instructions, each at its larger time; mutual exclusion saves {}{} ({})",
             if audit.ended_early { "at least " } else { "" },
             bound.saved(),
             Share::of(bound.saved(), bound.naive)
@@ -113,11 +118,21 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
     heading("The bound, exactly", extent) + &fitted(2, &rows, extent.width)
 }
 
+/// What the bound says of scans.
+fn at_most_told(audit: &Audit) -> &'static str {
+    match (audit.uncounted_doubts().is_empty(), audit.upper_with_all_points() > audit.bound.upper) {
+        (false, _) => "at most, but for what is not stated",
+        (true, true) => "at most, with the points that the program names",
+        (true, false) => "at most: no scan takes longer",
+    }
+}
+
 /// The bound by its groups: charges that no device ties together have maxima that add up.
 pub(super) fn groups(audit: &Audit, extent: Extent) -> String {
     let bound = &audit.bound;
     // The factor is a row of its own here, so the others are without it.
     let always = "what no state of the plant changes".to_owned();
+    let scale = Scale::of(bound.upper);
     let mut parts = vec![("always".to_owned(), audit.bare(bound.always), always)];
     for term in &audit.overhead {
         let why = term.why.split(';').next().unwrap_or_default();
@@ -127,7 +142,7 @@ pub(super) fn groups(audit: &Audit, extent: Extent) -> String {
     let (shown, rest) = audit.main_groups(extent.top);
     for group in shown {
         let exact = if group.exact() { "exact" } else { "at most" };
-        let what = format!("{exact}; structural {}", about(audit.bare(group.naive)));
+        let what = format!("{exact}; structural {}", scale.up(audit.bare(group.naive)));
         parts.push((format!("group {}", group.id), audit.bare(group.upper), what));
     }
     if !rest.is_empty() {
@@ -141,7 +156,7 @@ pub(super) fn groups(audit: &Audit, extent: Extent) -> String {
         parts.push((format!("factor {}", factor.text), factor.part, what));
     }
     let times: Vec<Picos> = parts.iter().map(|(_, time, _)| *time).collect();
-    let told = Scale::of(bound.upper).parts(&times);
+    let told = scale.parts(&times);
     let rows: Vec<Vec<Cell>> = parts
         .into_iter()
         .zip(told)

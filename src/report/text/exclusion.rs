@@ -92,6 +92,7 @@ pub(super) fn group(audit: &Audit, group: &GroupUse, extent: Extent) -> String {
 
 fn rung(audit: &Audit, rung: &RungUse) -> Vec<Cell> {
     let (fate, style) = match rung.fate {
+        Fate::Runs if rung.is_charged_off => ("off", GOOD),
         Fate::Runs => ("runs", GOOD),
         Fate::Partly => ("partly", CARE),
         Fate::Excluded => ("excluded", FAINT),
@@ -107,11 +108,10 @@ fn rung(audit: &Audit, rung: &RungUse) -> Vec<Cell> {
         what += &format!(" and {} more", rung.others);
     }
     let reason = rung.exclusion.as_ref().map(|why| reason(audit, rung, why));
-    let notes: Vec<String> =
-        [Some(rung.comments.join(", ")).filter(|text| !text.is_empty()), reason]
-            .into_iter()
-            .flatten()
-            .collect();
+    let off = "does not run: this is its time when off";
+    let off = Some(off.to_owned()).filter(|_| rung.is_charged_off);
+    let comments = Some(rung.comments.join(", ")).filter(|text| !text.is_empty());
+    let notes: Vec<String> = [comments, off, reason].into_iter().flatten().collect();
     let notes = notes.join("; ");
     vec![
         left(fate).styled(style),

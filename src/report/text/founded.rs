@@ -15,8 +15,12 @@ pub(super) fn assumed(audit: &Audit, extent: Extent) -> String {
     if table.assumed.is_empty() {
         return String::new();
     }
+    let open = match audit.is_settled() {
+        true => String::new(),
+        false => format!(" at most, with the {} that the search left open", about(audit.open())),
+    };
     let title = format!(
-        "Assumed times: {} of the bound; in the scan that was found",
+        "Assumed times: {} of the bound{open}; the part of each in the bound",
         audit.assumed_share()
     );
     let rows: Vec<Vec<Cell>> = table
@@ -37,7 +41,7 @@ pub(super) fn assumed(audit: &Audit, extent: Extent) -> String {
             } else {
                 String::new()
             };
-            vec![left(&one.name), right(about(one.time)), left(used + &class).styled(FAINT)]
+            vec![left(&one.name), right(about(one.part)), left(used + &class).styled(FAINT)]
         })
         .collect();
     heading(&title, extent)

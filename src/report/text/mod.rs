@@ -180,7 +180,7 @@ mod tests {
             anstream::adapter::strip_str(&short(audit, &check)).to_string()
         };
         let one_line = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(one_line(told(&audit)).contains("; but the bound may be too low "));
+        assert!(one_line(told(&audit)).contains(", but may be too low "));
         audit.doubts.clear();
         let alone = "; but more of it than is allowed rests on assumed times ";
         assert!(one_line(told(&audit)).contains(alone));

@@ -26,12 +26,13 @@ pub(in crate::report) fn steps(audit: &Audit) -> Vec<String> {
     let facts = facts.trim_end();
     // What hides the counts comes first in the order of what is known then; the dearest count is what lowers the bound.
     let first = audit.unknowns.first().filter(|first| first.counts().is_none());
-    let dearest = audit.unknowns.iter().find(|one| one.counts().is_some());
+    let counts = audit.unknowns.iter().filter_map(|one| Some((one.counts()?.cost, one)));
+    let dearest = counts.rev().max_by_key(|(cost, _)| *cost).map(|(_, one)| one);
     for first in dearest.into_iter().chain(first) {
         let at = place(audit, first.places[0].0);
         found.push(match first.counts() {
             Some(counts) => format!(
-                "state what {} is at most ({at}), {} hang on it: {facts}",
+                "state what {} is at most ({at}), up to {} of the bound depend on it: {facts}",
                 first.word,
                 about(counts.cost)
             ),

@@ -3,7 +3,6 @@
 use super::style::{BOLD, FAINT};
 use super::words::{count, file, heading, item, place};
 use crate::audit::breakdown::{By, Part, Piece};
-use crate::audit::verdict::Check;
 use crate::audit::{Audit, Evidence, Share};
 use crate::base::spoken::{Scale, at_most};
 use crate::base::time::Picos;
@@ -39,7 +38,7 @@ impl Row {
 
 /// The programs and the dearest rungs, and all others together. Where a search ended early and left much of the bound
 /// open, its parts say nothing.
-pub(super) fn dearest(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
+pub(super) fn dearest(audit: &Audit, extent: Extent) -> String {
     let upper = at_most(audit.bound.upper);
     let left_open = audit.breakdown(By::Program).into_iter();
     let left_open = left_open.filter(|part| part.piece == Piece::Open);
@@ -47,9 +46,9 @@ pub(super) fn dearest(audit: &Audit, check: Option<&Check>, extent: Extent) -> S
         let told = "audit tells where the time goes: the check ended before that was known";
         return format!("\n{}", item(2, told, extent));
     }
-    let title = match check.filter(|_| audit.upper_with_all_points() > audit.bound.upper) {
-        Some(_) => format!("Where the time goes: {upper} with the points that the program uses"),
-        None => format!("Where the {upper} go"),
+    let title = match audit.upper_with_all_points() > audit.bound.upper {
+        true => format!("Where the time goes: {upper} with the points that the program names"),
+        false => format!("Where the {upper} go"),
     };
     let mut text = heading(&title, extent);
     if audit.files.len() > 1 {

@@ -15,13 +15,20 @@ pub(super) fn conditions(audit: &Audit, extent: Extent) -> String {
         return String::new();
     }
     matter.sort_by_key(|free| Reverse(free.worth));
-    let which = match audit.possible() == audit.bound.upper {
+    let found = audit.possible();
+    let which = match audit.proved() == Some(found) {
         true => "The longest scan",
         false => "The longest scan found",
     };
+    let weighed = match audit.weighed == found {
+        true => "it".to_owned(),
+        false => {
+            format!("the model's scan with the same start ({})", about(audit.weighed))
+        }
+    };
     let title = format!(
-        "{which} ({}) and its conditions, by what the scan would lose without each",
-        at_least(audit.bound.lower)
+        "{which} ({}) and its conditions, by what {weighed} would lose without each",
+        at_least(found)
     );
     let row = |free: &&FreeValue| -> Vec<Cell> {
         let name = named(&free.name, &free.comment);

@@ -6,12 +6,12 @@ use super::style::{BOLD, CARE};
 use super::verdict::{self, answer, reasons};
 use super::words::{capped, count, file, item, warnings};
 use crate::audit::verdict::{Check, Margin, Verdict};
-use crate::audit::{Audit, Doubt, Share, TaskUse};
-use crate::base::spoken::at_most;
+use crate::audit::{Audit, Share, TaskUse};
+use crate::base::budget::Cut;
+use crate::base::spoken::{about, at_most};
 use crate::report::columns::{Cell, fitted, left};
 use crate::report::format::{Detail, Extent};
 use crate::report::response;
-use std::collections::BTreeSet;
 
 /// So many rungs are shown however small the screen is.
 const FEWEST: usize = 3;
@@ -31,7 +31,7 @@ pub(super) fn first(audit: &Audit, check: Option<&Check>, extent: Extent) -> Str
     }
     text += &fitted(2, &rows, extent.width);
     let last = fitted(2, &last, extent.width);
-    let whole = |top: usize| parts::dearest(audit, check, Extent { top, ..extent });
+    let whole = |top: usize| parts::dearest(audit, Extent { top, ..extent });
     let lines = |part: &str| part.lines().count();
     // A line is left for the prompt.
     let room = extent.height.saturating_sub(1 + lines(&text) + lines(&last));
@@ -105,7 +105,7 @@ pub(in crate::report) fn facts(audit: &Audit, check: Option<&Check>) -> Vec<Fact
     found.extend(response::nominal(audit).map(|told| fact("nominal", told)));
     found.extend(audit.cuts.iter().map(|cut| Fact {
         label: "ended",
-        told: format!("by {} while {}: {}", cut.by, cut.stage, cut.open),
+        told: format!("by {} while {}: {}{}", cut.by, cut.stage, cut.open, left_open(audit, cut)),
         is_care: true,
     }));
     if audit.ended_early {
@@ -113,6 +113,15 @@ pub(in crate::report) fn facts(audit: &Audit, check: Option<&Check>) -> Vec<Fact
         found.push(fact("ended", told.to_owned()));
     }
     found
+}
+
+/// How far the bound is from a scan, where the search was cut short.
+fn left_open(audit: &Audit, cut: &Cut) -> String {
+    let above = audit.bound.upper.checked_sub(audit.possible()).unwrap_or_default();
+    match cut.stage {
+        "searching" => format!("; the bound is {} above the longest scan found", about(above)),
+        _ => String::new(),
+    }
 }
 
 /// A task of several: how it is called, its bound by itself, and how long it takes with those that interrupt it.
@@ -151,18 +160,27 @@ fn task(one: &TaskUse, is_this: bool) -> String {
 /// How the bound stands to the watchdog time that the CPU has unless somebody sets it.
 fn watchdog(audit: &Audit) -> Option<String> {
     let time = audit.table.watchdog?;
-    let share = Share::of(audit.upper_with_all_points(), time);
+    let all = audit.upper_with_all_points();
+    let share = Share::of(all, time);
+    let with = match all > audit.bound.upper {
+        true => {
+            format!(", {} with all the points that the CPU can have", at_most(all))
+        }
+        false => String::new(),
+    };
     let told = match Check::new(audit, time, Margin::default()).verdict {
-        Verdict::Proved => format!("kept, {share} of it used"),
+        Verdict::Proved => format!("kept, {share} of it used{with}"),
         Verdict::Refuted if audit.is_endless() => "runs out in a loop without end".to_owned(),
         Verdict::Refuted => "a scan was found that takes longer".to_owned(),
         Verdict::Undecided(_) if share <= Share(1000) => {
-            format!("{share} of it used, what is not stated not counted")
+            format!("not proved to be kept: {share} of it used{with}, what is not stated not counted")
         }
         Verdict::Undecided(_) if share.0 >= MANY_TIMES => {
-            format!("not proved to be kept: the bound is {} times it", share.0 / 1000)
+            format!("not proved to be kept: the bound is {} times it{with}", share.0 / 1000)
         }
-        Verdict::Undecided(_) => format!("not proved to be kept: the bound is {share} of it"),
+        Verdict::Undecided(_) => {
+            format!("not proved to be kept: the bound is {share} of it{with}")
+        }
     };
     Some(format!("{} by default: {told}", at_most(time)))
 }
@@ -184,21 +202,6 @@ fn rests(audit: &Audit, check: Option<&Check>) -> Vec<String> {
     let trusted = audit.assumptions.len();
     found.extend(counted(trusted, "trusted word", "trusted words"));
     found.extend(counted(audit.facts.len(), "stated fact", "stated facts"));
-    let open: BTreeSet<&str> = audit.all_doubts().iter().map(left_open).collect();
-    found.extend(open.into_iter().map(|what| format!("{what} not stated")));
+    found.extend(verdict::not_stated(audit).into_iter().map(|what| format!("{what} not stated")));
     found
-}
-
-/// What a doubt is about, in a word or two.
-fn left_open(doubt: &Doubt) -> &'static str {
-    match doubt {
-        Doubt::Points(_) => "I/O points",
-        Doubt::Interrupts { .. } => "interrupts",
-        Doubt::Networks { .. } => "network refresh",
-        Doubt::Endless { .. } | Doubt::PerhapsEndless { .. } | Doubt::MorePerhapsEndless(_) => {
-            "whether loops end"
-        }
-        Doubt::Bodiless { .. } => "times of units without a body",
-        Doubt::OutlastsTimer(_) => "timers that run out within a scan",
-    }
 }

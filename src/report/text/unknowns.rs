@@ -6,6 +6,7 @@ use crate::audit::{Audit, Counts, SolvedBound, Unknown};
 use crate::base::spoken::{about, at_most};
 use crate::report::columns::{Cell, fitted, left, right};
 use crate::report::format::Extent;
+use std::cmp::Reverse;
 
 /// What is not known and what to state of it: counts, then where is written.
 pub(super) fn unknowns(audit: &Audit, extent: Extent) -> String {
@@ -34,7 +35,9 @@ fn counts(audit: &Audit, extent: Extent) -> String {
             left(format!("{} taken as up to {}, {each} each", one.word, counts.most)).styled(FAINT),
         ]
     };
-    let rows: Vec<Vec<Cell>> = counted().take(extent.values).map(row).collect();
+    let mut all: Vec<(&Unknown, &Counts)> = counted().collect();
+    all.sort_by_key(|(_, counts)| Reverse(counts.cost));
+    let rows: Vec<Vec<Cell>> = all.into_iter().take(extent.values).map(row).collect();
     heading("The bound rests on counts that nobody stated, the dearest first", extent)
         + &fitted(2, &rows, extent.width)
         + &more(counted().count(), extent.values, "count", "counts")

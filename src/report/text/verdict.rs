@@ -3,13 +3,14 @@
 use super::style::{BAD, BOLD, CARE, GOOD};
 use super::words::place;
 use crate::audit::verdict::{Check, Verdict};
-use crate::audit::{Audit, Reason, UnstatedPoints};
+use crate::audit::{Audit, Doubt, Reason, UnstatedPoints};
 use crate::base::spoken::{at_least, at_most};
 use crate::base::time::Picos;
 use crate::report::columns::paint;
 use crate::report::wrap;
 use crate::timing::table::Evidence;
 use anstyle::Style;
+use std::collections::BTreeSet;
 
 /// A word that stands out, and what is to be said.
 pub(in crate::report) struct Answer {
@@ -47,10 +48,20 @@ impl Answer {
 
 /// The verdict of a check, or what an audit found.
 pub(in crate::report) fn answer(audit: &Audit, check: Option<&Check>) -> Answer {
-    match check {
+    let mut answer = match check {
         Some(check) => verdict(audit, check),
         None => bound(audit),
+    };
+    // Such a bound is no statement about any controller that there is.
+    if audit.cpu.is_none() && audit.table.is_all_assumed {
+        answer.told = format!(
+            "{} (table {}, all times assumed, no controller named){}",
+            answer.told.trim_end_matches('.'),
+            audit.table.name,
+            if answer.told.ends_with('.') { "." } else { "" }
+        );
     }
+    answer
 }
 
 fn bound(audit: &Audit) -> Answer {
@@ -66,20 +77,67 @@ fn bound(audit: &Audit) -> Answer {
         };
         return Answer { style: BAD, word: "", told };
     }
-    let (upper, lower) = (audit.bound.upper, audit.possible());
-    let besides = match audit.networks.is_empty() {
-        true => "",
-        false => ", network refresh (not stated) not counted",
-    };
-    let told = match upper == lower {
-        true => format!("The longest scan takes {}{besides}: none takes longer.", at_most(upper)),
-        false => format!(
-            "No scan takes longer than {}{besides}; the longest found takes {}.",
+    let upper = audit.bound.upper;
+    let told = match audit.proved() {
+        None => format!(
+            "The bound of {} may be too low, since this is not stated: {}. The longest scan found takes {}{}.",
             at_most(upper),
-            at_least(lower)
+            not_stated(audit).join(", "),
+            at_least(audit.lower_without_points()),
+            without_points(audit)
         ),
+        Some(proved) if proved > upper => {
+            let seen: Vec<String> =
+                audit.points.iter().map(|one| format!("{} {}", one.taken, one.side)).collect();
+            let found = audit.lower_on_least_bases();
+            let with_seen = match found == upper {
+                true => format!("the longest takes {}", at_most(upper)),
+                false => format!(
+                    "none takes longer than {}, and the longest found takes {}{}",
+                    at_most(upper),
+                    at_least(found),
+                    on_least_bases(found < audit.possible())
+                ),
+            };
+            format!(
+                "No scan takes longer than {} with all the points that the CPU can have; with the {} points that the program names, {with_seen}.",
+                at_most(proved),
+                seen.join(" and ")
+            )
+        }
+        Some(_) => {
+            let found = audit.lower_without_points();
+            match upper == found {
+                true => format!("The longest scan takes {}: none takes longer.", at_most(upper)),
+                false => format!(
+                    "No scan takes longer than {}; the longest found takes {}{}.",
+                    at_most(upper),
+                    at_least(found),
+                    without_points(audit)
+                ),
+            }
+        }
     };
     Answer { style: BOLD, word: "", told }
+}
+
+/// What the bound needs and nobody stated, in a word or two each.
+pub(super) fn not_stated(audit: &Audit) -> Vec<&'static str> {
+    let topics: BTreeSet<&str> = audit.all_doubts().iter().map(Doubt::topic).collect();
+    topics.into_iter().collect()
+}
+
+/// What is left out of [`Audit::lower_without_points`], to be read behind its time.
+fn without_points(audit: &Audit) -> &'static str {
+    let is_less = audit.lower_without_points() < audit.possible();
+    match audit.points.iter().any(|points| points.time > Picos::ZERO) {
+        true if is_less => " without the I/O points that are not stated",
+        _ => on_least_bases(is_less),
+    }
+}
+
+fn on_least_bases(is_less: bool) -> &'static str {
+    if is_less { " on the cheapest base units" } else { "" }
 }
 
 fn verdict(audit: &Audit, check: &Check) -> Answer {
@@ -110,12 +168,13 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
                     )
                 }
                 None => format!(
-                    "a scan takes {}{below}, the limit is {limit}{}{}",
-                    lower(audit.possible(), check.limit),
+                    "a scan takes {}{below}{}, the limit is {limit}{}{}",
+                    lower(audit.lower_without_points(), check.limit),
+                    without_points(audit),
                     rests(check),
                     match audit.is_reached() {
                         true => "",
-                        false => "; unless a PLC cannot come to the state in which it starts",
+                        false => "; no run from power-up to its start state was found",
                     }
                 ),
             };
@@ -128,23 +187,33 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
         Verdict::Undecided(reasons) if check.upper <= check.limit => {
             let doubts = reasons.iter().any(|reason| !matches!(reason, Reason::Assumed { .. }));
             // The sentence stands alone on stderr and in other formats: the reasons may not follow it.
-            let but = match doubts {
-                true => "the bound may be too low",
-                false => "more of it than is allowed rests on assumed times",
+            let told = match doubts {
+                true => format!(
+                    "the bound of {most}{above}{points} is within the limit of {limit}, but may be too low"
+                ),
+                false => format!(
+                    "no scan takes longer than {most}{above}{points}, the limit is {limit}; but more of it than is allowed rests on assumed times"
+                ),
             };
-            let told = format!(
-                "no scan takes longer than {most}{above}{points}, the limit is {limit}; but {but}"
-            );
             Answer { style: CARE, word: "UNDECIDED", told }
         }
-        Verdict::Undecided(_) => Answer {
-            style: CARE,
-            word: "UNDECIDED",
-            told: format!(
-                "the limit is {limit}; a scan takes {}{below}, and none is known to take more than {most}{above}",
-                lower(audit.lower_without_points(), check.limit),
-            ),
-        },
+        Verdict::Undecided(_) => {
+            let found = match audit.lower_without_points() {
+                Picos::ZERO => String::new(),
+                found => format!(
+                    "a scan takes {}{below}{}, ",
+                    lower(found, check.limit),
+                    without_points(audit)
+                ),
+            };
+            let bound = match audit.proved() {
+                Some(_) => format!("no scan takes more than {most}{above}{points}"),
+                None => format!("the bound is {most}{above}{points} and may be too low"),
+            };
+            let and = if found.is_empty() { "" } else { "and " };
+            let told = format!("the limit is {limit}; {found}{and}{bound}");
+            Answer { style: CARE, word: "UNDECIDED", told }
+        }
     }
 }
 
