@@ -43,11 +43,7 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
         };
         row("longest scan", time(bound.upper).styled(BOLD), what);
     } else {
-        row(
-            "longest scan",
-            time(bound.upper).styled(BOLD),
-            at_most_told(audit).to_owned(),
-        );
+        row("longest scan", time(bound.upper).styled(BOLD), at_most_told(audit).to_owned());
         let what = format!("at least: a scan that takes this long was found and replayed{reached}");
         row("", time(audit.possible()).styled(BOLD), what);
     }

@@ -173,7 +173,9 @@ fn watchdog(audit: &Audit) -> Option<String> {
         Verdict::Refuted if audit.is_endless() => "runs out in a loop without end".to_owned(),
         Verdict::Refuted => "a scan was found that takes longer".to_owned(),
         Verdict::Undecided(_) if share <= Share(1000) => {
-            format!("not proved to be kept: {share} of it used{with}, what is not stated not counted")
+            format!(
+                "not proved to be kept: {share} of it used{with}, what is not stated not counted"
+            )
         }
         Verdict::Undecided(_) if share.0 >= MANY_TIMES => {
             format!("not proved to be kept: the bound is {} times it{with}", share.0 / 1000)
