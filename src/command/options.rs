@@ -454,11 +454,15 @@ impl ProjectOptions {
         };
         let threads = rayon::ThreadPoolBuilder::new()
             .num_threads(self.jobs.map_or(0, usize::from))
+            .stack_size(STACK)
             .build()
             .context("the threads cannot be started")?;
         threads.install(|| work(&request))
     }
 }
+
+/// Bytes of a thread's stack: what stands in each other in a program is followed to its limits.
+const STACK: usize = 64 << 20;
 
 /// Where reports go, each in its format.
 pub struct Reports(Vec<(Target, &'static Format)>);

@@ -323,6 +323,8 @@ pub struct Project {
     pub retained: Vec<String>,
     /// The instances of programs whose inputs or outputs are connected to variables.
     pub connected: Vec<Connected>,
+    /// What a controller may carry out and nothing here reads, with the file that it stands in: nothing is known of a scan with it.
+    pub unread: Vec<(usize, Fault)>,
 }
 
 impl Project {
@@ -352,6 +354,7 @@ impl Project {
         self.pous.append(&mut other.pous);
         self.retained.append(&mut other.retained);
         self.connected.append(&mut other.connected);
+        self.unread.extend(other.unread.into_iter().map(|(file, fault)| (file + shift, fault)));
         for task in other.tasks {
             // Tasks of two resources may have one name.
             let is_same = |own: &&mut Task| {

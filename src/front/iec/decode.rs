@@ -99,6 +99,7 @@ fn emitted(
     emit.action_order = asked.facts.action_order;
     emit.others_write = asked.others_write;
     emit.calls.clone_from(&asked.facts.calls);
+    emit.faults.extend(project.unread.iter().cloned());
     let mut tasks = tasks(project, emit);
     let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));
     if let Some(at) = tasks.iter().position(is_asked) {

@@ -2,6 +2,7 @@
 //!
 //! Entities are not read, so that a small file cannot become a large one.
 
+mod allowed;
 mod body;
 mod chart;
 mod checked;
@@ -9,6 +10,7 @@ mod drawing;
 mod graph;
 mod interface;
 mod kept;
+mod limits;
 mod named;
 mod node;
 mod project;
@@ -40,6 +42,7 @@ pub fn begins(text: &str) -> bool {
 /// What is wrong with it, all that could be found.
 pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
     let text = text.trim_start_matches('\u{feff}');
+    limits::within(text).map_err(|fault| vec![fault])?;
     let document = Document::parse(text).map_err(|error| vec![malformed(&error)])?;
     let text = Text::new(text, &document);
     let mut reader = project::Reader::new(name, &text);

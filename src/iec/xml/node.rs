@@ -31,6 +31,9 @@ pub(super) const ELEMENTS: &[&str] = &[
 /// Elements that belong to no other one.
 pub(super) const BESIDE: &[&str] = &["comment", "vendorElement", "addData", "documentation"];
 
+/// Elements of a text that stand on lines of their own.
+const LINES: &[&str] = &["br", "xhtml", "html", "body", "p", "div", "pre"];
+
 /// A file's text, of which lines are told.
 pub(super) struct Text {
     starts: Vec<usize>,
@@ -100,13 +103,32 @@ impl Text {
             .help("export it again as PLCopen XML, or mend it in its editor")
     }
 
-    /// What is written in an element, and the line where that begins.
+    /// What is written in an element, and the line where that begins. Paragraphs and `<br/>` end lines, as they do on the
+    /// page.
     pub(super) fn content(&self, node: Node<'_, '_>) -> (String, u32) {
-        let texts = node.descendants().filter(|inner| inner.is_text());
-        let written: String = texts.filter_map(|text| text.text()).collect();
+        let mut written = String::new();
+        let mut open = vec![(node, false)];
+        while let Some((one, is_end)) = open.pop() {
+            if one.is_text() {
+                written += one.text().unwrap_or_default();
+                continue;
+            }
+            if one != node && is_line(one) && !written.is_empty() && !written.ends_with('\n') {
+                written.push('\n');
+            }
+            if !is_end {
+                open.push((one, true));
+                open.extend(one.children().rev().map(|inner| (inner, false)));
+            }
+        }
         let first = node.descendants().find(Node::is_text).unwrap_or(node);
         (written, self.line(first))
     }
+}
+
+/// Whether an element of a text begins a line, or ends one.
+fn is_line(node: Node<'_, '_>) -> bool {
+    LINES.contains(&node.tag_name().name())
 }
 
 /// The children of this name.

@@ -1,5 +1,6 @@
 //! The project's tree: types, units, global variables, tasks.
 
+use super::allowed::unread;
 use super::body::{body, condition, condition_body};
 use super::interface::{addresses, extends, list_of, type_ref, variables};
 use super::node::{Text, child, children, elements};
@@ -34,7 +35,14 @@ impl<'t> Reader<'t> {
             match node.tag_name().name() {
                 "pou" if node.attribute("pouType").is_some() => {
                     let pou = self.pou(node);
+                    let unread = unread(self.text, node).into_iter();
+                    let unread = unread.map(|fault| (0, fault.within(&pou.name)));
+                    self.project.unread.extend(unread);
                     self.project.pous.push(pou);
+                }
+                "pou" if child(node, "body").is_some() => {
+                    let fault = self.text.fault(node, "this unit has no pouType");
+                    self.project.unread.push((0, fault));
                 }
                 "Interface" if node.attribute("name").is_some() => self.interface(node),
                 "dataType" => self.data_type(node),

@@ -1,10 +1,11 @@
 //! Blocks of a drawing: functions and instances.
 
+use super::pins::{name_of, pins};
 use super::value::is_instance;
-use super::{Graph, called, is_called};
+use super::{Graph, called, execute, is_called};
 use crate::iec::ast::{Argument, Expr, Kind, Path, RESULT, Statement};
 use crate::iec::fault::Fault;
-use crate::iec::xml::node::{child, children, is, sources};
+use crate::iec::xml::node::{children, is, sources};
 use crate::iec::xml::reading::Reading;
 use crate::iec::xml::standard::is_standard;
 use crate::iec::{TypeRef, parse, same};
@@ -27,15 +28,6 @@ const OPERATORS: &[(&str, &str)] = &[
     ("<>", "NE"),
     (":=", "MOVE"),
 ];
-
-/// The pins of a block in one of its lists.
-fn pins<'a, 'i: 'a>(node: Node<'a, 'i>, list: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    child(node, list).into_iter().flat_map(|list| children(list, "variable"))
-}
-
-fn name_of<'a>(pin: Node<'a, '_>) -> &'a str {
-    pin.attribute("formalParameter").unwrap_or_default()
-}
 
 /// Whether a pin stands on both sides of a block.
 fn comes_back(node: Node<'_, '_>, name: &str) -> bool {
@@ -138,6 +130,9 @@ impl<'a, 'i> Graph<'a, 'i> {
         let of = node.attribute("typeName").unwrap_or_default();
         self.is_of_its_type(reading, node, of)?;
         self.enables.insert(id, enable.clone());
+        if let Some(code) = execute::code(node) {
+            return self.execute(node, code, enable);
+        }
         if !is_standard(of, is_instance(node)) {
             self.foreign.push(self.statements.len());
         }
@@ -241,6 +236,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         let [(id, output)] = from else { return Expr::bool(true) };
         let block = self.nodes.get(id).filter(|node| is_called(**node, "block"));
         let is_enable = output.is_some_and(|output| output.eq_ignore_ascii_case("ENO"));
+        let is_enable = is_enable || block.is_some_and(|node| execute::is_box(*node));
         let Some(&block) = block.filter(|_| !is_enable) else { return Expr::bool(true) };
         let enable = self.enabled(id);
         if enable.is(true) || !is_instance(block) {
@@ -265,7 +261,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         node: Node<'_, '_>,
         output: &str,
     ) -> Expr {
-        if output.eq_ignore_ascii_case("ENO") {
+        if output.eq_ignore_ascii_case("ENO") || execute::is_box(node) {
             return self.enabled(id);
         }
         let outputs = self.outputs(node);

@@ -4,8 +4,10 @@
 //! an expression of its own, as generators write it; within it, what forks and joins again is kept in a variable.
 
 mod block;
+mod execute;
 mod orders;
 mod paths;
+mod pins;
 mod places;
 mod rank;
 mod value;

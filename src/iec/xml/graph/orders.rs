@@ -6,7 +6,7 @@ use super::value::is_instance;
 use super::{Graph, is_called};
 use crate::iec::ast::{Expr, Kind, Statement, visit};
 use crate::iec::xml::node::{child, children, inputs, sources};
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graphmap::DiGraphMap;
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
@@ -179,7 +179,7 @@ impl<'a> Graph<'a, '_> {
         }
         let place: BTreeMap<&str, usize> = acting.iter().copied().zip(0..).collect();
         let mut loops = Loops { begin_first: true, ..Loops::default() };
-        for (number, loop_) in tarjan_scc(&ways).into_iter().enumerate() {
+        for (number, loop_) in kosaraju_scc(&ways).into_iter().enumerate() {
             let found = loop_.into_iter().filter_map(|id| self.nodes.get_key_value(id));
             let mut own: Vec<(&'a str, Node<'_, '_>)> =
                 found.map(|(&id, &node)| (id, node)).collect();
