@@ -56,47 +56,47 @@ codes! {
     AssumedTime = "assumed-time",
     /// An operand has a form that the instruction does not take
     BadOperand = "bad-operand",
-    /// An address, or a label, has no instruction behind it
+    /// An address, or a label, has no instruction after it
     BareAddress = "bare-address",
-    /// A step number has no instruction behind it
+    /// A step number has no instruction after it
     BareStep = "bare-step",
-    /// Instructions stand where the PLC does not run them: behind a subroutine
+    /// Instructions stand after a subroutine, where the PLC does not run them
     BehindSubroutine = "behind-subroutine",
-    /// A record stands behind the end of an Intel HEX file
+    /// A record stands after the end of an Intel HEX file
     BehindTheEnd = "behind-the-end",
     /// A file is binary data, or a tool's own file
     BinaryFile = "binary-file",
-    /// A rung joins branches that are not open, or leaves open ones
+    /// A rung joins branches that are not open, or leaves branches open
     Branches = "branches",
-    /// A project file ends too soon, or holds no program
+    /// A project file ends too early, or contains no program
     BrokenProject = "broken-project",
-    /// A file of measurements cannot be read as one
+    /// A file of measurements cannot be read
     Capture = "capture",
-    /// A sequential function chart does not hang together
+    /// A sequential function chart is not consistent
     Chart = "chart",
-    /// A row's columns are not those of the table's heads
+    /// A row has more or fewer columns than the heading of the table
     Columns = "columns",
     /// Only device comments were given, and no program
     CommentsAlone = "comments-alone",
-    /// A connection of a drawing leads nowhere, or round in a circle
+    /// A connection of a drawing leads nowhere, or forms a circle
     Connection = "connection",
-    /// A loop and a master control region cut across each other
+    /// A loop and a master control region overlap
     CrossedMasterControl = "crossed-master-control",
-    /// A label stands at two places
+    /// A label stands in two places
     DoubleLabel = "double-label",
-    /// A file holds nothing
+    /// A file is empty
     EmptyFile = "empty-file",
     /// A program of the project has no instructions
     EmptyProgram = "empty-program",
-    /// A file is no text in the encoding that it seems to have
+    /// A file contains bytes that are not text in its encoding
     Encoding = "encoding",
-    /// An instruction has an operand too many
+    /// An instruction has one operand too many
     ExtraOperand = "extra-operand",
-    /// A scan ends outside of what is stated to hold whenever one starts
+    /// A scan ends in a state that contradicts a stated fact
     BrokenFact = "broken-fact",
     /// A stated fact does not fit the program or the machine
     Fact = "fact",
-    /// The facts file cannot be taken, or no scan keeps what it states
+    /// The facts file cannot be used, or no scan satisfies its facts
     Facts = "facts",
     /// An instruction's name and its function number disagree
     FunctionNumber = "function-number",
@@ -104,35 +104,35 @@ codes! {
     GroupNumber = "group-number",
     /// Two groups have the same number
     GroupTwice = "group-twice",
-    /// A line is no Intel HEX record that has a meaning here
+    /// A line is not an Intel HEX record that can be used here
     HexRecord = "hex-record",
     /// The main routine can stay in an inner loop, each iteration of which counts as a pass
     InnerLoop = "inner-loop",
-    /// An interlock's begin and end do not fit together
+    /// The begin and the end of an interlock do not match
     Interlock = "interlock",
-    /// A jump and its end do not fit together, or it goes back
+    /// A jump and its end do not match, or it goes back
     Jump = "jump",
     /// A jump goes into or out of a master control region
     JumpAcrossMasterControl = "jump-across-master-control",
     /// A jump goes back, so nothing bounds the scan
     JumpBack = "jump-back",
-    /// GJ stands where it has no known meaning
+    /// GJ stands where its meaning is not defined
     JumpInGroup = "jump-in-group",
     /// A jump goes into a loop of FOR and NEXT
     JumpIntoLoop = "jump-into-loop",
     /// A jump goes to another routine
     JumpOut = "jump-out",
-    /// A label stands at two places of a flowchart
+    /// A label stands in two places of a flowchart
     LabelTwice = "label-twice",
     /// A file was left out that may belong to the scan
     LeftOut = "left-out",
     /// A line is far longer than an instruction
     LongLine = "long-line",
-    /// A loop's begin and end do not fit together, or it makes too many iterations
+    /// The begin and the end of a loop do not match, or it makes too many iterations
     Loop = "loop",
-    /// A loop's count is no number, or out of range
+    /// The count of a loop is not a number, or is out of range
     LoopCount = "loop-count",
-    /// A timer is asked for together with other tests
+    /// A condition combines a timer with other tests
     MixedCondition = "mixed-condition",
     /// Files of two dialects were given as one project
     MixedDialects = "mixed-dialects",
@@ -140,47 +140,47 @@ codes! {
     MoreErrors = "more-errors",
     /// A file has more warnings than are listed
     MoreWarnings = "more-warnings",
-    /// Nothing says in which order the programs run
+    /// The order in which the programs run is not known
     NameOrder = "name-order",
     /// A file was named twice
     NamedTwice = "named-twice",
-    /// A directory within a directory was not read
+    /// A subdirectory was not read
     NestedDirectory = "nested-directory",
-    /// Calls or loops stand in each other too deep
+    /// Calls or loops are nested too deeply
     Nesting = "nesting",
     /// An address of a net is missing, given twice, or of the wrong kind
     NetAddress = "net-address",
-    /// An arc or gate of a net joins what cannot be joined
+    /// An arc or gate of a net connects elements that cannot be connected
     NetArc = "net-arc",
-    /// An element of a net has no arcs, or more than it may have
+    /// An element of a net has no arcs, or too many
     NetElement = "net-element",
-    /// A name of a net stands for nothing, or for two elements
+    /// A name of a net is not defined, or is used for two elements
     NetName = "net-name",
-    /// A line is not written as a line of a net
+    /// A line is not a valid line of a net
     NetSyntax = "net-syntax",
-    /// The facts name a base unit of which the table has no times
+    /// The facts name a base unit for which the table has no times
     NoBase = "no-base",
-    /// An instruction joins two blocks of contacts where there are fewer
+    /// An instruction joins two blocks of contacts, but there are fewer
     NoBlock = "no-block",
-    /// A branch is read or closed that was not opened
+    /// A branch is read or closed but was not opened
     NoBranch = "no-branch",
-    /// `--clock` says nothing here, or contradicts a time
+    /// `--clock` has no meaning here, or contradicts a time
     NoClock = "no-clock",
-    /// An instruction that asks for a condition has none
+    /// An instruction that needs a condition has none
     NoCondition = "no-condition",
-    /// No delay of inputs or outputs is known, which a response time needs
+    /// A response time needs the delay of inputs or outputs, which is not known
     NoDelay = "no-delay",
     /// An instruction has no device
     NoDevice = "no-device",
     /// A routine, a group or a file has no end
     NoEnd = "no-end",
-    /// A group is started or stopped that does not exist
+    /// A program starts or stops a group that does not exist
     NoGroup = "no-group",
-    /// An export has no column heads
+    /// An export has no column headings
     NoHeads = "no-heads",
-    /// A file holds no instruction
+    /// A file contains no instruction
     NoInstructions = "no-instructions",
-    /// It is stated how often an interrupt routine runs that does not exist
+    /// The facts state how often an interrupt routine runs, but it does not exist
     NoInterrupt = "no-interrupt",
     /// A jump or call goes to a label that does not exist
     NoLabel = "no-label",
@@ -188,7 +188,7 @@ codes! {
     NoLoop = "no-loop",
     /// A flowchart has no main routine
     NoMain = "no-main",
-    /// A master control region is closed that was not opened
+    /// A master control region is closed but was not opened
     NoMasterControl = "no-master-control",
     /// An instruction has no operand
     NoOperand = "no-operand",
@@ -200,9 +200,9 @@ codes! {
     NoReturn = "no-return",
     /// A return ends no subroutine
     NoRoutine = "no-routine",
-    /// An instruction has no rung in front of it
+    /// An instruction has no rung before it
     NoRung = "no-rung",
-    /// A subroutine is called that does not exist
+    /// A call names a subroutine that does not exist
     NoSubroutine = "no-subroutine",
     /// `--dialect` names no known dialect
     NoSuchDialect = "no-such-dialect",
@@ -210,15 +210,15 @@ codes! {
     NoSymbol = "no-symbol",
     /// There is no timing table for the CPU, or the CPU is not known
     NoTable = "no-table",
-    /// An instruction has no time in the table, or the times do not add up
+    /// An instruction has no time in the table, or the times add up to too much
     NoTime = "no-time",
-    /// A line is no instruction
+    /// A line is not an instruction
     NotAnInstruction = "not-an-instruction",
-    /// An instruction, or a way to run programs, has no model here
+    /// An instruction, or a way of running programs, is not modelled
     NotModelled = "not-modelled",
     /// A chart cannot be rewritten with explicit parallel sequences
     NotRewritten = "not-rewritten",
-    /// A file reads like a program but has no program's name
+    /// A file contains what looks like a program, but its name is not a program's
     OddName = "odd-name",
     /// A branch is not closed in its rung
     OpenBranch = "open-branch",
@@ -236,23 +236,23 @@ codes! {
     Operand = "operand",
     /// An instruction has too few operands, or too many
     OperandCount = "operand-count",
-    /// An instruction's operands do not fit its name
+    /// The operands of an instruction do not match its name
     Operands = "operands",
-    /// The files are for different CPUs, for another than is named, or for one that has no bound
+    /// The files are for different CPUs, for another CPU than the named one, or for one that has no bound
     OtherCpu = "other-cpu",
-    /// A file is in another dialect than was named
+    /// A file is in another dialect than the named one
     OtherDialect = "other-dialect",
-    /// A word's bits are not those of its instruction
+    /// The bits of a word do not match its instruction
     OtherPattern = "other-pattern",
     /// A group starts or stops itself
     OwnGroup = "own-group",
-    /// The CPU may serve peripherals beside the program
+    /// The CPU may serve peripherals in parallel with the program
     Parallel = "parallel",
     /// A subroutine calls itself, directly or through others
     Recursion = "recursion",
     /// The scan cannot be followed
     Scan = "scan",
-    /// A step number is no number
+    /// A step number is not a number
     StepNumber = "step-number",
     /// A step number is not larger than the one before
     StepOrder = "step-order",
@@ -260,39 +260,39 @@ codes! {
     Stimulus = "stimulus",
     /// A column of an emulation's inputs names no input
     StimulusColumn = "stimulus-column",
-    /// A row of an emulation's inputs does not fit its heads
+    /// A row of an emulation's inputs does not match its heading
     StimulusRow = "stimulus-row",
     /// An instruction writes to an input
     StoreToInput = "store-to-input",
-    /// A row has an operand and there is no instruction above it
+    /// A row has an operand but there is no instruction above it
     StrayOperand = "stray-operand",
     /// A text does not follow the syntax of its language
     Syntax = "syntax",
-    /// A symbol stands for two addresses
+    /// A symbol has two addresses
     SymbolTwice = "symbol-twice",
-    /// A timing table amends a table that does not exist
+    /// A timing table is based on a table that does not exist
     TableBase = "table-base",
-    /// A column of a timing table is missing, twice there, or not known
+    /// A column of a timing table is missing, appears twice, or is not known
     TableColumn = "table-column",
-    /// A timing table has two rows of one name
+    /// A timing table has two rows with one name
     TableDuplicate = "table-duplicate",
     /// A timing table has no rows
     TableEmpty = "table-empty",
-    /// A timing table is no text in UTF-8
+    /// A timing table is not text in UTF-8
     TableEncoding = "table-encoding",
     /// A timing table has an unknown kind of evidence
     TableEvidence = "table-evidence",
-    /// A timing table has more faults than are listed
+    /// A timing table has more errors than are listed
     TableFaults = "table-faults",
     /// A number of points in a timing table cannot be read
     TablePoints = "table-points",
-    /// A row of a timing table does not fit its heads
+    /// A row of a timing table does not match its heading
     TableRow = "table-row",
     /// A time or a factor in a timing table cannot be read
     TableTime = "table-time",
-    /// The time limit ended the search before a scan was found that keeps what is stated
+    /// The time limit ended the search before it found a scan that satisfies the facts
     Time = "time",
-    /// A time has no timer in front of it
+    /// A time has no timer before it
     TimeAlone = "time-alone",
     /// A file is larger than any program
     TooLarge = "too-large",
@@ -300,44 +300,44 @@ codes! {
     TooLong = "too-long",
     /// A project has more instructions than any CPU holds
     TooMany = "too-many",
-    /// A flowchart has more groups than there can be
+    /// A flowchart has more groups than allowed
     TooManyGroups = "too-many-groups",
     /// A subroutine is defined twice
     Twice = "twice",
-    /// A file reads as a program in two dialects
+    /// A file is a valid program in two dialects
     TwoDialects = "two-dialects",
-    /// Two programs were given to a PC that runs one
+    /// Two programs were given for a PC that runs one
     TwoPrograms = "two-programs",
     /// Blocks of contacts are not joined
     Unjoined = "unjoined",
     /// The machine does not have such a device
     UnknownDevice = "unknown-device",
-    /// A file is no program in a known dialect
+    /// A file is not a program in a known dialect
     UnknownDialect = "unknown-dialect",
     /// An instruction is not known
     UnknownInstruction = "unknown-instruction",
-    /// A name stands for nothing
+    /// A name is not defined
     UnknownName = "unknown-name",
     /// A type is not known
     UnknownType = "unknown-type",
-    /// Bytes stand in a memory where the program never gets
+    /// A memory contains bytes that the program counter cannot reach
     Unreachable = "unreachable",
     /// A file cannot be read
     Unreadable = "unreadable",
-    /// A file is a tool's own format that is not read
+    /// A file has a tool's own format that is not supported
     UnsupportedFormat = "unsupported-format",
-    /// A condition decides nothing
+    /// No instruction uses a condition
     UnusedCondition = "unused-condition",
-    /// A fact says nothing of this program
+    /// A fact has no effect on this program
     UnusedFact = "unused-fact",
-    /// A pattern of `--ignore` leaves nothing out
+    /// A pattern of `--ignore` matches no file
     UnusedIgnore = "unused-ignore",
-    /// A stated time is used by no instruction, or not by all of its name
+    /// No instruction, or not every instruction of this name, uses a stated time
     UnusedTime = "unused-time",
     /// A word of the program memory is given twice
     WordTwice = "word-twice",
-    /// A group's end stands in another group, or in none
+    /// The end of a group stands in another group, or in none
     WrongEnd = "wrong-end",
-    /// A file is no well-formed XML, or not the XML that it claims to be
+    /// A file is not well-formed XML, or not the XML that it claims to be
     Xml = "xml",
 }
