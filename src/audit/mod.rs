@@ -548,7 +548,7 @@ pub enum Fate {
     Runs,
     /// It costs something, and could cost more.
     Partly,
-    /// It costs nothing.
+    /// None of it runs: it costs nothing, or what it costs when it is off.
     Excluded,
 }
 

@@ -100,8 +100,8 @@ fn rung(audit: &Audit, rung: &RungUse) -> Vec<Cell> {
     let (cost, naive) = (us(audit.bare(rung.cost)), us(audit.bare(rung.naive)));
     let time = match rung.fate {
         Fate::Runs => cost,
-        Fate::Partly => format!("{cost} of {naive}"),
-        Fate::Excluded => format!("0 of {naive}"),
+        Fate::Excluded if rung.cost == Picos::ZERO => format!("0 of {naive}"),
+        Fate::Partly | Fate::Excluded => format!("{cost} of {naive}"),
     };
     let mut what = rung.instruction.to_string();
     if rung.others > 0 {

@@ -296,7 +296,9 @@ pub fn refresh(
             }
             if let Some((own, least)) = least.filter(|(own, _)| *own < time) {
                 let saves = time.checked_sub(own).unwrap_or_default();
-                saved = format!(", the dearest base: {saves} less if [io] base = \"{least}\"");
+                saved = format!(
+                    ", the dearest base: the bound is {saves} less if [io] base = \"{least}\""
+                );
                 found.bases.push(UnstatedBase { side: name, least, saves });
             }
         }
