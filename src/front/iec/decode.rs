@@ -1,11 +1,13 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
+use super::declared;
 use super::emit::{Emit, Place, What};
 use super::first_values::{self, Begins, FirstValue};
 use super::refer;
 use super::references::References;
 use super::resolve::full_name;
 use super::types::{Ty, is_elementary, lineage};
+use super::within::calls;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
@@ -39,6 +41,10 @@ pub fn decode(
     options: Options,
     asked: &front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
+    let faults = declared::faults(project);
+    if !faults.is_empty() {
+        return Err(told(project, faults));
+    }
     if !refer::has_any(project) {
         return put_together(project, dialect, options, asked, None).map(|(_, found)| found)?;
     }
@@ -141,16 +147,7 @@ fn emitted(
     let shared = super::address::share(emit);
     emit.settle();
     if !emit.faults.is_empty() {
-        let name = |file: usize| project.files.get(file).map_or("", String::as_str);
-        let mut told: Vec<Diagnostic> = Vec::new();
-        for (file, fault) in std::mem::take(&mut emit.faults) {
-            let one = fault.in_file(name(file));
-            if !told.contains(&one) {
-                told.push(one);
-            }
-        }
-        told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
-        return Err(told);
+        return Err(told(project, std::mem::take(&mut emit.faults)));
     }
     let (mut known, values) = power_up(emit);
     // What shares memory begins with what either of them declares.
@@ -186,6 +183,20 @@ fn emitted(
     });
     program.files = files.collect();
     Ok(program)
+}
+
+/// Faults as findings, each once.
+fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
+    let name = |file: usize| project.files.get(file).map_or("", String::as_str);
+    let mut told: Vec<Diagnostic> = Vec::new();
+    for (file, fault) in faults {
+        let one = fault.in_file(name(file));
+        if !told.contains(&one) {
+            told.push(one);
+        }
+    }
+    told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
+    told
 }
 
 /// Tasks are told apart by their names.
@@ -387,7 +398,7 @@ fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
         known.inputs.extend(place.tag.regions());
     }
     // What methods that are carried out before the first scan leave in variables is not followed.
-    if emit.begins_with_more || begins_with_method(project) {
+    if emit.begins_with_more || begins_with_method(project) || begins_with_call(project) {
         known.cleared.retain(|own| matches!(own, Region::Area(_)));
         values.clear();
     }
@@ -399,6 +410,19 @@ fn begins_with_method(project: &Project) -> bool {
     let begins = ["FB_Init", "FB_Reinit"];
     let mut methods = project.pous.iter().flat_map(|pou| &pou.methods);
     methods.any(|one| begins.iter().any(|name| same(name, &one.name)))
+}
+
+/// Whether an initial value calls a function of the project's, which may write variables.
+fn begins_with_call(project: &Project) -> bool {
+    let lists = project.globals.iter().map(|(_, list)| list);
+    let variables = project.pous.iter().map(|pou| &pou.variables).chain(lists).flatten();
+    let parts = project.types.iter().flat_map(|one| match &one.of {
+        TypeRef::Struct(parts) => &parts[..],
+        _ => &[],
+    });
+    let of_types = project.types.iter().map(|one| &one.initial);
+    let mut all = variables.chain(parts).map(|one| &one.initial).chain(of_types).flatten();
+    all.any(|initial| calls(project, initial))
 }
 
 /// What stands in an instance, a structure or an array that survives a loss of power does so, too.
