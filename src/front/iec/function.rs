@@ -90,7 +90,10 @@ impl<'p> Emit<'p> {
         self.begin_result(&inner, &place, own, line)?;
         self.call(Logic::Const(true), instance, What::Body, "CAL");
         self.take_back(at, &place, &own.variables, given, line)?;
-        let result = self.result(&place, &own.name, line)?;
+        let result = match own.result {
+            Some(_) => self.result(&place, &own.name, line)?,
+            None => Value::Any,
+        };
         let enable = self.end_enabled(at, &place, enabled, given, line)?;
         self.open_outputs(at, enable.as_ref(), given, line)?;
         self.result_if(enable, result, line)

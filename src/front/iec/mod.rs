@@ -26,6 +26,7 @@ mod extent;
 mod first_values;
 mod forget;
 mod function;
+mod inputs;
 mod invariant;
 mod loops;
 mod memory;

@@ -77,7 +77,7 @@ impl<'p> Emit<'p> {
             return;
         }
         let name = match method {
-            Some(name) => format!("{}.{name}", self.project.pous[from].name),
+            Some(_) => format!("{}.{}", self.project.pous[from].name, pou.name),
             None => pou.name.clone(),
         };
         let file = u32::try_from(pou.file).unwrap_or(u32::MAX);

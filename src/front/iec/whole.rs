@@ -199,7 +199,7 @@ impl Emit<'_> {
 }
 
 /// What copies each cell of one to that of the other, if they are laid out alike.
-fn copies(from: &Place, to: &Place) -> Option<Vec<Write>> {
+pub(super) fn copies(from: &Place, to: &Place) -> Option<Vec<Write>> {
     if layout(&from.ty) != layout(&to.ty) {
         return None;
     }
