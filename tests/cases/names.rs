@@ -452,7 +452,7 @@ fn one_input_has_one_value_under_all_its_names() {
         ("PROGRAM p VAR a AT %IW4 : INT; b AT %IW4 : WORD; END_VAR IF a < 0 AND b < 16#8000 THEN Op4(); END_IF; END_PROGRAM", 0),
         ("PROGRAM p VAR a AT %IB4 : SINT; b AT %IB4 : BYTE; END_VAR IF a < 0 AND b < 16#80 THEN Op4(); END_IF; END_PROGRAM", 0),
         ("PROGRAM p VAR a AT %IW0 : ARRAY[0..3] OF INT; b AT %IW0 : INT; END_VAR IF a[0] <> b THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("PROGRAM p VAR a, b AT %IX1.0 : BOOL; END_VAR a := b; IF b <> a THEN Op4(); END_IF; END_PROGRAM", 0),
+        ("PROGRAM p VAR a AT %IX1.0 : BOOL; b AT %IX1.0 : BOOL; END_VAR a := b; IF b <> a THEN Op4(); END_IF; END_PROGRAM", 0),
         ("VAR_GLOBAL g AT %IX0.0 : BOOL; END_VAR PROGRAM p VAR a AT %IX0.0 : BOOL; END_VAR IF g <> a THEN Op4(); END_IF; END_PROGRAM", 0),
         ("PROGRAM p VAR a AT %IB0 : USINT; b AT %IB1 : SINT; END_VAR IF a > 255 OR b > 127 OR b < -128 THEN Op4(); END_IF; END_PROGRAM", 0),
         ("PROGRAM p VAR a AT %IB0 : USINT; b AT %IB1 : SINT; END_VAR IF a = 255 AND b = -128 THEN Op4(); END_IF; END_PROGRAM", 4000),

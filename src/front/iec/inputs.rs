@@ -13,9 +13,9 @@ use crate::iec::{PouKind, TypeRef, Variable};
 use crate::program::{BitSource, BitTarget, Logic, Step, Write};
 use std::collections::BTreeSet;
 
-/// What some controllers do.
-const OWN_UNITS: &str = "numbers of addresses count units of their own size, not bytes";
-const HIGH_FIRST: &str = "words at addresses begin with their high byte";
+/// What differs by controller.
+const OWN_UNITS: &str = "whether numbers of addresses count units of their own size, or bytes: either";
+const HIGH_FIRST: &str = "which byte of a word at an address comes first: either";
 
 /// Of more inputs it is not told what they cannot hold.
 const MOST_BOUND: usize = 4096;
@@ -85,7 +85,7 @@ impl Emit<'_> {
             return None;
         }
         self.at(1, "inputs");
-        let readings = differs.then(|| [OWN_UNITS, HIGH_FIRST].map(|what| self.differs(what)));
+        let readings = differs.then(|| [OWN_UNITS, HIGH_FIRST].map(|why| self.any_bit(why)));
         Some(Image { at: self.builder.add(None, Vec::new(), Step::Nothing), readings })
     }
 

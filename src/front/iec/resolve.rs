@@ -134,7 +134,7 @@ impl<'p> Emit<'p> {
         }
         let own = self.own_variable(at, &path.first);
         if let Some(found) = self.step_flag(at, path) {
-            if own.is_some() {
+            if own.is_some() && path.rest.len() == 1 {
                 let told = format!("{} may be a variable or a step", path.first);
                 let help = "give one of them another name";
                 return Err(Fault::new(line, told).code(Code::DeclaredTwice).help(help));
