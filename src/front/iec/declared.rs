@@ -3,7 +3,7 @@
 
 use super::constants::Constants;
 use super::reach::each_path;
-use super::types::{elementary, lineage};
+use super::types::{elementary, is_elementary, lineage};
 use crate::base::code::Code;
 use crate::iec::ast::Expr;
 use crate::iec::fault::Fault;
@@ -337,11 +337,16 @@ impl<'p> Check<'p> {
         let mut add = |name: &str, what: String| {
             meanings.entry(name.to_ascii_uppercase()).or_default().insert(what);
         };
+        // A number is not called, and a function is called alone.
+        let mut instances = BTreeSet::new();
         for (list, all) in &project.globals {
             if !list.is_empty() {
                 add(list, "a list of global variables".to_owned());
             }
             for one in all {
+                if !is_elementary(one) {
+                    instances.insert(one.name.to_ascii_uppercase());
+                }
                 let of = if list.is_empty() { String::new() } else { format!(" of {list}") };
                 add(&one.name, format!("a global variable{of}"));
             }
@@ -350,8 +355,12 @@ impl<'p> Check<'p> {
             let TypeRef::Enumeration(values, _) = &one.of else { continue };
             values.iter().for_each(|(name, _)| add(name, "a value of an enumeration".to_owned()));
         }
-        let called = [PouKind::Function, PouKind::Program];
-        for pou in project.pous.iter().filter(|pou| called.contains(&pou.kind)) {
+        let is_called = |pou: &&Pou| match pou.kind {
+            PouKind::Program => true,
+            PouKind::Function => instances.contains(&pou.name.to_ascii_uppercase()),
+            PouKind::FunctionBlock | PouKind::Interface => false,
+        };
+        for pou in project.pous.iter().filter(is_called) {
             add(&pou.name, format!("a {}", kind(pou)));
         }
         meanings.retain(|_, what| what.len() > 1);
