@@ -773,7 +773,8 @@ fn units_without_a_body_are_doubts() {
         doubts.len() == 1 && doubts[0].starts_with("Nothing, Logger (first in main.st:2)"),
         "{doubts:?}"
     );
-    let whole = text("ok := TRUE;").replace("END_VAR END_FUNCTION_BLOCK", "END_VAR ; m; END_FUNCTION_BLOCK");
+    let whole = text("ok := TRUE;")
+        .replace("END_VAR END_FUNCTION_BLOCK", "END_VAR ; m; END_FUNCTION_BLOCK");
     let found = audited("main.st", &whole).expect("an audit");
     assert!(found.all_doubts().is_empty(), "{:?}", found.all_doubts());
 }

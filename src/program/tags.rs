@@ -178,7 +178,8 @@ fn named(name: String, of: &Type, side: usize, offset: u32) -> Option<String> {
             // Parts that take nothing there stand at the same place as the one behind them.
             let behind = parts.all.partition_point(|(.., before)| before[side] <= offset);
             let mut before = parts.all[..behind].iter().rev();
-            let (part, of, before) = before.find(|(_, of, _)| of.size().is_some_and(|size| size[side] > 0))?;
+            let (part, of, before) =
+                before.find(|(_, of, _)| of.size().is_some_and(|size| size[side] > 0))?;
             named(format!("{name}.{part}"), of, side, offset - before[side])
         }
     }

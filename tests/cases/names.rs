@@ -106,7 +106,8 @@ fn a_name_that_is_declared_twice_is_refused_with_both_places() {
 
 #[test]
 fn copies_of_a_library_s_file_are_one_and_programs_are_not() {
-    let library = "FUNCTION Two : INT VAR_INPUT x : INT; END_VAR Op1(); Op1(); Two := x; END_FUNCTION
+    let library =
+        "FUNCTION Two : INT VAR_INPUT x : INT; END_VAR Op1(); Op1(); Two := x; END_FUNCTION
         VAR_GLOBAL g : INT; END_VAR TYPE t : (a, b); END_TYPE";
     let program = "PROGRAM p VAR n : INT; END_VAR n := Two(1); END_PROGRAM";
     let run = run_of(&[program, library, library, BLOCKS], "audit", "--format json");
@@ -180,7 +181,9 @@ fn the_constant_that_is_nearest_bounds_arrays_and_texts() {
         assert_eq!(bound(&format!("{begin}{unit}")), turns * 1000, "{unit}");
     }
     // No constant: hidden by a variable, which bounds nothing.
-    refused(&format!("{begin}PROGRAM p VAR N : INT := 9; k : ARRAY[1..N] OF INT; END_VAR Op1(); END_PROGRAM"));
+    refused(&format!(
+        "{begin}PROGRAM p VAR N : INT := 9; k : ARRAY[1..N] OF INT; END_VAR Op1(); END_PROGRAM"
+    ));
     let text = |length: &str| {
         format!(
             "VAR_GLOBAL CONSTANT N : INT := 3; END_VAR
@@ -301,9 +304,14 @@ fn initial_values_that_call_take_their_time_with_each_call() {
 #[test]
 fn functions_for_implicit_checks_are_refused() {
     refused_case("implicit-checks.st");
-    for name in
-        ["checkbounds", "CheckDivDInt", "CheckDivReal", "CheckRangeSigned", "CheckLRangeUnsigned", "CheckPointer"]
-    {
+    for name in [
+        "checkbounds",
+        "CheckDivDInt",
+        "CheckDivReal",
+        "CheckRangeSigned",
+        "CheckLRangeUnsigned",
+        "CheckPointer",
+    ] {
         let text = format!(
             "FUNCTION {name} : DINT VAR_INPUT x : DINT; END_VAR Op4(); END_FUNCTION PROGRAM p Op1(); END_PROGRAM"
         );
@@ -364,10 +372,13 @@ fn counters_without_a_sign_begin_anew_below_zero() {
             assert!(matches!(run.code, Some(1..=3)), "{of} {range}\n{}{}", run.stdout, run.stderr);
             assert!(!run.stdout.contains("PROVED"), "{of} {range}\n{}", run.stdout);
         }
-        let text = format!("PROGRAM p VAR q : {of}; END_VAR FOR q := 1 TO 3 DO Op1(); END_FOR; END_PROGRAM");
+        let text = format!(
+            "PROGRAM p VAR q : {of}; END_VAR FOR q := 1 TO 3 DO Op1(); END_FOR; END_PROGRAM"
+        );
         assert_eq!(bound(&text), 3000);
     }
-    let down = "PROGRAM p VAR q : LINT; END_VAR FOR q := 3 TO 0 BY -1 DO Op1(); END_FOR; END_PROGRAM";
+    let down =
+        "PROGRAM p VAR q : LINT; END_VAR FOR q := 3 TO 0 BY -1 DO Op1(); END_FOR; END_PROGRAM";
     assert_eq!(bound(down), 4000);
 }
 
@@ -378,12 +389,21 @@ fn a_block_without_a_body_is_a_doubt_whatever_it_declares() {
     assert_eq!(run.code, Some(3), "{}", run.stdout);
     assert!(run.stdout.contains("LB"), "{}", run.stdout);
     for (text, what) in [
-        ("FUNCTION_BLOCK LB END_FUNCTION_BLOCK PROGRAM p VAR f : LB; END_VAR f(); END_PROGRAM", "LB"),
+        (
+            "FUNCTION_BLOCK LB END_FUNCTION_BLOCK PROGRAM p VAR f : LB; END_VAR f(); END_PROGRAM",
+            "LB",
+        ),
         ("FUNCTION LF VAR_INPUT x : INT; END_VAR END_FUNCTION PROGRAM p LF(1); END_PROGRAM", "LF"),
-        ("FUNCTION_BLOCK LB METHOD m VAR_INPUT x : INT; END_VAR END_METHOD END_FUNCTION_BLOCK
-          PROGRAM p VAR f : LB; END_VAR f.m(1); END_PROGRAM", "LB.m"),
-        ("FUNCTION_BLOCK LB VAR_INPUT x : INT; END_VAR METHOD m END_METHOD END_FUNCTION_BLOCK
-          PROGRAM p VAR f : LB; END_VAR f(x := 1); END_PROGRAM", "LB"),
+        (
+            "FUNCTION_BLOCK LB METHOD m VAR_INPUT x : INT; END_VAR END_METHOD END_FUNCTION_BLOCK
+          PROGRAM p VAR f : LB; END_VAR f.m(1); END_PROGRAM",
+            "LB.m",
+        ),
+        (
+            "FUNCTION_BLOCK LB VAR_INPUT x : INT; END_VAR METHOD m END_METHOD END_FUNCTION_BLOCK
+          PROGRAM p VAR f : LB; END_VAR f(x := 1); END_PROGRAM",
+            "LB",
+        ),
     ] {
         let run = run_of(&[text, BLOCKS], "check", "--limit 1ms");
         assert_eq!(run.code, Some(3), "{text}\n{}{}", run.stdout, run.stderr);
@@ -401,7 +421,8 @@ fn what_needs_itself_is_refused() {
     let chain = (0..20_000).map(|at| format!("c{at} : INT := c{} + 1;", (at + 1) % 20_000));
     let chain = format!("VAR_GLOBAL CONSTANT {} END_VAR", chain.collect::<String>());
     let doubling = (0..60).map(|at| format!("d{at} : INT := d{0} + d{0};", at + 1));
-    let doubling = format!("VAR_GLOBAL CONSTANT {} d60 : INT := d0; END_VAR", doubling.collect::<String>());
+    let doubling =
+        format!("VAR_GLOBAL CONSTANT {} d60 : INT := d0; END_VAR", doubling.collect::<String>());
     let nested = (0..60).map(|at| format!("s{at} : STRUCT a, b : s{}; END_STRUCT;", (at + 1) % 60));
     let nested = format!("TYPE {} END_TYPE", nested.collect::<String>());
     for circle in [
@@ -443,20 +464,62 @@ fn one_input_has_one_value_under_all_its_names() {
         (upper_ns(&report), lower_ns(&report))
     };
     for (text, most) in [
-        ("PROGRAM p VAR a AT %IX0.0 : BOOL; b AT %IX0.0 : BOOL; END_VAR IF a AND b THEN Op4(); END_IF; END_PROGRAM", 4000),
-        ("PROGRAM p VAR a AT %IX0.0 : BOOL; b AT %IX0.1 : BOOL; END_VAR IF NOT a AND b THEN Op4(); END_IF; END_PROGRAM", 4000),
-        ("PROGRAM p VAR a AT %IX0.0 : BOOL; END_VAR IF NOT a AND %IX0.0 THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF NOT a AND b.3 THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF a AND b < 8 THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF a AND b < 9 THEN Op4(); END_IF; END_PROGRAM", 4000),
-        ("PROGRAM p VAR a AT %IW4 : INT; b AT %IW4 : WORD; END_VAR IF a < 0 AND b < 16#8000 THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("PROGRAM p VAR a AT %IB4 : SINT; b AT %IB4 : BYTE; END_VAR IF a < 0 AND b < 16#80 THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("PROGRAM p VAR a AT %IW0 : ARRAY[0..3] OF INT; b AT %IW0 : INT; END_VAR IF a[0] <> b THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("PROGRAM p VAR a AT %IX1.0 : BOOL; b AT %IX1.0 : BOOL; END_VAR a := b; IF b <> a THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("VAR_GLOBAL g AT %IX0.0 : BOOL; END_VAR PROGRAM p VAR a AT %IX0.0 : BOOL; END_VAR IF g <> a THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("PROGRAM p VAR a AT %IB0 : USINT; b AT %IB1 : SINT; END_VAR IF a > 255 OR b > 127 OR b < -128 THEN Op4(); END_IF; END_PROGRAM", 0),
-        ("PROGRAM p VAR a AT %IB0 : USINT; b AT %IB1 : SINT; END_VAR IF a = 255 AND b = -128 THEN Op4(); END_IF; END_PROGRAM", 4000),
-        ("PROGRAM p VAR a AT %IX0.0 : BOOL; b AT %IX0.0 : BOOL; c AT %IX0.0 : BOOL; END_VAR IF a <> b OR b <> c THEN Op4(); END_IF; END_PROGRAM", 0),
+        (
+            "PROGRAM p VAR a AT %IX0.0 : BOOL; b AT %IX0.0 : BOOL; END_VAR IF a AND b THEN Op4(); END_IF; END_PROGRAM",
+            4000,
+        ),
+        (
+            "PROGRAM p VAR a AT %IX0.0 : BOOL; b AT %IX0.1 : BOOL; END_VAR IF NOT a AND b THEN Op4(); END_IF; END_PROGRAM",
+            4000,
+        ),
+        (
+            "PROGRAM p VAR a AT %IX0.0 : BOOL; END_VAR IF NOT a AND %IX0.0 THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF NOT a AND b.3 THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF a AND b < 8 THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF a AND b < 9 THEN Op4(); END_IF; END_PROGRAM",
+            4000,
+        ),
+        (
+            "PROGRAM p VAR a AT %IW4 : INT; b AT %IW4 : WORD; END_VAR IF a < 0 AND b < 16#8000 THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %IB4 : SINT; b AT %IB4 : BYTE; END_VAR IF a < 0 AND b < 16#80 THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %IW0 : ARRAY[0..3] OF INT; b AT %IW0 : INT; END_VAR IF a[0] <> b THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %IX1.0 : BOOL; b AT %IX1.0 : BOOL; END_VAR a := b; IF b <> a THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "VAR_GLOBAL g AT %IX0.0 : BOOL; END_VAR PROGRAM p VAR a AT %IX0.0 : BOOL; END_VAR IF g <> a THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %IB0 : USINT; b AT %IB1 : SINT; END_VAR IF a > 255 OR b > 127 OR b < -128 THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %IB0 : USINT; b AT %IB1 : SINT; END_VAR IF a = 255 AND b = -128 THEN Op4(); END_IF; END_PROGRAM",
+            4000,
+        ),
+        (
+            "PROGRAM p VAR a AT %IX0.0 : BOOL; b AT %IX0.0 : BOOL; c AT %IX0.0 : BOOL; END_VAR IF a <> b OR b <> c THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
     ] {
         assert_eq!(exact(text), (most, most), "{text}");
     }

@@ -122,9 +122,9 @@ pub(super) fn meeting(all: impl Iterator<Item = Bits>) -> BTreeSet<(usize, usize
         order.sort_by_key(|&at| (all[at].0, all[at].1[side].0));
         for (at, &one) in order.iter().enumerate() {
             let (area, taken) = (all[one].0, all[one].1[side]);
-            let behind = order[at + 1..].iter().take_while(|&&other| {
-                all[other].0 == area && all[other].1[side].0 < taken.1
-            });
+            let behind = order[at + 1..]
+                .iter()
+                .take_while(|&&other| all[other].0 == area && all[other].1[side].0 < taken.1);
             found.extend(behind.map(|&other| (one.min(other), one.max(other))));
         }
     }

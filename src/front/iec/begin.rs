@@ -26,7 +26,8 @@ impl Emit<'_> {
         }
         let Some(&first) = programs.first() else { return };
         // Global variables are declared where no unit's own variables are known.
-        let place = Place { ty: Ty::Parts(Default::default()), ..self.instances[first].place.clone() };
+        let place =
+            Place { ty: Ty::Parts(Default::default()), ..self.instances[first].place.clone() };
         let unit = self.instances[first].pou;
         self.instances.push(Instance { pou: unit, place });
         let at = Context { instance: self.instances.len() - 1, locals: None, unit };
@@ -104,21 +105,20 @@ impl Emit<'_> {
         let calls_own = |one: &Option<Expr>| one.as_ref().is_some_and(|one| self.calls_own(one));
         match of {
             TypeRef::Array(_, of) | TypeRef::Subrange(of, _) => self.type_calls(of, seen),
-            TypeRef::Struct(parts) => parts
-                .iter()
-                .any(|one| calls_own(&one.initial) || self.type_calls(&one.of, seen)),
+            TypeRef::Struct(parts) => {
+                parts.iter().any(|one| calls_own(&one.initial) || self.type_calls(&one.of, seen))
+            }
             TypeRef::Named(name) if seen.insert(name.to_ascii_uppercase()) => {
                 let all = &self.project.types;
                 let own = all.iter().find(|one| same(&one.name, name));
-                let block = |pou: &Pou| {
-                    pou.kind == PouKind::FunctionBlock && same(&pou.name, name)
-                };
+                let block = |pou: &Pou| pou.kind == PouKind::FunctionBlock && same(&pou.name, name);
                 let units = self.project.pous.iter().position(block);
                 let units = units.map(|at| lineage(self.project, at)).unwrap_or_default();
                 own.is_some_and(|own| calls_own(&own.initial) || self.type_calls(&own.of, seen))
-                    || units.iter().flat_map(|pou| &pou.variables).any(|one| {
-                        calls_own(&one.initial) || self.type_calls(&one.of, seen)
-                    })
+                    || units
+                        .iter()
+                        .flat_map(|pou| &pou.variables)
+                        .any(|one| calls_own(&one.initial) || self.type_calls(&one.of, seen))
             }
             _ => false,
         }

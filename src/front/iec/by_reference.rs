@@ -4,8 +4,8 @@
 use super::emit::{Emit, Place};
 use super::function::{is_handed, parameters};
 use super::reach::{named_in, overlap};
-use super::resolve::{Context, Found};
 use super::references::{Walk, Way};
+use super::resolve::{Context, Found};
 use super::types::{Ty, lineage, same_type};
 use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Part, Path};

@@ -182,12 +182,7 @@ impl<'p> Constants<'p> {
     }
 
     /// The number of a global name. A name that several have with different numbers says none by itself.
-    fn global(
-        &self,
-        name: &str,
-        is_it: &dyn Fn(Source<'_>) -> bool,
-        depth: u32,
-    ) -> Option<i64> {
+    fn global(&self, name: &str, is_it: &dyn Fn(Source<'_>) -> bool, depth: u32) -> Option<i64> {
         let all = self.named.get(&name.to_ascii_uppercase())?;
         let mut found = None;
         for &at in all.iter().filter(|&&at| is_it(self.sources[at])) {

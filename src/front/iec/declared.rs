@@ -62,7 +62,8 @@ impl<'p> Check<'p> {
     }
 
     fn twice(&mut self, what: &str, first: Site, second: Site) {
-        let told = format!("{what} is declared a second time: the first is in {}", self.place(first));
+        let told =
+            format!("{what} is declared a second time: the first is in {}", self.place(first));
         let help = "give one of them another name, or leave out the file that does not belong to the project: which one a \
             controller takes is not known";
         self.push(second, Code::DeclaredTwice, told, help);
@@ -182,7 +183,11 @@ impl<'p> Check<'p> {
                 for one in parts {
                     self.inner_names(&one.of, (file, one.line));
                     if let Some(first) = seen.insert(one.name.to_ascii_uppercase(), one.line) {
-                        self.twice(&format!("the part {}", one.name), (file, first), (file, one.line));
+                        self.twice(
+                            &format!("the part {}", one.name),
+                            (file, first),
+                            (file, one.line),
+                        );
                     }
                 }
             }
@@ -234,8 +239,7 @@ impl<'p> Check<'p> {
     /// Functions that CODESYS and TwinCAT call by themselves, at each access to an array, each division and so on.
     fn implicit_check(&mut self, pou: &Pou) {
         let upper = pou.name.to_ascii_uppercase();
-        let is_division =
-            upper.strip_prefix("CHECKDIV").is_some_and(|of| elementary(of).is_some());
+        let is_division = upper.strip_prefix("CHECKDIV").is_some_and(|of| elementary(of).is_some());
         if pou.kind != PouKind::Function || !(is_division || IMPLICIT.contains(&upper.as_str())) {
             return;
         }
@@ -279,7 +283,8 @@ impl<'p> Check<'p> {
             if let Some(circle) = circle(&edges) {
                 let names: Vec<&str> =
                     circle.iter().chain(&circle[..1]).map(|&at| nodes[at].0).collect();
-                let told = format!("{} {does} itself: {}", names[0], names.join(&format!(" {does} ")));
+                let told =
+                    format!("{} {does} itself: {}", names[0], names.join(&format!(" {does} ")));
                 let help = "end the circle: no controller compiles it";
                 self.push(nodes[circle[0]].1, Code::UnknownType, told, help);
             }
@@ -299,9 +304,10 @@ impl<'p> Check<'p> {
                 (method, std::iter::once(&method.variables[..]).chain(around.clone()).collect())
             });
             for (unit, scope) in std::iter::once((pou, around.clone())).chain(inner) {
-                let named = own(&unit.variables)
-                    .filter_map(|one| Some((one, one.initial.as_ref()?)))
-                    .map(|(one, initial)| (&*one.name, initial, scope.clone(), (pou.file, one.line)));
+                let named =
+                    own(&unit.variables).filter_map(|one| Some((one, one.initial.as_ref()?))).map(
+                        |(one, initial)| (&*one.name, initial, scope.clone(), (pou.file, one.line)),
+                    );
                 all.extend(named);
             }
         }
@@ -322,7 +328,9 @@ impl<'p> Check<'p> {
         }
         for (name, initial, scope, site) in all {
             if !matches!(initial, Expr::Literal(_)) && constants.is_endless(initial, &scope) {
-                let told = format!("the constant {name} has no value: it needs itself, or too many others");
+                let told = format!(
+                    "the constant {name} has no value: it needs itself, or too many others"
+                );
                 let help = "give it a number";
                 self.push(site, Code::UnknownName, told, help);
                 return;
@@ -390,7 +398,8 @@ impl<'p> Check<'p> {
             for (name, what) in found {
                 let what: Vec<&str> = what.iter().map(String::as_str).collect();
                 let told = format!("{}: {name} may mean {}", pou.name, what.join(" or "));
-                let help = "write the list or the type in front of it, or give one of them another name";
+                let help =
+                    "write the list or the type in front of it, or give one of them another name";
                 self.push((pou.file, pou.line), Code::DeclaredTwice, told, help);
             }
         }

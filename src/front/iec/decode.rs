@@ -384,7 +384,8 @@ fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
     for (pou, place) in instances {
         let units = lineage(project, pou);
         for (at, unit) in units.iter().enumerate() {
-            let scope: Vec<&[Variable]> = units[at..].iter().map(|pou| &pou.variables[..]).collect();
+            let scope: Vec<&[Variable]> =
+                units[at..].iter().map(|pou| &pou.variables[..]).collect();
             for variable in &unit.variables {
                 if let Some(part) = Emit::part(&place, &variable.name) {
                     values.extend(starts(emit, &mut known, (variable, &scope), &part));

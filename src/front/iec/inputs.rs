@@ -14,7 +14,8 @@ use crate::program::{BitSource, BitTarget, Logic, Step, Write};
 use std::collections::BTreeSet;
 
 /// What differs by controller.
-const OWN_UNITS: &str = "whether numbers of addresses count units of their own size, or bytes: either";
+const OWN_UNITS: &str =
+    "whether numbers of addresses count units of their own size, or bytes: either";
 const HIGH_FIRST: &str = "which byte of a word at an address comes first: either";
 
 /// Of more inputs it is not told what they cannot hold.
@@ -92,9 +93,8 @@ impl Emit<'_> {
     /// Whether some addresses of inputs may share bits, and whether others than the same ones do.
     fn input_addresses(&self) -> (bool, bool) {
         let mut all = Vec::new();
-        let is_one = |one: &Variable| {
-            matches!(&one.of, TypeRef::Named(name) if elementary(name).is_some())
-        };
+        let is_one =
+            |one: &Variable| matches!(&one.of, TypeRef::Named(name) if elementary(name).is_some());
         let is_input = |at: &str| at.get(..2).is_some_and(|begin| begin.eq_ignore_ascii_case("%I"));
         let mut add = |one: &Variable, times: usize| {
             let Some(at) = one.at.as_deref().filter(|at| is_input(at)) else { return };
@@ -161,7 +161,9 @@ impl Emit<'_> {
         // What is worked out is worked out from what is at least as large.
         let length = |one: &Input| one.end[0] - one.first[0];
         all.sort_by_key(|one| (std::cmp::Reverse(length(one)), one.number));
-        let pairs = meeting(all.iter().map(|one| ('I', [0, 1].map(|side| (one.first[side], one.end[side])))));
+        let pairs = meeting(
+            all.iter().map(|one| ('I', [0, 1].map(|side| (one.first[side], one.end[side])))),
+        );
         let mut writes = Vec::new();
         let mut later = vec![Vec::new(); all.len()];
         for (one, other) in pairs {
@@ -181,7 +183,9 @@ impl Emit<'_> {
                 continue;
             }
             match &image.readings {
-                Some(readings) if own.size.is_some() && others.iter().all(|one| one.size.is_some()) => {
+                Some(readings)
+                    if own.size.is_some() && others.iter().all(|one| one.size.is_some()) =>
+                {
                     let readings = readings.clone();
                     writes.extend(self.from_bits(own, &others, &readings));
                 }
@@ -219,7 +223,11 @@ impl Emit<'_> {
                     };
                     let value = self.input_bit(source);
                     let [first, second] = readings;
-                    ways.push(Logic::All(vec![holds(first, units), holds(second, high_first), value]));
+                    ways.push(Logic::All(vec![
+                        holds(first, units),
+                        holds(second, high_first),
+                        value,
+                    ]));
                 }
                 Logic::Any(ways)
             };
@@ -233,7 +241,8 @@ impl Emit<'_> {
                 true => Logic::Bit(BitSource::WordBit(cell, 7)),
                 false => Logic::Const(false),
             };
-            writes.extend((8..16).map(|bit| Write::Bit(BitTarget::WordBit(cell, bit), sign.clone())));
+            writes
+                .extend((8..16).map(|bit| Write::Bit(BitTarget::WordBit(cell, bit), sign.clone())));
         }
         writes
     }

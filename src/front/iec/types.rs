@@ -261,7 +261,14 @@ struct Held {
 impl<'p> Types<'p> {
     pub(super) fn new(project: &'p Project) -> Types<'p> {
         let constants = Constants::new(project);
-        Types { project, constants, scope: Vec::new(), depth: 0, known: BTreeMap::new(), named: BTreeMap::new() }
+        Types {
+            project,
+            constants,
+            scope: Vec::new(),
+            depth: 0,
+            known: BTreeMap::new(),
+            named: BTreeMap::new(),
+        }
     }
 
     /// Does something where these variables hide global names, and no others do.
