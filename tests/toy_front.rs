@@ -42,6 +42,7 @@ impl Front for Toy {
         dialect: &Dialect,
         programs: &[&Input],
         beside: &[&Input],
+        _reading: Reading,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let files: Vec<File> = programs.iter().map(|input| file(input)).collect();
         let names = beside.iter().flat_map(|input| file(input).lines);

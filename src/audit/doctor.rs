@@ -212,7 +212,7 @@ impl Doctor<'_, '_> {
             if left.is_empty() && !self.found.is_empty() {
                 return None;
             }
-            match self.request.fronts.read(&left, self.request.dialect) {
+            match self.request.fronts.read(&left, self.request.dialect, self.request.reading) {
                 Ok(project) => return Some(project),
                 Err(faults) => {
                     let before = self.dropped.len();

@@ -2,7 +2,7 @@
 //! its front writes and understands as it does those of any program.
 
 use crate::base::facts::Facts;
-use crate::front::{Form, Front, Fronts, Input, Options, Specimens};
+use crate::front::{Form, Front, Fronts, Input, Options, Reading, Specimens};
 use crate::passes::values;
 use crate::program::{
     BitSource, BitTarget, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Program, Region, Source,
@@ -123,7 +123,7 @@ fn shown(
     let facts = Facts::default();
     form.tries.iter().find_map(|one| {
         let input = Input { name: "specimen".to_owned(), bytes: one.program.clone().into_bytes() };
-        let project = front.read(dialect, &[&input], &[]).ok()?;
+        let project = front.read(dialect, &[&input], &[], Reading::default()).ok()?;
         let options = Options { family: Some(family), ..Options::new(&facts) };
         let program = project.decode(&options).ok()?;
         let own = |at: &usize| *program.instructions[*at].text == *one.line;

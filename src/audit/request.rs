@@ -4,7 +4,7 @@ use super::response::Given;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Facts;
 use crate::base::time::Picos;
-use crate::front::{FRONTS, Fronts, Input};
+use crate::front::{FRONTS, Fronts, Input, Reading};
 use crate::passes::values::Trust;
 use crate::passes::{PASSES, Passes};
 use crate::snet::Diagram;
@@ -24,6 +24,8 @@ pub struct Request<'a> {
     pub passes: Passes,
     /// The dialect, if not to be found from the content.
     pub dialect: Option<&'a str>,
+    /// How source text is read where its language leaves it open.
+    pub reading: Reading,
     /// The CPU, if the source does not name it or names it wrongly.
     pub cpu: Option<&'a str>,
     /// The timing table, if not to be found by the CPU.
@@ -95,6 +97,7 @@ impl<'a> Request<'a> {
             fronts: FRONTS,
             passes: PASSES,
             dialect: None,
+            reading: Reading::default(),
             cpu: None,
             table: None,
             times: &[],

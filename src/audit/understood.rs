@@ -29,7 +29,7 @@ impl Understood {
     /// Reads the files; holds what is stated of interrupts and words against the program.
     pub fn of(request: &Request<'_>) -> Result<Understood, Failure> {
         (request.progress)(Progress::Stage("reading"));
-        let project = request.fronts.read(request.inputs, request.dialect)?;
+        let project = request.fronts.read(request.inputs, request.dialect, request.reading)?;
         let (mut program, table) = understand(&*project, request)?;
         let open = project.open();
         let mut warnings = project.warnings();

@@ -76,14 +76,14 @@ codes! {
     Chart = "chart",
     /// A row has more or fewer columns than the heading of the table
     Columns = "columns",
+    /// A comment ends elsewhere where comments nest than where they do not
+    Comments = "comments",
     /// Only device comments were given, and no program
     CommentsAlone = "comments-alone",
     /// A connection of a drawing leads nowhere, or forms a circle
     Connection = "connection",
     /// A loop and a master control region overlap
     CrossedMasterControl = "crossed-master-control",
-    /// A name is declared twice, or the program does not say which of several things it means
-    DeclaredTwice = "declared-twice",
     /// A label stands in two places
     DoubleLabel = "double-label",
     /// A file is empty
@@ -250,6 +250,8 @@ codes! {
     OwnGroup = "own-group",
     /// The CPU may serve peripherals in parallel with the program
     Parallel = "parallel",
+    /// A pragma may change what runs, or holds code whose time is not known
+    Pragma = "pragma",
     /// A subroutine calls itself, directly or through others
     Recursion = "recursion",
     /// The scan cannot be followed

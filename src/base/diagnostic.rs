@@ -34,6 +34,30 @@ pub struct Diagnostic {
     pub help: String,
 }
 
+/// Longer words of a message are cut: they come from the source, and say no more at full length.
+const LONGEST_WORD: usize = 160;
+/// The most bytes of a line that a finding keeps.
+const LONGEST_LINE: usize = 20_000;
+
+/// A message whose longest words are cut.
+fn in_short(message: String) -> String {
+    if message.split(' ').all(|word| word.len() <= LONGEST_WORD) {
+        return message;
+    }
+    let words = message.split(' ').map(|word| cut(word.to_owned(), LONGEST_WORD));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// A text of at most so many bytes.
+fn cut(mut text: String, most: usize) -> String {
+    if text.len() > most {
+        let end = (0..=most).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0);
+        text.truncate(end);
+        text.push('…');
+    }
+    text
+}
+
 impl Diagnostic {
     /// An error about a whole file.
     pub fn file(
@@ -50,8 +74,8 @@ impl Diagnostic {
             step: None,
             text: String::new(),
             span: None,
-            message: message.into(),
-            help: help.into(),
+            message: in_short(message.into()),
+            help: in_short(help.into()),
         }
     }
 
@@ -66,7 +90,7 @@ impl Diagnostic {
     ) -> Self {
         Diagnostic {
             line: Some(line),
-            text: text.into(),
+            text: cut(text.into(), LONGEST_LINE),
             ..Diagnostic::file(code, file, message, help)
         }
     }
@@ -108,5 +132,21 @@ impl Diagnostic {
     pub fn warning(mut self) -> Self {
         self.severity = Severity::Warning;
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_words_are_cut() {
+        let message = format!("'{}' is no constant", "7".repeat(1_000_000));
+        let found = Diagnostic::line(Code::Syntax, "a.st", 1, &message, &message, "write\nit");
+        assert!(found.message.ends_with("777… is no constant"), "{}", found.message.len());
+        assert!(found.message.len() < 200 && found.text.len() < 30_000);
+        assert_eq!(found.help, "write\nit");
+        let plain = Diagnostic::file(Code::Syntax, "a.st", "あ ".repeat(500), "");
+        assert_eq!(plain.message, "あ ".repeat(500));
     }
 }

@@ -4,7 +4,7 @@ use super::rung::{ROUTINE, Special, special, special_names};
 use super::{Language, Rung, Spare, variants};
 use crate::base::facts::Facts;
 use crate::base::time::Picos;
-use crate::front::{Fronts, Input, Options};
+use crate::front::{Fronts, Input, Options, Reading};
 use crate::program::{Instruction, Join, Program, Step, TimingKey, Units};
 use crate::timing::price::{Tags, price_of};
 use crate::timing::table::{Evidence, Table};
@@ -456,5 +456,5 @@ fn decoded(text: &str, source: Source<'_>) -> Option<Program> {
     let input = Input { name: "block".to_owned(), bytes: text.as_bytes().to_vec() };
     let facts = Facts::default();
     let options = Options { family: table.family.as_deref(), ..Options::new(&facts) };
-    front.read(dialect, &[&input], &[]).ok()?.decode(&options).ok()
+    front.read(dialect, &[&input], &[], Reading::default()).ok()?.decode(&options).ok()
 }

@@ -13,6 +13,7 @@ use scanbound::calibrate::language::{RESULTS, STEP};
 use scanbound::calibrate::table::Origin;
 use scanbound::calibrate::{Language, Left, Plan, Settings, Spare, Written, result, table};
 use scanbound::front::FRONTS;
+use scanbound::front::input::aside;
 use scanbound::timing::table::Table;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -227,8 +228,8 @@ fn left(left: &[Left]) -> String {
 fn plan_of(directory: &Path) -> Result<Plan, Failure> {
     let file = directory.join(PLAN);
     let name = file.display();
-    let text = std::fs::read_to_string(&file).with_context(|| format!("{name} cannot be read"))?;
-    let plan: Plan = serde_json::from_str(&text)
+    let text = aside(&file).with_context(|| format!("{name} cannot be read"))?;
+    let plan: Plan = serde_json::from_slice(&text)
         .with_context(|| format!("{name} is no plan that scanbound calibrate write made"))?;
     match plan.schema == scanbound::calibrate::plan::SCHEMA {
         true => Ok(plan),
@@ -280,7 +281,7 @@ fn make_table(arguments: &FitArguments) -> Result<Outcome, Failure> {
     let mut results = Vec::new();
     for file in &arguments.results {
         let name = file.display().to_string();
-        let bytes = std::fs::read(file).with_context(|| format!("{name} cannot be read"))?;
+        let bytes = aside(file).with_context(|| format!("{name} cannot be read"))?;
         results.push(result::read(&name, &bytes)?);
     }
     let found = fit(&plan, &results).map_err(|unfit| anyhow!(unfit.to_string()))?;

@@ -28,6 +28,7 @@ mod sheet;
 mod show;
 mod sink;
 mod snet;
+mod source_text;
 mod tables;
 mod values;
 mod version;

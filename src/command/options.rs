@@ -3,6 +3,7 @@
 use super::documents::{Document, Documents};
 use super::output::{self, Target, say};
 use super::project_file::{self, ProjectFile};
+use super::source_text::SourceText;
 use super::values::Most;
 use super::{Failure, progress, tables, values};
 use anyhow::{Context, anyhow};
@@ -14,7 +15,7 @@ use scanbound::audit::{Audit, Concluded, Request, audit};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::facts::Facts;
-use scanbound::front::input::{Gathered, Ignore, gather, survey};
+use scanbound::front::input::{Gathered, Ignore, aside, gather, survey};
 use scanbound::front::{FRONTS, Input};
 use scanbound::passes::PASSES;
 use scanbound::passes::values::Trust;
@@ -52,6 +53,8 @@ pub struct ProjectOptions {
     /// The dialect [default: found from the content]
     #[arg(long, value_name = "NAME", value_parser = values::dialect())]
     dialect: Option<String>,
+    #[command(flatten)]
+    source_text: SourceText,
     /// What the program does not say: ranges of words, interrupts, I/O points and bases, networks (TOML)
     #[arg(long, value_name = "FILE")]
     facts: Option<PathBuf>,
@@ -309,6 +312,7 @@ impl ProjectOptions {
         }
         let facts = self.facts.iter().map(|file| quoted(&file.display().to_string()));
         words.extend(facts.map(|file| format!("--facts {file}")));
+        words.extend(self.source_text.written());
         words.join(" ")
     }
 
@@ -405,7 +409,7 @@ impl ProjectOptions {
         &self,
         mut facts: Facts,
         table: Option<Table>,
-        gathered: Gathered,
+        mut gathered: Gathered,
         work: impl FnOnce(&Request<'_>) -> Result<T, Failure> + Send,
     ) -> Result<T, Failure> {
         let stop = stop_on_interrupt()?;
@@ -414,12 +418,14 @@ impl ProjectOptions {
         }
         let line = progress::Line::new();
         let named = self.named();
+        self.source_text.recode(&mut gathered.inputs);
         let request = Request {
             inputs: &gathered.inputs,
             named: &named,
             fronts: FRONTS,
             passes: PASSES,
             dialect: self.dialect.as_deref(),
+            reading: self.source_text.reading(),
             cpu: self.cpu.as_deref(),
             table: table.as_ref(),
             times: &self.time,
@@ -646,7 +652,7 @@ pub fn format_of(file: Option<&Path>, only: &[&str]) -> Result<&'static Format, 
 pub(super) fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
     let Some(path) = path else { return Ok(Facts::default()) };
     let name = path.display().to_string();
-    let bytes = std::fs::read(path).with_context(|| format!("--facts {name} cannot be read"))?;
+    let bytes = aside(path).with_context(|| format!("--facts {name} cannot be read"))?;
     let text = String::from_utf8(bytes).map_err(|_| {
         let message = "the facts file is not text in UTF-8";
         vec![Diagnostic::file(Code::Facts, &name, message, "save it as UTF-8")]

@@ -1,6 +1,7 @@
 //! `scanbound sfc`: sequential function charts, what runs together in them, and their explicit form.
 
 use super::output::{Target, apart};
+use super::source_text::SourceText;
 use super::{Failure, Outcome};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
@@ -57,6 +58,8 @@ pub struct Arguments {
     /// Rewrite stored actions as explicit parallels, and write PLCopen XML
     #[arg(long)]
     explicit: bool,
+    #[command(flatten)]
+    source_text: SourceText,
     /// Where it is written; a suffix names the format (.svg .dot .json .txt)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -76,13 +79,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let read: Vec<&std::path::Path> = arguments.files.iter().map(PathBuf::as_path).collect();
     apart(&read, &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
-    let gathered = gather(&arguments.files, &Ignore::default())?;
+    let mut gathered = gather(&arguments.files, &Ignore::default())?;
+    arguments.source_text.recode(&mut gathered.inputs);
     let mut project = Project::default();
     let mut texts = Vec::new();
     let mut faults = Vec::new();
     for input in &gathered.inputs {
         let text = scanbound::front::decoded(input, &[]).map_err(|fault| vec![fault])?.into_owned();
-        match iec::read(&input.name, &text) {
+        match iec::read_as(&input.name, &text, arguments.source_text.reading().comments) {
             Ok(more) => project.join(more),
             Err(more) => faults.extend(more.into_iter().map(|fault| fault.in_file(&input.name))),
         }

@@ -16,6 +16,7 @@ use super::{Failure, Outcome};
 use anyhow::Context;
 use clap::{Args, Subcommand, ValueEnum};
 use scanbound::audit::Audit;
+use scanbound::front::input::aside;
 use scanbound::report::snet::View;
 use scanbound::snet::faults::faults;
 use scanbound::snet::translate::assign;
@@ -80,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// Reads a net from a file.
 fn read(file: &Path) -> Result<Diagram, Failure> {
     let name = file.display().to_string();
-    let bytes = std::fs::read(file).with_context(|| format!("{name} cannot be read"))?;
+    let bytes = aside(file).with_context(|| format!("{name} cannot be read"))?;
     let input = scanbound::front::Input { name: name.clone(), bytes };
     let text = scanbound::front::decoded(&input, &[]).map_err(|fault| vec![fault])?.into_owned();
     let is_pnml = pnml::is_pnml(&text);

@@ -2,10 +2,58 @@
 
 use std::borrow::Cow;
 
-use encoding_rs::{DecoderResult, EUC_KR, Encoding, GBK, SHIFT_JIS, UTF_8, UTF_16BE, UTF_16LE};
+use encoding_rs::{
+    DecoderResult, EUC_KR, Encoding, GBK, SHIFT_JIS, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252,
+};
 
 /// Code pages that are tried on text that is not UTF-8, in this order (CP932, CP936, CP949).
 const CODE_PAGES: [&Encoding; 3] = [SHIFT_JIS, GBK, EUC_KR];
+
+/// An encoding that the user names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Named(&'static Encoding);
+
+impl std::str::FromStr for Named {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Named, String> {
+        let label = match text.to_ascii_lowercase().as_str() {
+            "cp932" => "shift_jis".to_owned(),
+            "cp936" => "gbk".to_owned(),
+            "cp949" => "euc-kr".to_owned(),
+            other => other.replace('_', "-").replace("shift-jis", "shift_jis"),
+        };
+        Encoding::for_label(label.as_bytes()).map(Named).ok_or_else(|| {
+            "there is no such encoding: write windows-1252, windows-1251, windows-1250, shift_jis, gbk, euc-kr or another name of the WHATWG encoding standard".to_owned()
+        })
+    }
+}
+
+impl std::fmt::Display for Named {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0.name().to_ascii_lowercase())
+    }
+}
+
+impl Named {
+    /// The same text in UTF-8; `None` if the bytes are it already, declare another encoding, or are none of this one.
+    pub(super) fn recoded(self, bytes: &[u8]) -> Option<String> {
+        if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
+            return None;
+        }
+        strict(self.0, bytes).ok().map(Cow::into_owned)
+    }
+}
+
+/// The texts that bytes may be which declare no encoding and are not UTF-8, each with its encoding's name: in the code pages
+/// of the vendors' tools, and that of Western Europe.
+pub(super) fn candidates(bytes: &[u8]) -> Vec<(&'static str, Cow<'_, str>)> {
+    if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
+        return Vec::new();
+    }
+    let pages = CODE_PAGES.into_iter().chain([WINDOWS_1252]);
+    pages.filter_map(|page| Some((page.name(), strict(page, bytes).ok()?))).collect()
+}
 
 /// Where bytes are no text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -87,9 +135,23 @@ fn declared(bytes: &[u8]) -> Option<(&'static Encoding, usize)> {
         // No text of one byte a character holds a NUL, so this is ASCII in two bytes a character.
         [first, 0, ..] if *first != 0 => Some((UTF_16LE, 0)),
         [0, second, ..] if *second != 0 => Some((UTF_16BE, 0)),
-        _ => None,
+        _ => of_xml(bytes).map(|encoding| (encoding, 0)),
     })
 }
+
+/// The encoding that the first line of an XML file declares, if it is another than UTF-8.
+fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
+    let end = bytes.iter().take(MOST_DECLARED).position(|&byte| byte == b'>')?;
+    let head = std::str::from_utf8(&bytes[..end]).ok()?;
+    let (_, label) = head.strip_prefix("<?xml")?.split_once("encoding")?;
+    let label = label.trim_start().strip_prefix('=')?.trim_start();
+    let label = label.get(1..)?.split(['\'', '"']).next()?;
+    Encoding::for_label(label.as_bytes())
+        .filter(|own| *own != UTF_8 && *own != UTF_16LE && *own != UTF_16BE)
+}
+
+/// The first line of an XML file is no longer than this.
+const MOST_DECLARED: usize = 200;
 
 /// The text, or the offset of the first byte that is at fault.
 fn strict<'a>(encoding: &'static Encoding, bytes: &'a [u8]) -> Result<Cow<'a, str>, usize> {

@@ -76,12 +76,34 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
     Gathered { inputs, warnings: found }
 }
 
-/// Reads one file, or stdin, whatever it is.
+/// Reads one file of measurements or of one program, or stdin.
 ///
 /// # Errors
 /// Why it cannot be read.
 pub fn one(path: &Path) -> io::Result<Input> {
-    Ok(Input { name: name(path), bytes: bytes(path, u64::MAX)? })
+    Ok(Input { name: name(path), bytes: whole(path, MOST_MEASURED)? })
+}
+
+/// Reads a whole file that is not a program: facts, a table, a plan.
+///
+/// # Errors
+/// Why it cannot be read: among others, that it is no regular file, or larger than any such file.
+pub fn aside(path: &Path) -> io::Result<Vec<u8>> {
+    whole(path, MOST_ASIDE)
+}
+
+/// Files of measurements are no larger.
+const MOST_MEASURED: u64 = 4 << 30;
+/// Facts, tables, plans and nets are no larger.
+const MOST_ASIDE: u64 = 64 << 20;
+
+/// A file, if it has no more bytes.
+fn whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let bytes = bytes(path, most + 1)?;
+    match bytes.len() as u64 > most {
+        true => Err(io::Error::other(format!("it is larger than {} MiB", most >> 20))),
+        false => Ok(bytes),
+    }
 }
 
 fn is_stdin(path: &Path) -> bool {
@@ -379,6 +401,12 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if is_stdin(path) {
         io::stdin().take(most).read_to_end(&mut bytes)?;
         return Ok(bytes);
+    }
+    let kind = fs::metadata(path)?.file_type();
+    if !kind.is_file() && !kind.is_dir() {
+        // A pipe would keep its reader waiting, a device may have no end.
+        let told = "it is a pipe or a device, no file: give a file, or - for stdin where programs are named";
+        return Err(io::Error::other(told));
     }
     File::open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)

@@ -20,7 +20,9 @@ use std::fmt;
 
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Facts;
+use crate::iec::comment::Comments;
 use crate::program::Program;
+pub use encoding::Named as Encoding;
 pub(crate) use faults::Faults;
 use faults::shown;
 pub use place::Places;
@@ -55,6 +57,22 @@ pub struct Input {
     pub name: String,
     /// Its content.
     pub bytes: Vec<u8>,
+}
+
+impl Input {
+    /// Makes UTF-8 of text in an encoding; of what declares another one, or is none of this one, nothing.
+    pub fn recode(&mut self, encoding: Encoding) {
+        let mut images = FRONTS.dialects().filter_map(|dialect| match dialect.sniff {
+            Sniff::Bytes(sniff) => Some(sniff),
+            Sniff::Text(_) => None,
+        });
+        if images.any(|is_image| is_image(&self.bytes)) {
+            return;
+        }
+        if let Some(text) = encoding.recoded(&self.bytes) {
+            self.bytes = text.into_bytes();
+        }
+    }
 }
 
 /// A dialect: a way in which programs are written down.
@@ -115,7 +133,15 @@ pub trait Front: Sync {
         dialect: &Dialect,
         programs: &[&Input],
         beside: &[&Input],
+        reading: Reading,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>>;
+}
+
+/// How source text is read where its language leaves it open.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Reading {
+    /// How comments that hold the beginning of another one are read; `None`: they are refused.
+    pub comments: Option<Comments>,
 }
 
 /// A project as its front has read it: what its files say, nothing interpreted yet.
@@ -212,7 +238,7 @@ pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
 /// # Errors
 /// As there.
 pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
-    FRONTS.read(inputs, dialect)
+    FRONTS.read(inputs, dialect, Reading::default())
 }
 
 /// Warns of files beside the programs that hold nothing.

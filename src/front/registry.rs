@@ -4,7 +4,7 @@ use crate::base::code::Code;
 use std::borrow::Cow;
 
 use super::faults::shown;
-use super::{Dialect, Front, Input, Project, Sniff, foreign, text};
+use super::{Dialect, Front, Input, Project, Reading, Sniff, foreign, text};
 use crate::base::diagnostic::Diagnostic;
 
 /// Some fronts, as a registry lists them.
@@ -134,6 +134,7 @@ impl Fronts {
         self,
         inputs: &[Input],
         dialect: Option<&str>,
+        reading: Reading,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let named =
             dialect.map(|name| self.named(name)).transpose().map_err(|fault| vec![fault])?;
@@ -167,7 +168,7 @@ impl Fronts {
         let same: Vec<&Input> = same.into_iter().map(|(_, input)| input).collect();
         let is_own = |own: &Dialect| own.name == dialect.name;
         let front = self.0.iter().find(|front| front.dialects().iter().any(is_own));
-        match front.map(|front| front.read(dialect, &same, &beside)) {
+        match front.map(|front| front.read(dialect, &same, &beside, reading)) {
             Some(Ok(project)) if errors.is_empty() => Ok(project),
             Some(Err(more)) => {
                 errors.extend(more);

@@ -314,6 +314,9 @@ pub enum Kind {
     Either(&'static str, Vec<Statement>, Vec<Statement>),
     /// What is not understood, in words; it may have done anything.
     Unread(String),
+    /// A pragma that may hold code of another language, with its braces, and the name under which it is stated what it takes;
+    /// without a name it may have done anything.
+    Foreign(String, Option<String>),
 }
 
 /// Shows every expression and every statement of some statements.
@@ -422,7 +425,7 @@ pub fn change(
                 change(other, expr, path);
             }
             Kind::Return(condition) | Kind::Jump(condition, _) => expr(condition),
-            Kind::Exit | Kind::Continue | Kind::Label(_) | Kind::Unread(_) => {}
+            Kind::Exit | Kind::Continue | Kind::Label(_) | Kind::Unread(_) | Kind::Foreign(..) => {}
         }
     }
 }

@@ -65,6 +65,20 @@ impl Fault {
     }
 }
 
+/// The most characters of a piece of the source that a message repeats.
+const SHORT: usize = 60;
+
+/// A piece of the source as messages repeat it: one line, and not too long.
+#[must_use]
+pub(crate) fn short(text: &str) -> String {
+    let mut words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    if let Some((at, _)) = words.char_indices().nth(SHORT) {
+        words.truncate(at);
+        words.push('…');
+    }
+    words
+}
+
 /// A message in which nothing has a name that nobody wrote: what lists and drawings keep for themselves is told by where it
 /// comes from.
 fn told(message: &str) -> String {

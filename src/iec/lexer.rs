@@ -1,5 +1,6 @@
 //! Words, numbers and signs of the textual languages.
 
+use super::comment::{Comments, Skipped, newlines, quoted, skipped, without_comments};
 use super::fault::Fault;
 
 /// What a token is.
@@ -15,6 +16,8 @@ pub(crate) enum Token {
     Direct(String),
     /// An operator or a bracket.
     Sign(&'static str),
+    /// A pragma that a controller may carry out, with its braces.
+    Pragma(String),
     /// The end of a line, where lines count.
     Line,
     /// The end.
@@ -54,13 +57,18 @@ pub(crate) fn tokens(text: &str, first: u32, lines: bool) -> Result<Vec<Placed>,
             at += next.len_utf8();
             continue;
         }
-        if let Some(length) = comment(rest, line)? {
+        if let Some((skipped, length)) = skipped(rest, line)? {
+            if matches!(skipped, Skipped::Code) {
+                let token = Token::Pragma(rest[..length].to_owned());
+                found.push(Placed { token, line });
+            }
             line += newlines(&rest[..length]);
             at += length;
             continue;
         }
         let (token, length) = if next == '\'' || next == '"' {
-            quoted(rest, next, line)?
+            let length = quoted(rest).ok_or_else(|| Fault::new(line, "the text has no end"))?;
+            (Token::Text(rest[1..length - 1].to_owned()), length)
         } else if next == '%' {
             let length = run(rest, |c| c.is_ascii_alphanumeric() || "%.*_".contains(c));
             (Token::Direct(rest[..length].trim_end_matches('.').to_owned()), length)
@@ -85,63 +93,8 @@ pub(crate) fn tokens(text: &str, first: u32, lines: bool) -> Result<Vec<Placed>,
     Ok(found)
 }
 
-fn newlines(text: &str) -> u32 {
-    u32::try_from(text.matches('\n').count()).unwrap_or(u32::MAX)
-}
-
 fn run(text: &str, holds: impl Fn(char) -> bool) -> usize {
     text.find(|c| !holds(c)).unwrap_or(text.len())
-}
-
-/// The length of a comment or a pragma that begins here.
-fn comment(rest: &str, line: u32) -> Result<Option<usize>, Fault> {
-    if rest.starts_with("//") {
-        return Ok(Some(rest.find('\n').unwrap_or(rest.len())));
-    }
-    for (open, close) in [("(*", "*)"), ("/*", "*/"), ("{", "}")] {
-        if rest.starts_with(open) {
-            return match nested(rest, open, close) {
-                Some(length) => Ok(Some(length)),
-                None => {
-                    Err(Fault::new(line, format!("the comment that begins with {open} has no end")))
-                }
-            };
-        }
-    }
-    Ok(None)
-}
-
-/// The length of a comment, with those inside of it.
-fn nested(text: &str, open: &str, close: &str) -> Option<usize> {
-    let (mut depth, mut at) = (0_usize, 0);
-    loop {
-        let rest = text.get(at..)?;
-        let closing = rest.find(close)?;
-        match rest.find(open) {
-            Some(opening) if opening < closing => {
-                depth += 1;
-                at += opening + open.len();
-            }
-            _ => {
-                at += closing + close.len();
-                depth = depth.checked_sub(1)?;
-                if depth == 0 {
-                    return Some(at);
-                }
-            }
-        }
-    }
-}
-
-fn quoted(rest: &str, quote: char, line: u32) -> Result<(Token, usize), Fault> {
-    let mut escaped = false;
-    for (at, c) in rest.char_indices().skip(1) {
-        if c == quote && !escaped {
-            return Ok((Token::Text(rest[1..at].to_owned()), at + 1));
-        }
-        escaped = c == '$' && !escaped;
-    }
-    Err(Fault::new(line, "the text has no end"))
 }
 
 /// A number, with an exponent, a base or a unit of time behind it.
@@ -170,21 +123,72 @@ fn number(rest: &str) -> (Token, usize) {
 fn word(rest: &str) -> (Token, usize) {
     let mut length = run(rest, |c| c.is_alphanumeric() || c == '_');
     let (word, tail) = rest.split_at(length);
-    let literal = tail.strip_prefix('#').filter(|literal| {
-        let typed = TYPED.contains(&word.to_ascii_uppercase().as_str());
-        typed && literal.starts_with(|c: char| c.is_ascii_alphanumeric() || "+-".contains(c))
+    let of = word.to_ascii_uppercase();
+    // Blanks may follow, in front of a number: `T# 30000ms`.
+    let (blanks, behind) = tail.strip_prefix('#').map_or((0, ""), blanks);
+    let literal = Some(behind).filter(|literal| {
+        let may_begin = |c: char| match blanks {
+            0 => c.is_ascii_alphanumeric() || "+-".contains(c),
+            _ => c.is_ascii_digit(),
+        };
+        TYPED.contains(&of.as_str()) && literal.starts_with(may_begin)
     });
     let Some(literal) = literal else { return (Token::Word(word.to_owned()), length) };
     let signed = usize::from(literal.starts_with(['+', '-']));
     let is_date = matches!(
-        word.to_ascii_uppercase().as_str(),
+        of.as_str(),
         "D" | "DATE" | "DT" | "DATE_AND_TIME" | "TOD" | "TIME_OF_DAY" | "LDT" | "LTOD" | "LDATE"
     );
     let part =
         |c: char| c.is_ascii_alphanumeric() || "._#".contains(c) || is_date && "-:".contains(c);
-    let digits = run(&literal[signed..], part);
-    length += 1 + signed + digits;
-    (Token::Number(rest[..length].to_owned()), length)
+    let mut digits = signed + run(&literal[signed..], part);
+    let mut text = format!("{word}#{}", &literal[..digits]);
+    if matches!(of.as_str(), "T" | "TIME" | "LT" | "LTIME") {
+        // `T#1m 30s`
+        while let Some(more) = duration_part(&literal[digits..]) {
+            text += literal[digits..digits + more].trim_start();
+            digits += more;
+        }
+    }
+    length += 1 + blanks + digits;
+    (Token::Number(text), length)
+}
+
+/// The number of blanks in front of a text, without ends of lines, and what stands behind them.
+fn blanks(text: &str) -> (usize, &str) {
+    let behind = text.trim_start_matches([' ', '\t']);
+    (text.len() - behind.len(), behind)
+}
+
+/// The length of blanks and a number with a unit of time behind them.
+fn duration_part(text: &str) -> Option<usize> {
+    let (skipped, rest) = blanks(text);
+    let digits = run(rest, |c| c.is_ascii_digit() || c == '.');
+    let unit = run(&rest[digits..], |c| c.is_ascii_alphanumeric() || c == '_');
+    let of = rest[digits..digits + unit].to_ascii_lowercase();
+    let is_unit = ["d", "h", "m", "s", "ms", "us", "ns"].contains(&of.as_str());
+    (skipped > 0 && digits > 0 && is_unit).then_some(skipped + digits + unit)
+}
+
+/// The first words of a text, behind comments and pragmas, as far as the text may be cut off: as this reading has it.
+pub(super) fn first_words(text: &str, reading: Comments) -> Vec<String> {
+    let plain = without_comments(text, reading);
+    let mut rest = plain.trim_start_matches('\u{feff}').trim_start();
+    let mut found = Vec::new();
+    while found.len() < 2 {
+        if rest.starts_with('{') {
+            let Some(end) = rest.find('}') else { break };
+            rest = rest[end..].trim_start_matches('}').trim_start();
+            continue;
+        }
+        let length = run(rest, |c| c.is_alphanumeric() || c == '_');
+        if length == 0 {
+            break;
+        }
+        found.push(rest[..length].to_owned());
+        rest = rest[length..].trim_start();
+    }
+    found
 }
 
 /// The types that may stand in front of a literal.
@@ -230,6 +234,7 @@ mod tests {
             Token::Word(text) | Token::Number(text) | Token::Direct(text) => text,
             Token::Text(text) => format!("'{text}'"),
             Token::Sign(sign) => sign.to_owned(),
+            Token::Pragma(text) => text,
             Token::Line => "line".to_owned(),
             Token::End => "end".to_owned(),
         };
@@ -239,7 +244,7 @@ mod tests {
     #[test]
     fn literals_names_and_signs_are_told_apart() {
         assert_eq!(
-            shown("a.b[1..2]:=T#1m30s_5ms+16#FF*1.5e-3;//x\n(* (* y *) *) 'it$'s' %IX0.1 s1.X"),
+            shown("a.b[1..2]:=T#1m30s_5ms+16#FF*1.5e-3;//x\n(* y *) 'it$'s' %IX0.1 s1.X"),
             [
                 "a",
                 ".",
@@ -268,6 +273,13 @@ mod tests {
             shown("INT#-5 color#red D#2020-01-02"),
             ["INT#-5", "color", "#", "red", "D#2020-01-02", "end"]
         );
+    }
+
+    #[test]
+    fn blanks_may_stand_in_durations() {
+        assert_eq!(shown("T# 30000ms;"), ["T#30000ms", ";", "end"]);
+        assert_eq!(shown("T#1m 30s + TIME#1h  5ms"), ["T#1m30s", "+", "TIME#1h5ms", "end"]);
+        assert_eq!(shown("T#1m\n30 INT# 5 T # x"), ["T#1m", "30", "INT#5", "T", "#", "x", "end"]);
     }
 
     #[test]

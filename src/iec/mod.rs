@@ -7,14 +7,17 @@
 
 pub mod ast;
 pub mod chart;
+pub mod comment;
 pub mod fault;
 mod lexer;
+pub mod lists;
 pub mod parse;
 pub mod show;
 pub mod xml;
 
 use ast::{Expr, Statement};
 use chart::Chart;
+use comment::{Comments, without_comments};
 use fault::Fault;
 
 /// A variable's type as it is written.
@@ -278,10 +281,6 @@ pub struct TypeDeclaration {
     pub of: TypeRef,
     /// What a variable of it holds at first.
     pub initial: Option<Expr>,
-    /// The file, an index into the files that were read.
-    pub file: usize,
-    /// Its line.
-    pub line: u32,
 }
 
 /// A task, and what it runs.
@@ -319,8 +318,6 @@ pub struct Project {
     pub types: Vec<TypeDeclaration>,
     /// Lists of global variables, by their names (empty where they have none).
     pub globals: Vec<(String, Vec<Variable>)>,
-    /// How many lists of global variables there are up to the end of each file but the last.
-    pub global_ends: Vec<usize>,
     /// The program organization units.
     pub pous: Vec<Pou>,
     /// The tasks.
@@ -331,6 +328,8 @@ pub struct Project {
     pub connected: Vec<Connected>,
     /// What a controller may carry out and nothing here reads, with the file that it stands in: nothing is known of a scan with it.
     pub unread: Vec<(usize, Fault)>,
+    /// The lists of global variables in text, by their files' names, until all files are read ([`Project::unqualify`]).
+    pub lists: Vec<lists::List>,
 }
 
 impl Project {
@@ -346,12 +345,6 @@ impl Project {
         self.pous.iter().find(|pou| same(&pou.name, name))
     }
 
-    /// The file of a list of global variables, an index into the files that were read.
-    #[must_use]
-    pub fn file_of_list(&self, list: usize) -> usize {
-        self.global_ends.partition_point(|&end| end <= list)
-    }
-
     /// Takes in what another file says.
     pub fn join(&mut self, mut other: Project) {
         let shift = self.files.len();
@@ -360,11 +353,6 @@ impl Project {
             pou.methods.iter_mut().for_each(|method| method.file += shift);
         });
         other.connected.iter_mut().for_each(|one| one.file += shift);
-        other.types.iter_mut().for_each(|one| one.file += shift);
-        if shift > 0 {
-            self.global_ends.push(self.globals.len());
-        }
-        self.global_ends.extend(other.global_ends.iter().map(|end| end + self.globals.len()));
         self.files.append(&mut other.files);
         self.types.append(&mut other.types);
         self.globals.append(&mut other.globals);
@@ -372,6 +360,7 @@ impl Project {
         self.retained.append(&mut other.retained);
         self.connected.append(&mut other.connected);
         self.unread.extend(other.unread.into_iter().map(|(file, fault)| (file + shift, fault)));
+        self.lists.append(&mut other.lists);
         for task in other.tasks {
             // Tasks of two resources may have one name.
             let is_same = |own: &&mut Task| {
@@ -440,7 +429,21 @@ pub fn same(one: &str, other: &str) -> bool {
 /// # Errors
 /// What is wrong with it.
 pub fn read(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
-    if xml::begins(text) { xml::file(name, text) } else { parse::file(name, text) }
+    read_as(name, text, None)
+}
+
+/// The same with the reading of comments that is stated.
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn read_as(name: &str, text: &str, comments: Option<Comments>) -> Result<Project, Vec<Fault>> {
+    if xml::begins(text) {
+        return xml::file_as(name, text, comments);
+    }
+    match comments {
+        Some(reading) => parse::file(name, &without_comments(text, reading)),
+        None => parse::file(name, text),
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Expressions and statements as structured text again.
 
 use super::ast::{Argument, Expr, Kind, Literal, Operator, Part, Path, Statement};
+use super::fault::short;
 use std::fmt::Write;
 
 /// A duration as a literal.
@@ -248,6 +249,9 @@ fn statement(text: &mut String, kind: &Kind, level: usize) {
         Kind::Latch(target, value, condition) => {
             let value = if *value { "TRUE" } else { "FALSE" };
             under(text, condition, &format!("{} := {value};", path(target)));
+        }
+        Kind::Foreign(code, _) => {
+            let _ = writeln!(text, "{pad}{}", short(code));
         }
         Kind::Unread(what) => {
             let _ = writeln!(text, "{pad}(* {what} *)");

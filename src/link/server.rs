@@ -74,6 +74,10 @@ impl Request {
 
 /// The most connections at a time.
 const MOST: usize = 64;
+/// What a connection's thread takes of memory.
+const STACK: usize = 128 << 10;
+/// More bytes than this without a frame are none.
+const LONGEST: usize = 1 << 17;
 /// How long a read waits before it is seen whether all is over.
 pub const PAUSE: Duration = Duration::from_millis(20);
 
@@ -136,11 +140,16 @@ impl Listening {
                     }
                     let (requests, over, open) = (requests.clone(), over.clone(), open.clone());
                     let spoken = self.spoken;
-                    thread::spawn(move || {
+                    let left = Arc::clone(&open);
+                    let answer = move || {
                         // Whatever a client does ends its own connection alone.
                         let _ = connection(stream, spoken, &requests, &over);
                         open.fetch_sub(1, Ordering::Relaxed);
-                    });
+                    };
+                    // Where memory is short, the connection is closed.
+                    if thread::Builder::new().stack_size(STACK).spawn(answer).is_err() {
+                        left.fetch_sub(1, Ordering::Relaxed);
+                    }
                 }
             }
         }
@@ -208,6 +217,7 @@ pub fn answers(
             }
             // Where a stream went wrong, no next frame can be found.
             Split::Garbage => return Ok(()),
+            Split::More if held.len() > LONGEST => return Ok(()),
             Split::More => {}
         }
         match stream.read(&mut buffer) {

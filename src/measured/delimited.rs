@@ -424,8 +424,17 @@ impl<'a> Table<'a> {
                     );
                 }
                 None => {
-                    let help = "each row begins with the time as a decimal number";
-                    faults.at(Code::Capture, line, &text(), "the time is no number", help);
+                    let (message, help) = match clock {
+                        RowClock::Dated { .. } => (
+                            "the time is no time stamp like those before it",
+                            "each row has a time stamp such as 2026-11-21T17:42:31.250, all with or all without a date and a zone",
+                        ),
+                        _ => (
+                            "the time is no number",
+                            "each row begins with the time as a decimal number, or as a time stamp such as 2026-11-21T17:42:31.250",
+                        ),
+                    };
+                    faults.at(Code::Capture, line, &text(), message, help);
                 }
             }
         }
@@ -433,6 +442,18 @@ impl<'a> Table<'a> {
             return Err(faults.into_diagnostics());
         }
         self.origin(clock.resolution()).of_edges(signal, &edges)
+    }
+
+    /// The clock of a column of dates or times of day: written as the first is, to the finest of their digits.
+    fn dated(&self, column: usize) -> Result<RowClock, Vec<Diagnostic>> {
+        let mut clock = None;
+        for row in self.rows() {
+            let Some(stamp) = row?.1.get(column).and_then(Stamp::read) else { continue };
+            let (form, step) = *clock.get_or_insert((stamp.form, stamp.step));
+            clock = Some((form, step.min(stamp.step)));
+        }
+        let (form, step) = clock.unwrap_or_default();
+        Ok(RowClock::Dated { column, form, step })
     }
 
     /// Where a row's time is taken from.
@@ -461,6 +482,11 @@ impl<'a> Table<'a> {
             let is_time = |head: &String| STAMP_WORDS.contains(&head.to_lowercase().as_str());
             self.heads.iter().position(is_time)
         };
+        for column in named.into_iter().chain(plain()) {
+            if self.is_dated(column)? {
+                return self.dated(column);
+            }
+        }
         match (named, selection.unit) {
             (Some(column), given) => {
                 Ok(RowClock::Stamped { column, unit: self.unit(column, given)? })
@@ -483,6 +509,8 @@ impl<'a> Table<'a> {
 enum RowClock {
     /// By a column with a unit.
     Stamped { column: usize, unit: Unit },
+    /// By a column of dates or times of day, all with or without a date and a zone, to so many picoseconds.
+    Dated { column: usize, form: (bool, bool), step: u64 },
     /// By a first column that counts steps of so many picoseconds from the start.
     Steps { start: i128, step: i128 },
     /// By the rows' number.
@@ -496,6 +524,10 @@ impl RowClock {
         let of_sample = |sample: i128, rate: u64| sample * 1_000_000_000_000 / i128::from(rate);
         match self {
             RowClock::Stamped { column, unit } => decimal.read(row.get(*column)?, *unit),
+            RowClock::Dated { column, form, .. } => {
+                let stamp = Stamp::read(row.get(*column)?)?;
+                (stamp.form == *form).then_some(stamp.at)
+            }
             RowClock::Steps { start, step } => {
                 let count: i128 = row.get(0)?.parse().ok()?;
                 start.checked_add(count.checked_mul(*step)?)
@@ -519,6 +551,7 @@ impl RowClock {
     fn resolution(&self) -> Option<Picos> {
         match self {
             RowClock::Stamped { .. } => None,
+            RowClock::Dated { step, .. } => Some(Picos(*step)),
             RowClock::Steps { step, .. } => u64::try_from(*step).ok().map(Picos),
             RowClock::Sampled { rate } | RowClock::Counted { rate, .. } => {
                 Some(Picos(1_000_000_000_000_u64.div_ceil(*rate)))

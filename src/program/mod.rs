@@ -43,7 +43,7 @@ mod reads;
 mod settled;
 mod start;
 mod statements;
-pub(crate) mod tags;
+mod tags;
 mod task;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -626,7 +626,7 @@ pub struct Program {
     pub narrowed: BTreeSet<usize>,
     /// The routines that are not there, one for each call.
     pub absent: Vec<Absent>,
-    /// Units without a body that are called, and of which nothing is stated: they were taken to do nothing.
+    /// Units without a body that give something all the same, and of which nothing is stated: they were taken to do nothing.
     pub bodiless: Vec<(String, Location)>,
     /// How many rungs there are.
     pub blocks: u32,

@@ -12,7 +12,7 @@ mod pass_starts;
 mod structure;
 mod turn;
 
-use super::{Dialect, Front, Input, Open, Options, Project, Sniff, decoded};
+use super::{Dialect, Front, Input, Open, Options, Project, Reading, Sniff, decoded};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
@@ -45,6 +45,7 @@ impl Front for Flowchart {
         _dialect: &Dialect,
         programs: &[&Input],
         _beside: &[&Input],
+        _reading: Reading,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         Ok(Box::new(read(programs)?))
     }

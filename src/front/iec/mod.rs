@@ -12,11 +12,9 @@ mod by_reference;
 mod chart;
 pub mod charts;
 mod connected;
-mod constants;
 mod control;
 mod convert;
 mod counted;
-mod declared;
 pub mod decode;
 mod differs;
 mod emit;
@@ -24,9 +22,9 @@ mod enable;
 mod expr;
 mod extent;
 mod first_values;
+mod foreign;
 mod forget;
 mod function;
-mod inputs;
 mod invariant;
 mod loops;
 mod memory;
@@ -53,11 +51,13 @@ mod walk;
 mod whole;
 mod within;
 
-use super::{Dialect, Front, Input, Project, Sniff, decoded};
+use super::encoding::candidates;
+use super::{Dialect, Front, Input, Project, Reading, Sniff, decoded};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::iec::{self, parse, xml};
 use crate::program::Program;
+use std::borrow::Cow;
 
 /// PLCopen XML.
 pub const XML: &str = "plcopen-xml";
@@ -91,6 +91,31 @@ pub struct Source {
     options: decode::Options,
     /// The drawings, to find the elements that faults are about.
     drawn: Vec<(String, String)>,
+    /// What was noticed on reading.
+    warnings: Vec<Diagnostic>,
+}
+
+/// A file's text. Where it does not say its encoding, one is found that fits; the warning says which.
+fn source_text<'a>(
+    input: &'a Input,
+    warnings: &mut Vec<Diagnostic>,
+) -> Result<Cow<'a, str>, Diagnostic> {
+    let candidates = candidates(&input.bytes);
+    let is_xml = candidates.first().is_some_and(|(_, text)| xml::begins(text));
+    let [(name, text), others @ ..] = &candidates[..] else { return decoded(input, &[]) };
+    if is_xml {
+        return decoded(input, &[]);
+    }
+    let help = "state it with --encoding (such as windows-1252), or save the file as UTF-8";
+    if let Some((other, _)) = others.iter().find(|(_, other)| !parse::reads_alike(text, other)) {
+        let told = format!("this is no UTF-8, and reads differently as {name} and as {other}");
+        return Err(Diagnostic::file(Code::Encoding, &input.name, told, help));
+    }
+    let told = format!(
+        "this is no UTF-8 and was read as {name}: the code is the same in others, comments may not be"
+    );
+    warnings.push(Diagnostic::file(Code::Encoding, &input.name, told, help).warning());
+    Ok(text.clone())
 }
 
 impl Source {
@@ -130,13 +155,14 @@ impl Front for Iec {
         dialect: &Dialect,
         programs: &[&Input],
         _beside: &[&Input],
+        reading: Reading,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let mut project = iec::Project::default();
         let mut options = decode::Options::default();
         let mut drawn = Vec::new();
-        let mut faults = Vec::new();
+        let (mut faults, mut warnings) = (Vec::new(), Vec::new());
         for input in programs {
-            let text = match decoded(input, &[]) {
+            let text = match source_text(input, &mut warnings) {
                 Ok(text) => text,
                 Err(fault) => {
                     faults.push(fault);
@@ -145,7 +171,7 @@ impl Front for Iec {
             };
             options.begins_with_more |= text.contains("call_after_");
             options.actions_first |= text.contains("3s-software.com");
-            match iec::read(&input.name, &text) {
+            match iec::read_as(&input.name, &text, reading.comments) {
                 Ok(more) => {
                     project.join(more);
                     if xml::begins(&text) {
@@ -161,9 +187,10 @@ impl Front for Iec {
             return Err(faults);
         }
         project.inherit_parts();
+        project.unqualify();
         let dialect =
             DIALECTS.iter().find(|own| own.name == dialect.name).map_or(XML, |own| own.name);
-        Ok(Box::new(Source { dialect, project, options, drawn }))
+        Ok(Box::new(Source { dialect, project, options, drawn, warnings }))
     }
 }
 
@@ -173,7 +200,8 @@ impl Project for Source {
     }
 
     fn warnings(&self) -> Vec<Diagnostic> {
-        charts::hang(&self.project)
+        let charts = charts::hang(&self.project);
+        self.warnings.iter().cloned().chain(charts).collect()
     }
 
     fn decode(&self, options: &super::Options<'_>) -> Result<Program, Vec<Diagnostic>> {

@@ -196,6 +196,9 @@ impl<'p> Emit<'p> {
         let line = one.line;
         match &one.kind {
             Statements::Refer(target, value) => self.referred(at, target, value, line),
+            Statements::Assign(target, value) if super::foreign::is_written(value) => {
+                self.foreign_written(at, target, line)
+            }
             Statements::Assign(target, value) => {
                 let is_kept = target.first.starts_with('~');
                 let walk = if is_kept { Walk::Unknown } else { self.walk(at, target, true) };
@@ -229,7 +232,6 @@ impl<'p> Emit<'p> {
                     && let Some(from) = self.whole_value(at, value, line)?
                     && let Some(to) = self.whole(at, target, line)?
                 {
-                    self.has_own_type(at, to.place(), value, line)?;
                     return self.copy_whole(&from, &to, line);
                 }
                 if self.moves_element(at, target, value) {
@@ -361,6 +363,7 @@ impl<'p> Emit<'p> {
                 self.landing();
                 Ok(())
             }
+            Statements::Foreign(text, name) => self.foreign(text, name.as_ref(), line),
             Statements::Unread(what) => Err(Fault::new(line, what.clone()).code(Code::NotModelled)),
         }
     }
@@ -622,7 +625,7 @@ impl<'p> Emit<'p> {
         given: &[Argument],
         line: u32,
     ) -> Result<(), Fault> {
-        if let Some(name) = target.as_name().filter(|name| self.has_member(at, name)) {
+        if let Some(name) = target.as_name() {
             if self.body(at.instance, &What::Action(name.to_owned())).is_some() {
                 let place = self.instances[at.instance].place.clone();
                 self.hand_over(at, &place, &[], given, line)?;

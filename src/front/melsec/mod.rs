@@ -18,7 +18,7 @@ mod specimens;
 mod tests;
 mod words;
 
-use super::{Dialect, Front, Input, Open, Options, Project, Sniff, Specimens};
+use super::{Dialect, Front, Input, Open, Options, Project, Reading, Sniff, Specimens};
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
 use decode::DecodeOptions;
@@ -85,6 +85,7 @@ impl Front for Melsec {
         dialect: &Dialect,
         programs: &[&Input],
         beside: &[&Input],
+        _reading: Reading,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         Ok(Box::new(project::read(dialect, programs, beside)?))
     }

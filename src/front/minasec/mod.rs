@@ -9,7 +9,7 @@ pub mod assembly;
 pub mod decode;
 pub mod machine_code;
 
-use super::{Dialect, Front, Input, Open, Options, Project, Sniff, decoded};
+use super::{Dialect, Front, Input, Open, Options, Project, Reading, Sniff, decoded};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
@@ -61,6 +61,7 @@ impl Front for Minasec {
         dialect: &Dialect,
         programs: &[&Input],
         _beside: &[&Input],
+        _reading: Reading,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         Ok(Box::new(read(dialect, programs)?))
     }

@@ -25,7 +25,7 @@ mod tests;
 mod timers;
 mod words;
 
-use super::{Dialect, Front, Input, Options, Project, Sniff, Specimens};
+use super::{Dialect, Front, Input, Options, Project, Reading, Sniff, Specimens};
 use crate::base::diagnostic::Diagnostic;
 use crate::program::Program;
 use source::RawProject;
@@ -89,6 +89,7 @@ impl Front for Omron {
         dialect: &Dialect,
         programs: &[&Input],
         beside: &[&Input],
+        _reading: Reading,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         Ok(Box::new(project::read(dialect, programs, beside)?))
     }

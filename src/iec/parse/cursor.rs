@@ -103,6 +103,13 @@ impl Cursor {
         if self.take_word(word) { Ok(()) } else { Err(self.unexpected(word)) }
     }
 
+    /// A pragma that may be carried out.
+    pub(super) fn take_pragma(&mut self) -> Option<String> {
+        let Token::Pragma(text) = self.peek().clone() else { return None };
+        self.next();
+        Some(text)
+    }
+
     /// A name.
     pub(super) fn name(&mut self, what: &str) -> Result<String, Fault> {
         match self.peek() {
@@ -137,6 +144,10 @@ impl Cursor {
     pub(super) fn unexpected(&mut self, what: &str) -> Fault {
         let line = self.line();
         let found = match self.peek() {
+            Token::Pragma(text) => {
+                let help = "only between statements it can be stated what a pragma does: take it out of a copy of the file if it does nothing";
+                return super::foreign(text, line).help(help);
+            }
             Token::Word(text) | Token::Number(text) | Token::Direct(text) => format!("'{text}'"),
             Token::Text(text) => format!("the text '{text}'"),
             Token::Sign(sign) => format!("'{sign}'"),

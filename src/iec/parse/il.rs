@@ -18,6 +18,7 @@ const WORDS: &[&str] = &[
 /// Whether an instruction list begins here.
 pub(super) fn begins(cursor: &mut Cursor) -> bool {
     let start = cursor.place();
+    while cursor.take_pragma().is_some() {}
     // Labels may stand in front of it.
     while matches!(cursor.peek(), Token::Word(_)) && matches!(cursor.second(), Token::Sign(":")) {
         cursor.next();
@@ -158,6 +159,13 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
             return Ok(());
         }
         let line = cursor.line();
+        if let Some(text) = cursor.take_pragma() {
+            // What it leaves as the result is not known.
+            list.leave(line);
+            list.result = None;
+            list.add(line, Kind::Foreign(text, None));
+            continue;
+        }
         let word = match cursor.take_sign("&") {
             false => cursor.name("an instruction")?,
             // The other way to write AND, and `&N`.

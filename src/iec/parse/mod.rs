@@ -9,8 +9,10 @@ mod statement;
 mod unit;
 
 use super::ast::{Expr, Statement};
-use super::fault::Fault;
+use super::fault::{Fault, short};
+use super::lexer::{Token, tokens};
 use super::{Pou, PouKind, Project, Section, TypeRef, Variable};
+use crate::base::code::Code;
 use cursor::Cursor;
 pub use declaration::{CONSTRUCTED, LISTED, UNREAD};
 pub use expression::duration;
@@ -103,6 +105,44 @@ pub fn declarations(text: &str, line: u32) -> Result<Vec<Variable>, Fault> {
         found.extend(declaration::variables(&mut cursor, section)?);
     }
     Ok(found)
+}
+
+/// Looks at the pragmas and comments of a declaration.
+///
+/// # Errors
+/// That one of them may change what the declaration says.
+pub(super) fn pragmas(text: &str) -> Result<(), Fault> {
+    match tokens(text, 1, false) {
+        Err(fault) if matches!(fault.code, Code::Pragma | Code::Comments) => Err(fault),
+        Err(_) => Ok(()),
+        Ok(found) => found.into_iter().try_for_each(|one| match one.token {
+            Token::Pragma(text) => Err(foreign(&text, one.line)),
+            _ => Ok(()),
+        }),
+    }
+}
+
+/// The fault of code in a pragma where none is carried out, or nothing is stated of it.
+pub(crate) fn foreign(text: &str, line: u32) -> Fault {
+    let told = format!("what the pragma {} does is not known", short(text));
+    Fault::new(line, told).code(Code::Pragma).text(text)
+}
+
+/// Whether two texts, decoded from the same bytes, have the same words and signs, but for characters that are not ASCII.
+pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
+    let plain = |text: &str| -> String {
+        text.split(|c: char| !c.is_ascii())
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join("?")
+    };
+    let shown = |text: &str| {
+        let found = tokens(text, 1, true).map_err(|fault| fault.code)?;
+        Ok::<_, Code>(
+            found.into_iter().map(|one| plain(&format!("{:?}", one.token))).collect::<Vec<_>>(),
+        )
+    };
+    shown(one) == shown(other)
 }
 
 /// Reads a type as it is written behind a variable's colon.

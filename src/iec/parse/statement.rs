@@ -51,6 +51,9 @@ fn close(cursor: &mut Cursor, word: &str) -> Result<(), Fault> {
 }
 
 fn single(cursor: &mut Cursor) -> Result<Kind, Fault> {
+    if let Some(text) = cursor.take_pragma() {
+        return Ok(Kind::Foreign(text, None));
+    }
     let Token::Word(word) = cursor.peek().clone() else {
         if matches!(cursor.peek(), Token::Direct(_)) {
             return assignment(cursor);

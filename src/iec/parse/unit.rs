@@ -6,8 +6,10 @@ use super::declaration::{edge_memory, section, task, types, variables};
 use super::il;
 use super::statement::statements;
 use crate::iec::ast::{Argument, Expr, Kind, Path, Statement};
+use crate::iec::comment::Comments;
 use crate::iec::fault::Fault;
-use crate::iec::lexer::Token;
+use crate::iec::lexer::{Token, first_words};
+use crate::iec::lists;
 use crate::iec::{
     Body, Connected, Language, Named, Pou, PouKind, Project, Section, Task, Variable, same,
 };
@@ -25,17 +27,12 @@ const BEGIN: &[&str] = &[
 
 /// Whether a text begins as a file of units does.
 pub(super) fn begins(text: &str) -> bool {
-    let Ok(mut cursor) = Cursor::new(text, 1) else {
-        // The text may be cut off within a comment or quotes.
-        let first = text.trim_start_matches('\u{feff}').split_whitespace().next();
-        return first.is_some_and(|word| BEGIN.iter().any(|own| same(own, word)));
-    };
-    if !cursor.is_one_of(BEGIN) {
-        return false;
-    }
     // A name, or a declaration, follows: `PROGRAM main VAR`.
-    cursor.next();
-    matches!(cursor.peek(), Token::Word(_))
+    let begins = |reading| match &first_words(text, reading)[..] {
+        [first, _] => BEGIN.iter().any(|own| same(own, first)),
+        _ => false,
+    };
+    begins(Comments::Nested) || begins(Comments::Flat)
 }
 
 /// Reads a file.
@@ -78,8 +75,13 @@ fn unit(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
     }
     if let Some(section) = section(cursor) {
         let found = variables(cursor, section)?;
+        let names = found.iter().map(|one| one.name.clone()).collect();
+        project.lists.push((lists::of_file(&project.files[0]).to_owned(), names));
         project.globals.push((String::new(), found));
         return Ok(());
+    }
+    if matches!(cursor.peek(), Token::Pragma(_)) {
+        return Err(cursor.unexpected("a unit"));
     }
     let (kind, end) = match cursor.next() {
         Token::Word(word) if same(&word, "PROGRAM") => (PouKind::Program, "END_PROGRAM"),
@@ -94,6 +96,9 @@ fn unit(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
         }
     };
     let mut pou = pou(cursor, kind, end, line)?;
+    if matches!(kind, PouKind::Program | PouKind::FunctionBlock) {
+        actions_behind(cursor, &mut pou)?;
+    }
     apart(project, &mut pou)?;
     project.pous.push(pou);
     Ok(())
@@ -375,6 +380,33 @@ fn body(cursor: &mut Cursor, pou: &mut Pou, end: &str) -> Result<(), Fault> {
         pou.actions.push(action(cursor)?);
     }
     Ok(())
+}
+
+/// The actions that stand behind the end of their unit, as CoDeSys 2.3 and B&R export them, or in `ACTIONS unit ... END_ACTIONS`.
+fn actions_behind(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
+    let place = pou.name.clone();
+    loop {
+        if cursor.is_word("ACTION") {
+            pou.actions.push(action(cursor).map_err(|fault| fault.within(&place))?);
+        } else if cursor.take_word("ACTIONS") {
+            let line = cursor.line();
+            if !cursor.is_word("ACTION") {
+                let of = cursor.name("a unit's name")?;
+                cursor.take_sign(":");
+                if !same(&of, &pou.name) {
+                    let told = format!("these are actions of {of}, and stand behind {}", pou.name);
+                    let help = format!("let them stand right behind the end of {of}");
+                    return Err(Fault::new(line, told).help(help));
+                }
+            }
+            while cursor.is_word("ACTION") {
+                pou.actions.push(action(cursor).map_err(|fault| fault.within(&place))?);
+            }
+            cursor.word("END_ACTIONS")?;
+        } else {
+            return Ok(());
+        }
+    }
 }
 
 /// `ACTION name: ... END_ACTION`

@@ -2,6 +2,7 @@
 
 use super::node::{Text, child, children, elements, is};
 use crate::iec::ast::{Argument, Expr, Path};
+use crate::iec::fault::Fault;
 use crate::iec::{Section, TypeRef, Variable, parse, same};
 use roxmltree::Node;
 
@@ -137,9 +138,13 @@ pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
 }
 
 /// Takes over direct addresses from the declaration as text, which TwinCAT and CODESYS write beside the elements.
-pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) {
-    let Some(at) = declaration.to_ascii_uppercase().find("VAR") else { return };
-    let Ok(written) = parse::declarations(&declaration[at..], 1) else { return };
+///
+/// # Errors
+/// That a pragma or a comment in it is not read.
+pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) -> Result<(), Fault> {
+    parse::pragmas(declaration)?;
+    let Some(at) = declaration.to_ascii_uppercase().find("VAR") else { return Ok(()) };
+    let Ok(written) = parse::declarations(&declaration[at..], 1) else { return Ok(()) };
     let is_apart = |one: &&Variable| matches!(one.section, Section::Static | Section::Instance);
     // What no element has a place for.
     for one in written.iter().filter(is_apart) {
@@ -152,6 +157,7 @@ pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) {
             variable.constant |= other.constant;
         }
     }
+    Ok(())
 }
 
 /// The function block that a declaration as text extends.

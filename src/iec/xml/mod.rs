@@ -21,6 +21,7 @@ pub mod write;
 pub use named::named;
 
 use super::Project;
+use super::comment::Comments;
 use super::fault::Fault;
 use crate::base::code::Code;
 use node::Text;
@@ -41,10 +42,19 @@ pub fn begins(text: &str) -> bool {
 /// # Errors
 /// What is wrong with it, all that could be found.
 pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
+    file_as(name, text, None)
+}
+
+/// The same with the reading of comments in its code that is stated.
+pub(super) fn file_as(
+    name: &str,
+    text: &str,
+    comments: Option<Comments>,
+) -> Result<Project, Vec<Fault>> {
     let text = text.trim_start_matches('\u{feff}');
     limits::within(text).map_err(|fault| vec![fault])?;
     let document = Document::parse(text).map_err(|error| vec![malformed(&error)])?;
-    let text = Text::new(text, &document);
+    let text = Text::new(text, &document, comments);
     let mut reader = project::Reader::new(name, &text);
     reader.project(document.root_element());
     reader.finish()

@@ -9,7 +9,7 @@ use roxmltree::{Document, Node};
 pub fn named(text: &str, all: &[(u32, &str)]) -> Vec<Option<String>> {
     let text = text.trim_start_matches('\u{feff}');
     let Ok(document) = Document::parse(text) else { return vec![None; all.len()] };
-    let lines = Text::new(text, &document);
+    let lines = Text::new(text, &document, None);
     let numbered = || document.descendants().filter(|node| node.has_attribute("localId"));
     let of = |&(line, name): &(u32, &str)| {
         let mut own = numbered().filter(|&node| lines.lines(node).contains(&line));

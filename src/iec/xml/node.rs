@@ -1,6 +1,7 @@
 //! Elements of XML, with their lines.
 
 use crate::base::code::Code;
+use crate::iec::comment::{Comments, without_comments};
 use crate::iec::fault::Fault;
 use roxmltree::{Document, Node};
 use std::collections::BTreeMap;
@@ -41,10 +42,12 @@ pub(super) struct Text {
     addresses: BTreeMap<String, (String, bool)>,
     /// Whether CODESYS or TwinCAT wrote it.
     pub(super) is_codesys: bool,
+    /// How comments are read, where that is stated.
+    comments: Option<Comments>,
 }
 
 impl Text {
-    pub(super) fn new(text: &str, document: &Document<'_>) -> Text {
+    pub(super) fn new(text: &str, document: &Document<'_>, comments: Option<Comments>) -> Text {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let elements = || document.descendants().filter(Node::is_element);
         let globals = elements().filter(|one| one.tag_name().name() == "globalVars");
@@ -59,6 +62,7 @@ impl Text {
         });
         let is_theirs = |name: &str| name.contains("3s-software.com");
         Text {
+            comments,
             starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
             addresses: located.collect(),
             is_codesys: elements().any(|one| {
@@ -122,6 +126,10 @@ impl Text {
             }
         }
         let first = node.descendants().find(Node::is_text).unwrap_or(node);
+        let written = match self.comments {
+            Some(reading) => without_comments(&written, reading).into_owned(),
+            None => written,
+        };
         (written, self.line(first))
     }
 }

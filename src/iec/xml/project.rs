@@ -8,7 +8,8 @@ use super::reading::Reading;
 use crate::iec::chart::expansion::complete;
 use crate::iec::fault::Fault;
 use crate::iec::{
-    Body, Named, Pou, PouKind, Project, Section, Task, TypeDeclaration, TypeRef, parse, same,
+    Body, Named, Pou, PouKind, Project, Section, Task, TypeDeclaration, TypeRef, Variable, parse,
+    same,
 };
 use roxmltree::Node;
 
@@ -76,16 +77,21 @@ impl<'t> Reader<'t> {
         let bases = added(node).flat_map(|one| children(one, "Extends"));
         let extends = { bases }.find_map(|base| base.text()).map(last_name);
         let name = name.to_owned();
-        let line = self.text.line(node);
-        let own = TypeDeclaration { name, extends, of, initial: None, file: 0, line };
-        self.project.types.push(own);
+        self.project.types.push(TypeDeclaration { name, extends, of, initial: None });
     }
 
     fn globals(&mut self, node: Node<'_, '_>) {
         let mut found = list_of(self.text, node, Section::Global);
-        addresses(&mut found, &self.plain_text(node));
+        self.declared(&mut found, &self.plain_text(node), node);
         let name = node.attribute("name").unwrap_or_default();
         self.project.globals.push((name.to_owned(), found));
+    }
+
+    /// Takes over what a declaration as text says besides.
+    fn declared(&mut self, variables: &mut Vec<Variable>, written: &str, node: Node<'_, '_>) {
+        if let Err(fault) = addresses(variables, written) {
+            self.faults.push(Fault { line: self.text.line(node), ..fault });
+        }
     }
 
     /// The declaration as text that stands beside an element's own.
@@ -169,7 +175,7 @@ impl<'t> Reader<'t> {
         if let Some(interface) = interface {
             written += &self.plain_text(interface);
         }
-        addresses(&mut pou.variables, &written);
+        self.declared(&mut pou.variables, &written, node);
         pou.extends = extends(&written);
         for one in [Some(node), interface].into_iter().flatten().flat_map(added) {
             let bases = || children(one, "Extends").filter_map(|base| base.text());

@@ -31,7 +31,7 @@ pub fn replaced(file: &str, charts: &[&Chart]) -> Result<String, String> {
     let document = Document::parse(plain).map_err(wrong)?;
     let before = super::file("", plain)
         .map_err(|faults| faults.first().map_or_else(String::new, |one| one.message.clone()))?;
-    let (lines, all) = (Text::new(plain, &document), before.charts());
+    let (lines, all) = (Text::new(plain, &document, None), before.charts());
     let mut places: Vec<((usize, usize), String)> = Vec::new();
     for &one in charts {
         let span = one.span.ok_or("the chart does not stand in a file of XML")?;

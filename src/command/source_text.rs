@@ -1,0 +1,53 @@
+//! Options on how source text is read.
+
+use clap::{Args, ValueEnum};
+use scanbound::front::{Encoding, Input, Reading};
+use scanbound::iec::comment::Comments;
+
+/// How source text is read where the file does not say it.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct SourceText {
+    /// How comments are read that hold the beginning of another one, in IEC 61131-3 text: flat = the first end counts,
+    /// nested = the end of the outer one does [default: where these differ, the file is refused]
+    #[arg(long, value_enum)]
+    comments: Option<CommentsName>,
+    /// The encoding of files that are not UTF-8, such as windows-1252, windows-1251, shift_jis [default: found from the
+    /// content]
+    #[arg(long, value_name = "NAME")]
+    encoding: Option<Encoding>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum CommentsName {
+    Flat,
+    Nested,
+}
+
+impl SourceText {
+    /// How fronts read text.
+    pub fn reading(self) -> Reading {
+        Reading {
+            comments: self.comments.map(|name| match name {
+                CommentsName::Flat => Comments::Flat,
+                CommentsName::Nested => Comments::Nested,
+            }),
+        }
+    }
+
+    /// Makes UTF-8 of files in the encoding that is stated.
+    pub fn recode(self, inputs: &mut [Input]) {
+        if let Some(encoding) = self.encoding {
+            inputs.iter_mut().for_each(|input| input.recode(encoding));
+        }
+    }
+
+    /// The options as they are written.
+    pub fn written(self) -> Vec<String> {
+        let comments = self.comments.map(|name| match name {
+            CommentsName::Flat => "--comments flat".to_owned(),
+            CommentsName::Nested => "--comments nested".to_owned(),
+        });
+        let encoding = self.encoding.map(|encoding| format!("--encoding {encoding}"));
+        comments.into_iter().chain(encoding).collect()
+    }
+}

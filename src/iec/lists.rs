@@ -1,0 +1,144 @@
+//! Lists of global variables that are named after their files, as CODESYS and TwinCAT have them: `GVL.Level`.
+
+use super::ast::{Expr, Part, Path, change, path_of, paths_of};
+use super::chart::Target;
+use super::{Body, Pou, Project, TypeRef, Variable, same};
+
+/// A list's name, and those of its variables.
+pub type List = (String, Vec<String>);
+
+/// The name that a file gives to its lists of global variables.
+pub(super) fn of_file(name: &str) -> &str {
+    let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    base.split_once('.').map_or(base, |(stem, _)| stem)
+}
+
+impl Project {
+    /// Takes a list's name away where it stands before one of its variables, when all files are read; unless that name, or the
+    /// variable's alone, means something else there.
+    pub fn unqualify(&mut self) {
+        let lists = std::mem::take(&mut self.lists);
+        let lists: Vec<&List> = lists.iter().filter(|(list, _)| !self.has_name(list)).collect();
+        if lists.is_empty() {
+            return;
+        }
+        let globals = self.globals.iter().flat_map(|(_, all)| all);
+        let names: Vec<String> = globals.map(|one| one.name.clone()).collect();
+        let is_only = |name: &str| names.iter().filter(|own| same(own, name)).count() == 1;
+        let unqualified = |path: &Path| {
+            let Some(Part::Name(name)) = path.rest.first() else { return None };
+            let is_it = |(list, all): &&&List| {
+                same(list, &path.first) && all.iter().any(|own| same(own, name))
+            };
+            (lists.iter().any(|list| is_it(&list)) && is_only(name)).then(|| name.clone())
+        };
+        for pou in &mut self.pous {
+            in_unit(pou, &[], &unqualified);
+        }
+        let mut see = |path: &mut Path| shorten(path, &[], &unqualified);
+        for (_, all) in &mut self.globals {
+            all.iter_mut().for_each(|one| in_variable(one, &mut see));
+        }
+        for one in &mut self.types {
+            in_type(&mut one.of, &mut see);
+            one.initial.iter_mut().for_each(|value| paths_of(value, &mut see));
+        }
+        for one in self.connected.iter_mut().flat_map(|one| &mut one.given) {
+            paths_of(&mut one.value, &mut see);
+        }
+    }
+
+    /// Whether something else has a list's name.
+    fn has_name(&self, name: &str) -> bool {
+        let units = self.pous.iter().flat_map(|pou| pou.methods.iter().chain([pou]));
+        let variables = units.clone().flat_map(|pou| &pou.variables);
+        let globals = self.globals.iter().flat_map(|(_, all)| all);
+        let tasks = self.tasks.iter().flat_map(|task| &task.instances);
+        variables.chain(globals).any(|one| same(&one.name, name))
+            || units.flat_map(|pou| &pou.actions).any(|one| same(&one.name, name))
+            || self.pous.iter().flat_map(|pou| &pou.methods).any(|one| same(&one.name, name))
+            || self.pous.iter().any(|pou| same(&pou.name, name))
+            || self.types.iter().any(|one| same(&one.name, name))
+            || self.globals.iter().any(|(list, _)| same(list, name))
+            || { tasks }.any(|(own, _)| same(own, name))
+    }
+}
+
+type Unqualified<'u> = &'u dyn Fn(&Path) -> Option<String>;
+
+/// Takes a list's name away, unless one of these variables has the name of the list's.
+fn shorten(path: &mut Path, hiding: &[String], unqualified: Unqualified<'_>) {
+    let Some(name) = unqualified(path) else { return };
+    if !hiding.iter().any(|own| same(own, &name)) {
+        path.first = name;
+        path.rest.remove(0);
+    }
+}
+
+fn in_unit(pou: &mut Pou, around: &[String], unqualified: Unqualified<'_>) {
+    let own = pou.variables.iter().map(|one| &one.name).chain([&pou.name]);
+    let members = pou.methods.iter().map(|one| &one.name);
+    let members = members.chain(pou.actions.iter().map(|one| &one.name));
+    let hiding: Vec<String> = own.chain(members).chain(around).cloned().collect();
+    // What a unit inherits may hide them, too.
+    if pou.extends.is_some() {
+        return;
+    }
+    let mut see = |path: &mut Path| shorten(path, &hiding, unqualified);
+    pou.variables.iter_mut().for_each(|one| in_variable(one, &mut see));
+    in_body(&mut pou.body, &mut see);
+    for one in pou.actions.iter_mut().chain(&mut pou.transitions) {
+        in_body(&mut one.body, &mut see);
+    }
+    pou.methods.iter_mut().for_each(|one| in_unit(one, &hiding, unqualified));
+}
+
+fn in_variable(one: &mut Variable, see: &mut dyn FnMut(&mut Path)) {
+    one.initial.iter_mut().for_each(|value| paths_of(value, see));
+    in_type(&mut one.of, see);
+}
+
+fn in_type(of: &mut TypeRef, see: &mut dyn FnMut(&mut Path)) {
+    match of {
+        TypeRef::Array(dimensions, of) => {
+            for bound in dimensions.iter_mut().flat_map(|(low, high)| [low, high]) {
+                paths_of(bound, see);
+            }
+            in_type(of, see);
+        }
+        TypeRef::Text(Some(length)) => paths_of(length, see),
+        TypeRef::Struct(parts) => parts.iter_mut().for_each(|one| in_variable(one, see)),
+        TypeRef::Subrange(of, bounds) => {
+            let (low, high) = &mut **bounds;
+            paths_of(low, see);
+            paths_of(high, see);
+            in_type(of, see);
+        }
+        TypeRef::Pointer(of) | TypeRef::Reference(of) => in_type(of, see),
+        TypeRef::Named(_) | TypeRef::Text(None) | TypeRef::Enumeration(..) => {}
+    }
+}
+
+fn in_body(body: &mut Body, see: &mut dyn FnMut(&mut Path)) {
+    match body {
+        Body::Code(_, statements) => {
+            let see = std::cell::RefCell::new(see);
+            change(
+                statements,
+                &mut |expr: &mut Expr| paths_of(expr, &mut |path| (see.borrow_mut())(path)),
+                &mut |path| path_of(path, &mut |path| (see.borrow_mut())(path)),
+            );
+        }
+        Body::Chart(chart) => {
+            chart.transitions.iter_mut().for_each(|one| paths_of(&mut one.condition, see));
+            for block in chart.steps.iter_mut().flat_map(|step| &mut step.blocks) {
+                block.time.iter_mut().for_each(|time| paths_of(time, see));
+                match &mut block.target {
+                    Target::Inline(_, body) => in_body(body, see),
+                    Target::Path(path) => path_of(path, see),
+                }
+            }
+        }
+        Body::Unread(..) => {}
+    }
+}
