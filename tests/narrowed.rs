@@ -298,7 +298,8 @@ fn program(tape: &mut Tape<'_>, iterations: bool) -> (Program, Vec<Times>) {
     let (mut program, _) = generate(tape, TASTE);
     program.ranges.retain(|range| range.cells.len() == 1);
     if tape.percent(30) {
-        program.ranges = vec![StartRange { cells: vec![word(0)], low: 0, high: 5 }];
+        program.ranges =
+            vec![StartRange { cells: vec![word(0)], low: 0, high: 5, values: Vec::new() }];
     }
     let mut additions = Additions { tape, program };
     additions.all(iterations);

@@ -36,7 +36,10 @@ fn melsec_index_registers_are_added() {
 
 #[test]
 fn what_is_not_settled_is_not_known() {
+    // What goes on after an error, and what stops there.
     let text = "LD SM400\nMOV HFFFF D0\nBIN D0 D1\nLD= D1 K1\nSwOp0\nCJ P0\nSwOp0\nP0";
+    assert_eq!(real("melsec-list", text, &[]).stopped.as_deref(), Some("BIN D0 D1"));
+    let text = "LD SM400\nSwOp1 D1\nLD= D1 K1\nSwOp0\nCJ P0\nSwOp0\nP0";
     assert_eq!(real("melsec-list", text, &[]).stopped.as_deref(), Some("CJ P0"));
 }
 

@@ -12,6 +12,8 @@ pub struct Assumption {
     pub devices: Vec<String>,
     /// The word's least value, signed, and its largest one.
     pub range: Option<(i64, i64)>,
+    /// Its only values, where these are not all of the range; else empty.
+    pub values: Vec<u16>,
     /// Of relays, how many of them are ever on at once: one, or all but one; 0: all are off in the first scan.
     pub most: usize,
     /// All instructions that write them, with their texts: the evidence.
@@ -36,6 +38,7 @@ impl Assumption {
         let trusted = program.trusted.iter().map(|one| Assumption {
             devices: vec![program.cell_name(one.cell)],
             range: Some((one.low, one.high)),
+            values: one.values.clone(),
             most: 0,
             written: one.written.iter().map(written).collect(),
             without: None,
@@ -43,7 +46,14 @@ impl Assumption {
         let apart = program.apart.iter().map(|one| {
             let devices = one.bits.iter().map(|&bit| program.bit_name(bit)).collect();
             let written = one.written.iter().map(written).collect();
-            Assumption { devices, range: None, most: one.most, written, without: None }
+            Assumption {
+                devices,
+                range: None,
+                values: Vec::new(),
+                most: one.most,
+                written,
+                without: None,
+            }
         });
         trusted.chain(apart).collect()
     }

@@ -7,6 +7,9 @@ use crate::replay::{Real, Stopped, Why};
 use crate::scan::model::{Assignment, Origin, ScanModel};
 use std::collections::BTreeMap;
 
+/// What to do where a CPU is set up otherwise than by default.
+const CHOICE: &str = ": where its parameters let it go on, state [scan] on_error = \"continue\"";
+
 /// What was executed, by instruction and call context: whether it fired, and what it cost.
 pub struct Executed(BTreeMap<(usize, Vec<Frame>), (bool, Picos)>);
 
@@ -70,9 +73,25 @@ pub fn stands_between(program: &Program, real: &Real) -> String {
                 at(*cause)
             )
         }
+        Some(Stopped { at: stop, why: Why::Error, .. }) => {
+            format!(
+                "an operation error at {} stops the CPU in each scan that was tried{CHOICE}",
+                at(*stop)
+            )
+        }
         Some(Stopped { at: stop, why: Why::TooLong, .. }) => {
             format!("the simulation was ended at {}, since the scan is long", at(*stop))
         }
-        _ => "the model takes values that no scan was found to have".to_owned(),
+        _ => {
+            let why = "the model takes values that no scan was found to have";
+            let error = program.errors.keys().next();
+            let stops = error.map(|&first| {
+                format!(
+                    "; no scan counts in which an operation error stops the CPU (possible from {} on){CHOICE}",
+                    at(first)
+                )
+            });
+            why.to_owned() + &stops.unwrap_or_default()
+        }
     }
 }

@@ -105,6 +105,8 @@ pub enum Fact {
     },
     /// An instruction's times.
     Time(Override),
+    /// Whether the CPU stops at an operation error.
+    StopsOnError(bool),
     /// A flowchart PC reads its inputs once a pass, into an image, or at each test.
     Latched(bool),
     /// How many points of a side are refreshed.
@@ -191,6 +193,7 @@ impl Fact {
             .chain(facts.action_order.map(Fact::ActionOrder))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
+            .chain(facts.stops_on_error.map(Fact::StopsOnError))
             .chain(facts.latched.map(Fact::Latched))
             .chain(points)
             .chain(facts.base.iter().cloned().map(Fact::Base))
@@ -266,6 +269,8 @@ impl fmt::Display for Fact {
             Fact::Time(Override { name, on, off }) => {
                 write!(f, "{name} takes {on}, {off} where it does not run")
             }
+            Fact::StopsOnError(true) => f.write_str("the CPU stops at an operation error"),
+            Fact::StopsOnError(false) => f.write_str("the CPU goes on after an operation error"),
             Fact::Latched(true) => f.write_str("inputs are read once a pass, into an image"),
             Fact::Latched(false) => f.write_str("inputs are read at each test"),
             Fact::Points { side, points, by_base } => {

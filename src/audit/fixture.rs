@@ -183,6 +183,7 @@ pub fn fixture() -> Audit {
             most: 0,
             devices: vec!["D60".to_owned()],
             range: Some((0, 19)),
+            values: Vec::new(),
             without: None,
             written: vec![(Location { file: 0, line: 5, step: None }, "MOV K19 D60".into())],
         }],

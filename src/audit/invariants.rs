@@ -144,7 +144,7 @@ fn tell(program: &Program, breach: &Breach) -> String {
     match *breach {
         Breach::Word(at) => {
             let word = &program.trusted[at];
-            format!("{} is {} to {}", program.cell_name(word.cell), word.low, word.high)
+            format!("{} is {}", program.cell_name(word.cell), word.told())
         }
         Breach::All(ref bits) => {
             let names: Vec<String> = bits.iter().map(|&bit| program.bit_name(bit)).collect();
@@ -174,10 +174,12 @@ fn power_up(program: &Program) -> String {
             program.power_up.word(one.cell)
         );
         let [low, high] = [one.low, one.high].map(|end| end as u16);
-        asked += &format!(
-            "  (not (and (bvsle #x{low:04X} w{place}) (bvsle w{place} #x{high:04X}))) ; {}\n",
-            tell(program, &Breach::Word(place))
-        );
+        let is_one = one.values.iter().map(|value| format!(" (= w{place} #x{value:04X})"));
+        let within = match one.values.is_empty() {
+            true => format!("(and (bvsle #x{low:04X} w{place}) (bvsle w{place} #x{high:04X}))"),
+            false => format!("(or{})", is_one.collect::<String>()),
+        };
+        asked += &format!("  (not {within}) ; {}\n", tell(program, &Breach::Word(place)));
     }
     let mut relays: BTreeSet<BitTarget> = BTreeSet::new();
     let name = |bit: BitTarget| match bit {

@@ -421,7 +421,8 @@ impl Sought<'_> {
         let is_bounded = loops.found.is_empty() && !followed.whole;
         let running = || {
             let found = closing.longest(program, prices, (&witness, upper), runs)?;
-            let run = is_bounded.then(|| power_up::run(program, prices, &found, &limits));
+            let is_sought = is_bounded && found.best.is_possible();
+            let run = is_sought.then(|| power_up::run(program, prices, &found, &limits));
             Ok::<_, Failure>((found, run.unwrap_or_default()))
         };
         let (explained, ran) = rayon::join(|| findings.explain(prepared), running);
@@ -443,7 +444,9 @@ impl Sought<'_> {
         let cuts = budget.cuts();
         let finished = Finished {
             found: &found,
-            same: found.best.replay.total == model_total && found.witness == witness,
+            same: found.best.is_possible()
+                && found.best.replay.total == model_total
+                && found.witness == witness,
             start: followed.start,
             warnings: warnings.clone(),
             cuts: cuts.clone(),

@@ -56,6 +56,15 @@ impl Found {
         news
     }
 
+    /// Lets no time stand of a run that is not possible: where there is no other, nothing is known of any scan.
+    fn without_impossible(mut self) -> Found {
+        if !self.best.is_possible() {
+            self.best.replay.total = Picos::ZERO;
+            self.best.replay.events.clear();
+        }
+        self
+    }
+
     /// Keeps a run if it is better than the best so far: possible, then longer.
     fn keep_better(&mut self, run: Real, start: Witness) {
         let rank = |run: &Real| (run.is_possible(), run.replay.total);
@@ -116,7 +125,7 @@ impl Search<'_> {
             self.go_on(&mut found, Some(upper), &mut gates)?;
             self.within(&found.best, upper)?;
         }
-        Ok(found)
+        Ok(found.without_impossible())
     }
 
     /// Makes real runs from these starts, the first that of the model's dearest scan, which costs `upper`, and goes on
@@ -137,7 +146,7 @@ impl Search<'_> {
         }
         self.go_on(&mut found, Some(upper), &mut 0)?;
         self.within(&found.best, upper)?;
-        Ok(found)
+        Ok(found.without_impossible())
     }
 
     /// Makes further runs, each of the dearest scan of the model with what all before taught, as long as a dearer one may be
@@ -412,7 +421,7 @@ impl Free for Start<'_> {
         let stated = self.program.ranges.iter().find(|range| range.cells == [cell]);
         match stated {
             Some(range) if is_count => range.high as u16,
-            Some(range) => 0.clamp(range.low, range.high) as u16,
+            Some(range) => range.least() as u16,
             None if is_count => i16::MAX.cast_unsigned(),
             None => 0,
         }

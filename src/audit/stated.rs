@@ -468,6 +468,7 @@ mod tests {
             cells: (first..first + count).map(cell).collect(),
             low: 0,
             high: 9,
+            values: Vec::new(),
         };
         program.ranges = vec![range(0, 1), range(0, 2), range(1, 2), range(7, 1)];
         let write = Write::Havoc(Region::Range { first: cell(2), count: 1 }, ChoiceId(0));

@@ -43,6 +43,8 @@ pub struct Facts {
     pub network: Option<Picos>,
     /// The factor on the whole scan, in place of the table's.
     pub factor: Option<StatedFactor>,
+    /// Whether the CPU stops at an operation error, or goes on with the next instruction: a parameter of some CPUs.
+    pub stops_on_error: Option<bool>,
     /// Whether a flowchart PC reads its inputs once a pass, into an image, instead of at each test.
     pub latched: Option<bool>,
     /// How many bits an index to file registers and extended data registers has, 16 or 32: a parameter of some CPUs.
@@ -107,10 +109,11 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 const SELECTION: &str = "write selection = \"all\" where all transitions clear that compete for a step without priorities and are true, else selection = \"first\"";
 const ACTION_ORDER: &str = "write action_order = \"named\" (as the chart first names actions), \"declared\" (Boolean variables, then actions as they are declared: matiec) or \"alphabetical\" (those that have ended first, each by their names: CODESYS, TwinCAT)";
+const ON_ERROR: &str = "write on_error = \"stop\" where the CPU stops at an operation error (division by zero, an index beyond its area), on_error = \"continue\" where it goes on, as its parameters say";
 /// The tables of a facts file.
 pub const TABLES: [&str; 13] = [
     "ranges",
@@ -488,8 +491,13 @@ impl Reader<'_> {
 
     fn scan(&mut self, key: &Key<'_>, value: &Value<'_>) {
         let help = "write factor = 1.1, by which what else the CPU serves lengthens a scan at most";
-        if key.get_ref().as_ref() != "factor" {
-            return self.unknown(key, "scan", &meant(key.get_ref(), &["factor"], help));
+        match key.get_ref().as_ref() {
+            "factor" => {}
+            "on_error" => return self.on_error(value),
+            other => {
+                let help = meant(other, &["factor", "on_error"], &format!("{help}; {ON_ERROR}"));
+                return self.unknown(key, "scan", &help);
+            }
         }
         let text = match value.get_ref() {
             DeValue::Float(float) => float.as_str().to_owned(),
@@ -507,6 +515,17 @@ impl Reader<'_> {
                 "factor is not a decimal from 1 to 10".to_owned(),
                 help,
             ),
+        }
+    }
+
+    fn on_error(&mut self, value: &Value<'_>) {
+        match value.get_ref().as_str() {
+            Some("stop") => self.facts.stops_on_error = Some(true),
+            Some("continue") => self.facts.stops_on_error = Some(false),
+            _ => {
+                let message = "on_error is \"stop\" or \"continue\"".to_owned();
+                self.fault(Some(value.span()), message, ON_ERROR);
+            }
         }
     }
 
@@ -565,7 +584,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\non_error = 'continue'\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         let writes = Some(vec!["D1-D9".to_owned()]);
         let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
@@ -594,6 +613,7 @@ mod tests {
                 by_base: Default::default(),
                 network: Some(Picos(1_500_000_000)),
                 factor: Some(StatedFactor { millionths: 1_050_000, text: "1.05".to_owned() }),
+                stops_on_error: Some(false),
                 latched: Some(true),
                 places: facts.places.clone(),
             }

@@ -136,7 +136,7 @@ impl<'p> Cpu<'p> {
         let halt = match (stopped, unbounded) {
             (Some(stopped), _) => Some(match stopped.why {
                 Why::Unknown(cause) => Halt::Unknown(cause),
-                Why::Excluded => Halt::Unknown(stopped.at),
+                Why::Excluded | Why::Error => Halt::Unknown(stopped.at),
                 Why::TooLong => Halt::Endless(stopped.at),
             }),
             (None, at) => at.map(Halt::Endless),

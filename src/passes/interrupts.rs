@@ -110,26 +110,39 @@ impl Changing {
         for (at, instruction) in program.instructions.iter_mut().enumerate() {
             let is_inside = self.inside.contains(&at);
             let mut taken = false;
-            instruction.each_read_mut(&mut |source| match source {
-                SourceMut::Bit(source) => {
-                    if let BitSource::Cell(cell) | BitSource::WordBit(cell, _) = *source
-                        && (is_inside || self.holds(cell))
-                    {
-                        *source = BitSource::Free(fresh(choices));
-                        taken = true;
-                    }
-                }
-                SourceMut::Word(source) => {
-                    let is_memory = matches!(source, WordSource::Cell(_) | WordSource::Bits { .. });
-                    if is_memory && (is_inside || self.holds_any(*source)) {
-                        *source = WordSource::Free(fresh(choices));
-                        taken = true;
-                    }
-                }
-            });
+            instruction
+                .each_read_mut(&mut |source| taken |= self.frees(source, is_inside, choices));
             if taken && !is_inside {
                 let what = Approximated::Interrupted;
                 program.approximations.push(Approximation { instruction: at, what });
+            }
+        }
+        for (at, error) in &mut program.errors {
+            let is_inside = self.inside.contains(at);
+            error.each_read_mut(&mut |source| _ = self.frees(source, is_inside, choices));
+        }
+    }
+
+    /// Lets a source be any value if it may change, or all do; whether it may.
+    fn frees(&self, source: SourceMut<'_>, all: bool, choices: &mut u32) -> bool {
+        match source {
+            SourceMut::Bit(source) => {
+                let (BitSource::Cell(cell) | BitSource::WordBit(cell, _)) = *source else {
+                    return false;
+                };
+                let changes = all || self.holds(cell);
+                if changes {
+                    *source = BitSource::Free(fresh(choices));
+                }
+                changes
+            }
+            SourceMut::Word(source) => {
+                let is_memory = matches!(source, WordSource::Cell(_) | WordSource::Bits { .. });
+                let changes = is_memory && (all || self.holds_any(*source));
+                if changes {
+                    *source = WordSource::Free(fresh(choices));
+                }
+                changes
             }
         }
     }

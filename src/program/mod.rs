@@ -34,12 +34,14 @@ mod approximation;
 mod area;
 pub mod cell_budget;
 mod charts;
+pub mod errors;
 pub mod flow;
 mod indexed;
 pub mod ladder;
 pub mod meaning;
 pub mod place;
 mod reads;
+mod routines;
 mod settled;
 mod start;
 mod statements;
@@ -56,8 +58,9 @@ pub use charts::Charts;
 pub use indexed::{Indexed, Length};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
+pub use routines::{Absent, Interrupt};
 pub use settled::{Settled, Settling};
-pub use start::{Apart, PowerUp, StartRange, TrustedRange};
+pub use start::{Apart, PowerUp, StartRange, TrustedRange, range_or_values};
 pub use statements::{Body, Statement, Statements};
 pub use tags::{Tag, Tags, Type};
 pub use task::Task;
@@ -558,35 +561,6 @@ impl Instruction {
     }
 }
 
-/// A routine that may interrupt the scan.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Interrupt {
-    /// Its label.
-    pub name: String,
-    /// Its first instruction.
-    pub entry: usize,
-    /// How often it is counted in a scan.
-    pub times: u32,
-    /// Whether the user stated that number.
-    pub stated: bool,
-}
-
-/// A routine that a call asks for and that is not in the project. What is known of it stands behind the programs, and is
-/// called in its place.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Absent {
-    /// Its name, as [`crate::base::facts::plain`] has names.
-    pub name: String,
-    /// The instruction that takes its time and writes what it may write.
-    pub entry: usize,
-    /// What it takes.
-    pub time: Picos,
-    /// Whether the user stated that; else nothing is known of it, and what is found with it is no bound.
-    pub stated: bool,
-    /// Whether its declaration is there: it writes what it is handed and what it holds itself, whatever else is stated.
-    pub declared: bool,
-}
-
 /// One source file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceFile {
@@ -624,6 +598,9 @@ pub struct Program {
     pub uncounted: BTreeSet<usize>,
     /// Instructions at which fewer iterations or units are counted than their words could say, as `passes::values` found.
     pub narrowed: BTreeSet<usize>,
+    /// Instructions that may be an operation error, and when they are: worked out in the state before the instruction, where
+    /// it fires or is a contact. The CPU does not go on from one, so no such scan is a lower bound; upper bounds have such scans, too.
+    pub errors: BTreeMap<usize, Logic>,
     /// The routines that are not there, one for each call.
     pub absent: Vec<Absent>,
     /// Units without a body that give something all the same, and of which nothing is stated: they were taken to do nothing.

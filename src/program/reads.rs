@@ -100,6 +100,18 @@ impl Instruction {
     }
 }
 
+impl Logic {
+    /// Shows every source.
+    pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
+        logic(self, see);
+    }
+
+    /// Gives out every source.
+    pub fn each_read_mut(&mut self, change: &mut dyn FnMut(SourceMut<'_>)) {
+        logic_mut(self, change);
+    }
+}
+
 pub(super) fn logic(of: &Logic, see: &mut dyn FnMut(Source)) {
     match of {
         Logic::Condition | Logic::Const(_) => {}

@@ -12,6 +12,25 @@ pub struct StartRange {
     pub low: i64,
     /// Largest value, signed.
     pub high: i64,
+    /// Of one word, the only values, where these are not all from the least to the largest; else empty.
+    pub values: Vec<u16>,
+}
+
+impl StartRange {
+    /// Whether the cells may hold this value.
+    #[must_use]
+    pub fn has(&self, value: i64) -> bool {
+        let is_one = |&one: &u16| i64::from(one.cast_signed()) == value;
+        (self.low..=self.high).contains(&value)
+            && (self.values.is_empty() || self.values.iter().any(is_one))
+    }
+
+    /// The value nearest to 0.
+    #[must_use]
+    pub fn least(&self) -> i64 {
+        let values = self.values.iter().map(|value| i64::from(value.cast_signed()));
+        values.min_by_key(|value| value.abs()).unwrap_or_else(|| 0.clamp(self.low, self.high))
+    }
 }
 
 /// What a word holds whenever a scan starts, since the program writes it in every scan and nobody else does: what every
@@ -24,8 +43,31 @@ pub struct TrustedRange {
     pub low: i64,
     /// Largest value, signed.
     pub high: i64,
+    /// The only values, as in [`StartRange`].
+    pub values: Vec<u16>,
     /// The instructions that write it, indices into `Program::instructions`.
     pub written: Vec<usize>,
+}
+
+impl TrustedRange {
+    /// What it holds, in words: `0 to 7`, or `0 or 10`.
+    #[must_use]
+    pub fn told(&self) -> String {
+        range_or_values((self.low, self.high), &self.values)
+    }
+}
+
+/// A range in words, or its only values, if there are some.
+#[must_use]
+pub fn range_or_values((low, high): (i64, i64), values: &[u16]) -> String {
+    let mut values: Vec<i64> = values.iter().map(|value| value.cast_signed().into()).collect();
+    values.sort_unstable();
+    let all: Vec<String> = values.iter().map(i64::to_string).collect();
+    match &all[..] {
+        [] => format!("{low} to {high}"),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} or {last}", first.join(", ")),
+    }
 }
 
 /// Bits of which few are on at once when a scan starts, since the program alone writes them: what every scan from power-up

@@ -277,6 +277,11 @@ impl<'p, F: Free> Machine<'p, F> {
         {
             return self.stop(at, Why::Excluded);
         }
+        let is_contact = matches!(instruction.step, Step::Logic { .. });
+        let executed = if is_contact { Truth::TRUE } else { fired };
+        if let Some(why) = self.fails(condition, executed) {
+            return self.stop(at, why);
+        }
         let cost = match (fired.doubt, fired.value) {
             // It takes the lesser of the two at least.
             (Some(_), _) => times.on.min(times.off),
@@ -294,6 +299,20 @@ impl<'p, F: Free> Machine<'p, F> {
             Some(Err(why)) => self.stop(at, why),
             Some(Ok(iterations)) => self.step(at, &instruction.step, fired, iterations),
             None => self.step(at, &instruction.step, fired, 0),
+        }
+    }
+
+    /// Why the CPU does not go on from the instruction, or may not: an operation error.
+    fn fails(&mut self, condition: Truth, executed: Truth) -> Option<Why> {
+        if self.state.mode != Mode::Real {
+            return None;
+        }
+        let error = self.program.errors.get(&self.state.at)?;
+        let fails = self.state.logic(error, condition).and(executed);
+        match fails {
+            Truth { doubt: Some(cause), .. } => Some(Why::Unknown(cause)),
+            Truth { value: true, .. } => Some(Why::Error),
+            Truth { value: false, .. } => None,
         }
     }
 

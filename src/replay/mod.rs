@@ -125,6 +125,8 @@ pub enum Why {
     Unknown(usize),
     /// What the user stated excludes this scan.
     Excluded,
+    /// An operation error occurs, from which the CPU does not go on.
+    Error,
     /// It has more instructions than are followed.
     TooLong,
 }
@@ -160,10 +162,11 @@ pub struct Real {
 }
 
 impl Real {
-    /// Whether the user's statements allow this scan: those of start values, and those of counts within it.
+    /// Whether the CPU makes this scan: the user's statements allow it, those of start values and those of counts within it,
+    /// and no operation error ends it.
     #[must_use]
     pub fn is_possible(&self) -> bool {
-        let excluded = |stopped: &Stopped| stopped.why == Why::Excluded;
+        let excluded = |stopped: &Stopped| matches!(stopped.why, Why::Excluded | Why::Error);
         self.replay.broken_ranges.is_empty()
             && self.replay.broken_invariants.is_empty()
             && !self.stopped.as_ref().is_some_and(excluded)
@@ -194,7 +197,7 @@ pub fn real<F: Free>(
                 }
             }
         }
-        // A run that the user's statements exclude is taken only if there is no other.
+        // A run that is not possible is taken only if there is no other.
         let rank = |one: &Real| (!one.is_possible(), one.replay.total);
         if best.as_ref().is_none_or(|old| rank(&found) < rank(old)) {
             best = Some(found);

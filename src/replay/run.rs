@@ -52,7 +52,7 @@ impl<'p> Outside<'p> {
     /// A value that is not known: one that is stated to be possible, 0 where that is.
     fn stated(&self, cell: Cell) -> u16 {
         let range = self.program.ranges.iter().find(|range| range.cells == [cell]);
-        range.map_or(0, |range| 0.clamp(range.low, range.high) as u16)
+        range.map_or(0, |range| range.least() as u16)
     }
 
     /// Whether nothing is known of what the cell holds whenever a scan starts, or at power-up.

@@ -538,7 +538,7 @@ impl<'p, F: Free> State<'p, F> {
                 is_known &= unknown == 0 && self.free.unknown(cell) == 0;
                 end.push(value);
             }
-            let within = |value: i64| (range.low..=range.high).contains(&value);
+            let within = |value: i64| range.has(value);
             if let (true, Some(start), Some(end)) = (is_known, number(&start), number(&end))
                 && within(start)
                 && !within(end)
@@ -552,7 +552,7 @@ impl<'p, F: Free> State<'p, F> {
     fn meets(&self, range: &StartRange) -> bool {
         let read: Vec<Option<u16>> =
             range.cells.iter().map(|cell| self.started.get(cell).copied().flatten()).collect();
-        let within = |value: i64| (range.low..=range.high).contains(&value);
+        let within = |value: i64| range.has(value);
         match read[..] {
             [Some(word)] => within(i64::from(word.cast_signed())),
             [Some(low), Some(high)] => within(double(low, high)),

@@ -298,13 +298,18 @@ fn a_range_is_broken_only_by_what_was_read() {
         let times = vec![Times::new(Picos::ZERO, Picos::ZERO); read.len()];
         !replay(&p, &times, witness).broken_ranges.is_empty()
     };
-    let one = StartRange { cells: vec![word(0)], low: -3, high: 4 };
+    let one = StartRange { cells: vec![word(0)], low: -3, high: 4, values: Vec::new() };
     assert!(!broken(one.clone(), &[word(0)], &start(&[(word(0), 0xFFFD)])));
     assert!(broken(one.clone(), &[word(0)], &start(&[(word(0), 0xFFFC)])));
     assert!(broken(one.clone(), &[word(0)], &start(&[(word(0), 5)])));
     assert!(!broken(one, &[], &start(&[(word(0), 5)])));
 
-    let two = StartRange { cells: vec![word(0), word(1)], low: 0x1_FFFE, high: 0x2_0001 };
+    let two = StartRange {
+        cells: vec![word(0), word(1)],
+        low: 0x1_FFFE,
+        high: 0x2_0001,
+        values: Vec::new(),
+    };
     for (low, high, want) in
         [(0xFFFE, 1, false), (0xFFFD, 1, true), (1, 2, false), (2, 2, true), (0, 3, true)]
     {

@@ -10,7 +10,8 @@ use super::{Purpose, Run, ScanError, Settings, held, number, run};
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::Knowledge;
 use crate::program::{
-    BitTarget, Cell, ChoiceId, Effect, Indexed, Length, Program, Step, WordSource, Write,
+    BitTarget, Cell, ChoiceId, Effect, Indexed, Length, Program, StartRange, Step, WordSource,
+    Write,
 };
 use crate::scan::model::{Atom, Charge, Lit, Origin, ScanModel, VarId};
 
@@ -77,10 +78,10 @@ pub fn scan_model_staying(
 ) -> Result<(ScanModel, Vec<Stay>), ScanError> {
     let settings = Settings { times, knowledge, purpose, limits };
     let single = |(place, one): (usize, &Stays)| match one {
-        Stays::Within(cells, low, high) => match cells[..] {
-            [cell] => Some((place, (cell, *low, *high))),
-            _ => None,
-        },
+        Stays::Within(cells, low, high) => {
+            let (cells, low, high) = (cells.clone(), *low, *high);
+            Some((place, StartRange { cells, low, high, values: Vec::new() }))
+        }
         Stays::Apart(_) => None,
     };
     let watch = Watch::of_words(all.iter().enumerate().filter_map(single));

@@ -197,6 +197,7 @@ fn run<T>(
     run.memory.watch = watch;
     for range in &program.ranges {
         run.constrain(&range.cells, range.low, range.high);
+        run.constrain_to(&range.cells, &range.values);
     }
     for invariant in &program.invariants {
         let holds = run.logic(invariant, Lit::TRUE, 0);
@@ -236,13 +237,13 @@ fn word_choices(program: &Program) -> Vec<bool> {
             }
         });
     }
-    for instruction in &program.instructions {
-        instruction.each_read(&mut |source| {
-            if let Source::Word(WordSource::Free(choice)) = source {
-                words[choice.0 as usize] = true;
-            }
-        });
-    }
+    let mut see = |source| {
+        if let Source::Word(WordSource::Free(choice)) = source {
+            words[choice.0 as usize] = true;
+        }
+    };
+    program.instructions.iter().for_each(|instruction| instruction.each_read(&mut see));
+    program.errors.values().for_each(|error| error.each_read(&mut see));
     words
 }
 
@@ -426,12 +427,28 @@ impl Run<'_> {
             instruction.step.fires().map_or(Lit::TRUE, |fires| self.logic(fires, condition, at));
         let fired = self.memory.circuit().and(act.active, fires);
         self.known.reach(fired);
+        let executed =
+            if matches!(instruction.step, Step::Logic { .. }) { act.active } else { fired };
+        self.fail(at, executed, condition);
         self.charge(at, act.active, fired);
         for effect in &instruction.effects {
             self.effect(effect, act.active, fired, condition, at);
         }
         self.known.reach(act.active);
         self.step(act, at, &instruction.step, fires, fired)
+    }
+
+    /// Notes where an operation error ends the scan.
+    fn fail(&mut self, at: usize, executed: Lit, condition: Lit) {
+        if self.purpose == Purpose::LowerBound
+            && let Some(error) = self.program.errors.get(&at)
+        {
+            let error = self.logic(error, condition, at);
+            let error = self.memory.circuit().and(executed, error);
+            if error != Lit::FALSE {
+                self.memory.model.errors.push(error);
+            }
+        }
     }
 
     /// Carries out one effect.
@@ -610,6 +627,19 @@ impl Run<'_> {
         let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
         let within = self.within(&value, true, low, high);
         self.hold(Lit::TRUE, within);
+    }
+
+    /// Holds the start value of a word to some values, if there are any.
+    fn constrain_to(&mut self, cells: &[Cell], values: &[u16]) {
+        let ([cell], false) = (cells, values.is_empty()) else { return };
+        let word = self.memory.read_word(*cell);
+        let Memory { words, model, .. } = &mut self.memory;
+        let mut is_one = Lit::FALSE;
+        for &value in values {
+            let one = words.in_range(&mut model.circuit, word, value, value);
+            is_one = model.circuit.or(is_one, one);
+        }
+        self.hold(Lit::TRUE, is_one);
     }
 
     /// Whether a number of these words, least first, lies in a range.

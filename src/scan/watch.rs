@@ -2,7 +2,7 @@
 
 use super::number;
 use super::word::{Word, Words};
-use crate::program::{BitTarget, Cell, Program, Region, TrustedRange};
+use crate::program::{BitTarget, Cell, Program, Region, StartRange, TrustedRange};
 use crate::scan::model::{Circuit, Lit};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
@@ -33,8 +33,7 @@ pub struct Watch {
 struct Watched {
     /// Its place in `Program::trusted`.
     place: usize,
-    low: i64,
-    high: i64,
+    range: StartRange,
     /// Where another value was written.
     broken: Lit,
 }
@@ -42,16 +41,23 @@ struct Watched {
 impl Watch {
     /// Nothing yet.
     pub fn of(program: &Program) -> Watch {
-        let word = |one: &TrustedRange| (one.cell, one.low, one.high);
+        let word = |one: &TrustedRange| StartRange {
+            cells: vec![one.cell],
+            low: one.low,
+            high: one.high,
+            values: one.values.clone(),
+        };
         Watch::of_words(program.trusted.iter().map(word).enumerate())
     }
 
-    /// Nothing yet of words, each with what [`Breach::Word`] calls it, its cell, and its least and largest value. Of several
-    /// that are one cell only the last is watched.
-    pub fn of_words(words: impl Iterator<Item = (usize, (Cell, i64, i64))>) -> Watch {
-        let word =
-            |(place, (cell, low, high))| (cell, Watched { place, low, high, broken: Lit::FALSE });
-        Watch { words: words.map(word).collect(), others: BTreeMap::new() }
+    /// Nothing yet of words, each with what [`Breach::Word`] calls it, and what it may hold. Of several that are one cell only
+    /// the last is watched; of numbers of two words none is.
+    pub fn of_words(words: impl Iterator<Item = (usize, StartRange)>) -> Watch {
+        let word = |(place, range): (usize, StartRange)| match range.cells[..] {
+            [cell] => Some((cell, Watched { place, range, broken: Lit::FALSE })),
+            _ => None,
+        };
+        Watch { words: words.filter_map(word).collect(), others: BTreeMap::new() }
     }
 
     /// A word is written where `guard` holds.
@@ -64,7 +70,13 @@ impl Watch {
         value: Word,
     ) {
         let Some(watched) = self.words.get_mut(&cell) else { return };
-        let within = number::within(words, circuit, &[value], true, watched.low, watched.high);
+        let StartRange { low, high, values, .. } = &watched.range;
+        let mut within = number::within(words, circuit, &[value], true, *low, *high);
+        if !values.is_empty() {
+            let is = |&one: &u16| words.in_range(circuit, value, one, one);
+            let is_one: Vec<Lit> = values.iter().map(is).collect();
+            within = is_one.into_iter().fold(Lit::FALSE, |any, one| circuit.or(any, one));
+        }
         let outside = circuit.and(guard, !within);
         watched.broken = circuit.or(watched.broken, outside);
     }

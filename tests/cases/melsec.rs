@@ -80,3 +80,219 @@ fn module_access_that_is_not_understood_is_refused() {
         assert!(run.stderr.contains(operand), "{}", run.stderr);
     }
 }
+
+#[test]
+fn a_division_by_zero_is_no_scan() {
+    let report = audit("attack", &format!("operror-reached.il --table zero-ops.csv {Q}"));
+    assert_eq!((lower_ns(&report), upper_ns(&report)), (0, 1000));
+    assert_eq!(report["scan"]["exact"], false);
+    let between = report["scan"]["stands_between"].as_str().expect("a reason");
+    assert!(between.contains("operation error") && between.contains("on_error"), "{between}");
+    let run = scanbound(
+        "attack",
+        &format!("check operror-reached.il --table zero-ops.csv {Q} --limit 500ns"),
+    );
+    assert_eq!(run.code, Some(3), "{}", run.stdout);
+    for case in ["div-zero-reached.st", "null-interface-reached.st"] {
+        let arguments = format!("{case} --table zero.csv --facts calls.toml --trust all");
+        let report = audit("attack", &arguments);
+        assert_eq!(report["scan"]["lower_kind"], "admissible", "{case}");
+        assert!(report["witness_run"].as_array().is_none_or(Vec::is_empty), "{case}");
+        let run = scanbound("attack", &format!("check {arguments} --limit 500ns --refute reached"));
+        assert_eq!(run.code, Some(3), "{case}: {}", run.stdout);
+    }
+}
+
+#[test]
+fn operands_that_an_instruction_does_not_take_stop_the_cpu() {
+    for operation in [
+        "D/ D0 K0 D2",
+        "BIN HA D2",
+        "BCD K10000 D2",
+        "BCD K-1 D2",
+        "DBCD K100000000 D2",
+        "LIMIT K10 K5 D0 D1",
+        "DECO D0 D2 K9",
+        "SQR E-1 D2",
+        "BMOV D12280 D0 K20",
+        "BMOV D0 D12280 K20",
+        "FMOV K0 D12280 K20",
+        "E/ E1 E0 D2",
+        "B/ H10 H0 D2",
+        "B+ HA H1 D2",
+        "LOG E0 D2",
+        "ASIN E1.5 D2",
+        "INT E40000 D2",
+        "WORD K40000 D2",
+        "GRY K-1 D2",
+        "DIS D0 D2 K5",
+    ] {
+        let list = format!("LD X0; {operation}; Op1; END");
+        assert_eq!(bounds(&list, "", Q), (0, 1), "{operation}");
+    }
+    for (operation, lower) in [
+        ("/ D0 K1 D2", 1),
+        ("/ D0 D1 D2", 1),
+        ("BIN H9 D2", 1),
+        ("BIN D0 D2", 1),
+        ("BCD K9999 D2", 1),
+        ("BMOV D12268 D0 K20", 1),
+        ("ENCO D10 D2 K4", 1),
+        ("LIMIT K5 K5 D0 D1", 1),
+        ("SQR E1 D2", 1),
+        ("DECO D0 D2 K8", 1),
+    ] {
+        let list = format!("LD X0; {operation}; Op1; END");
+        assert_eq!(bounds(&list, "", Q), (lower, 1), "{operation}");
+    }
+    // What stood in a word is worked out.
+    for (before, operation, lower) in [
+        ("MOV K0 D10", "ENCO D10 D2 K4", 0),
+        ("MOV K1 D10", "ENCO D10 D2 K4", 1),
+        ("MOV K-1 Z0", "MOV D0Z0 D2", 0),
+        ("MOV K12288 Z0", "MOV D0Z0 D2", 0),
+        ("MOV K5 Z0", "MOV D0Z0 D2", 1),
+        ("MOV K-1 Z0", "OUT M0Z0", 0),
+        ("MOV K-1 Z0", "MOV D2 D1Z0", 1),
+        ("MOV K20000 D7", "BMOV D0 D100 D7", 0),
+        ("MOV K20 D7", "BMOV D0 D100 D7", 1),
+    ] {
+        let list = format!("LD SM400; {before}; LD X0; {operation}; Op1; END");
+        assert_eq!(bounds(&list, "", Q), (lower, 1), "{before}; {operation}");
+    }
+    // A contact is worked out whatever it gives: no scan counts.
+    let contact = "LD SM400; MOV K-1 Z0; LD M0Z0; OUT Y0; LD X0; Op1; END";
+    assert_eq!(bounds(contact, "", Q), (0, 1));
+}
+
+#[test]
+fn whether_a_cpu_goes_on_after_an_error_can_be_stated() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let facts = directory.path().join("on.toml");
+    fs::write(&facts, "[scan]\non_error = \"continue\"\n").expect("written");
+    let list = "LD X0; / D0 K0 D2; Op1; END";
+    assert_eq!(bounds(list, "", &format!("{Q} --facts {}", facts.display())), (1, 1));
+    // The FX goes on by default.
+    assert_eq!(
+        bounds("LD X0; DIV D0 K0 D2; Op1; END", "", "--cpu FX3U --dialect melsec-list"),
+        (1, 1)
+    );
+    fs::write(&facts, "[scan]\non_error = \"stop\"\n").expect("written");
+    let stated = format!("--cpu FX3U --dialect melsec-list --facts {}", facts.display());
+    assert_eq!(bounds("LD X0; DIV D0 K0 D2; Op1; END", "", &stated), (0, 1));
+}
+
+#[test]
+fn seventeen_levels_are_one_too_many() {
+    let loops = |levels: usize| {
+        let begin = "FOR K1; ".repeat(levels);
+        format!("{begin}LD X0; Op1; {}END", "NEXT; ".repeat(levels))
+    };
+    let calls = |levels: usize| {
+        let one = |n: usize| format!("P{n}; LD X0; CALL P{}; RET; ", n + 1);
+        let all: String = (0..levels - 1).map(one).collect();
+        format!("LD X0; CALL P0; FEND; {all}P{}; LD X0; Op1; RET; END", levels - 1)
+    };
+    for levels in [16, 17] {
+        let lower = u64::from(levels == 16);
+        assert_eq!(bounds(&loops(levels), "", Q), (lower, 1), "{levels} loops");
+        assert_eq!(bounds(&calls(levels), "", Q), (lower, 1), "{levels} calls");
+    }
+    let fx = "--cpu FX3U --dialect melsec-list";
+    assert_eq!(bounds(&loops(5), "", fx), (1, 1));
+    assert_eq!(bounds(&loops(6), "", fx), (0, 1));
+}
+
+#[test]
+fn single_values_of_a_word_hold_for_every_scan() {
+    let report = audit("attack", "int70-single-values.il --table unit.csv --cpu Q26UDV");
+    assert_eq!((lower_ns(&report), upper_ns(&report)), (200_000, 200_000));
+    assert_eq!(report["assumptions"][0]["values"], serde_json::json!([0, 10]));
+    // Values of a progression, and values on both sides of 0.
+    let unit = table("unit.csv");
+    for (list, want) in [
+        ("LD SM400; WAND K7 D3 D7; BMOV D100 D300 D7; LIMIT K-10 K-10 D9 D3; END", 600),
+        ("LD SM400; WAND K127 D3 D7; BMOV D100 D300 D7; WAND K48 D9 D3; END", 4800),
+        ("LD SM400; WAND K15 D3 D7; BMOV D100 D300 D7; WAND K2032 D9 D3; END", 0),
+    ] {
+        let directory = tempfile::tempdir().expect("a directory");
+        fs::write(directory.path().join("a.il"), list.replace("; ", "\n")).expect("written");
+        fs::write(directory.path().join("t.csv"), &unit).expect("written");
+        let file = directory.path().join("a.il");
+        let arguments = format!(
+            "audit {} --table {} --cpu Q26UDV --format json",
+            file.display(),
+            directory.path().join("t.csv").display()
+        );
+        let run = scanbound("attack", &arguments);
+        assert_eq!(run.code, Some(0), "{list}\n{}", run.stderr);
+        assert_eq!(upper_ns(&run.json()) / 1000, want, "{list}");
+    }
+}
+
+/// A CX-Programmer project with the rungs of one section, each as it stands in the file.
+fn project(sections: &str) -> String {
+    format!(
+        "CXProgVer:=\"2.3\";\nName:=\"T\";\nResource[0]:=\nBEGIN\n PLC:=\n BEGIN\n  Config:=\"[DEV]DEV:CJ2M;CPU:CPU31;\";\n END;\n Programs:=\n BEGIN\n  Program[0]:=\n  BEGIN\n   Name:=\"P\";\n   Comment:=\"\";\n   TaskID:=256;\n   Sections:=\n   BEGIN\n{sections}   END;\n  END;\n  ProgramCount:=1;\n END;\nEND;\n"
+    )
+}
+
+const SECTIONS: &str = "    SC:=2;\n    Sec[0]:=\n    BEGIN\n     SecName:=\"A\";\n     ProgramData:=\n     BEGIN\n      RC:=2;\n      R[0]:=\n      BEGIN\n       Com:=\"\";\n       Flags:=\"1,0\";\n       SL:=\n$?St$Bk?_#[1]\nLD 0.00\nOUT 100.00\n$?St$Bk?_#[1]\n       AtchCmts:=\n       BEGIN\n        CC:=0;\n       END;\n      END;\n      R[1]:=\n      BEGIN\n       Com:=\"\";\n       SL:=\"\";\n      END;\n     END;\n    END;\n    Sec[1]:=\n    BEGIN\n     SecName:=\"END\";\n     ProgramData:=\n     BEGIN\n      RC:=1;\n      R[0]:=\n      BEGIN\n       SL:=\n$?St$Bk?_#[2]\nEND(001)\n$?St$Bk?_#[2]\n      END;\n     END;\n    END;\n";
+
+#[test]
+fn a_damaged_project_is_an_error() {
+    let run = scanbound("attack", "audit cxt-rung-dropped.cxt");
+    assert_eq!(run.code, Some(2), "{}", run.stdout);
+    assert!(run.stderr.contains("SL"), "{}", run.stderr);
+    let whole = project(SECTIONS);
+    assert_eq!(audited(&whole).code, Some(0), "{}", audited(&whole).stderr);
+    for (from, to) in [
+        ("SL:=\n$?St$Bk?_#[1]", "SLx:=\n$?St$Bk?_#[1]"),
+        ("SL:=\n$?St$Bk?_#[1]", "SL:=\n"),
+        ("OUT 100.00\n$?St$Bk?_#[1]\n", "OUT 100.00\n"),
+        ("       SL:=\n$?St$Bk?_#[1]", "$?St$Bk?_#[1]"),
+        ("SL:=\"\";", "SX:=\"\";"),
+        ("R[0]:=", "RX[0]:="),
+        ("R[0]:=", "R[0]:"),
+        ("R[1]:=", "R[2]:="),
+        ("      R[1]:=\n      BEGIN\n       Com:=\"\";\n       SL:=\"\";\n      END;\n", ""),
+        ("RC:=2;", "RC:=3;"),
+        ("RC:=2;", "RD:=2;"),
+        ("SC:=2;", "SC:=3;"),
+        ("Sec[1]:=", "Sex[1]:="),
+        ("ProgramData:=", "SFCData:="),
+        (
+            "ProgramData:=\n",
+            "STData:=\n$?St$Bk?_#[9]\nx := 1;\n$?St$Bk?_#[9]\n     ProgramData:=\n",
+        ),
+        ("Sections:=", "Section:="),
+        ("ProgramCount:=1;", "ProgramCount:=2;"),
+    ] {
+        assert!(whole.contains(from), "{from}");
+        let run = audited(&whole.replacen(from, to, 1));
+        assert_eq!(run.code, Some(2), "{from} as {to}: {}", run.stdout);
+        assert!(run.stderr.contains("broken-project"), "{from} as {to}: {}", run.stderr);
+    }
+}
+
+/// The command's run on a CX-Programmer project.
+fn audited(text: &str) -> super::Run {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("a.cxt");
+    fs::write(&file, text).expect("written");
+    scanbound("attack", &format!("audit {}", file.display()))
+}
+
+#[test]
+fn more_trust_never_makes_a_bound_larger() {
+    let upper = |arguments: &str, trust: &str| {
+        upper_ns(&audit("attack", &format!("{arguments} --trust {trust}")))
+    };
+    for arguments in [
+        "trust-order-melsec.il --table trust-order-melsec.csv --cpu Q26UDV",
+        "trust-order-iec.st --table zero.csv --facts trust-order-iec.toml",
+    ] {
+        let [all, counts, none] = ["all", "counts", "none"].map(|trust| upper(arguments, trust));
+        assert!(all <= counts && counts <= none, "{arguments}: {all} {counts} {none}");
+    }
+}

@@ -112,7 +112,7 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> (Program, Vec<Times>) {
         let (low, high) = g.tape.pick(&[(0, 2), (-1, 1), (1, 1), (2, 40_000), (-40_000, -2)]);
         let double = !(-32_768..=32_767).contains(&low) || high > 32_767 || g.tape.percent(20);
         let cells = if double { vec![word(0), word(1)] } else { vec![word(0)] };
-        ranges.push(StartRange { cells, low, high });
+        ranges.push(StartRange { cells, low, high, values: Vec::new() });
     }
     let times = times(g.tape, g.instructions.len());
     let area = |name: &str, kind| Area::new(name, kind, Radix::Decimal);

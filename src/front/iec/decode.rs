@@ -97,6 +97,7 @@ fn emitted(
     emit.actions_first = options.actions_first;
     emit.begins_with_more = options.begins_with_more;
     emit.all_clear = asked.facts.all_clear;
+    emit.stops_on_error = asked.facts.stops_on_error.unwrap_or(true);
     emit.action_order = asked.facts.action_order;
     emit.others_write = asked.others_write;
     emit.calls.clone_from(&asked.facts.calls);

@@ -10,7 +10,8 @@ use crate::base::location::Location;
 use crate::front::builder::{Builder, always};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, Project};
-use crate::program::meaning::{Meaning, Operand as Input, Operation, Target};
+use crate::program::errors::is_zero;
+use crate::program::meaning::{Arithmetic, Meaning, Operand as Input, Operation, Target};
 use crate::program::{
     Area, AreaId, AreaKind, BitTarget, Cell, Logic, Number, Program, Radix, Region, Role, Step,
     Tag, TimingKey, Touched, Units, WordSource, WordTarget, Write,
@@ -120,6 +121,8 @@ pub(super) struct Emit<'p> {
     pub(super) action_order: Option<ActionOrder>,
     /// Whether others than the program may write variables.
     pub(super) others_write: bool,
+    /// Whether the controller stops at a division by zero and the like.
+    pub(super) stops_on_error: bool,
     /// What is stated of units whose bodies are not there, by name as [`crate::base::facts::plain`] has it.
     pub(super) calls: BTreeMap<String, StatedCall>,
 }
@@ -168,6 +171,7 @@ impl<'p> Emit<'p> {
             all_clear: false,
             action_order: None,
             others_write: true,
+            stops_on_error: true,
             calls: BTreeMap::new(),
         }
     }
@@ -349,6 +353,7 @@ impl<'p> Emit<'p> {
     ) -> Number {
         let first = self.words_between(words);
         let choice = self.builder.choice();
+        let mut error = None;
         if let Some((operation, inputs, wide)) = meaning {
             // What the operation gives beyond the words that are asked for is lost.
             let target = |at| match at < words {
@@ -356,10 +361,35 @@ impl<'p> Emit<'p> {
                 false => WordTarget::Discard,
             };
             let outputs = vec![Target::Words((0..wide).map(target).collect())];
-            self.builder.followed(choice, Meaning { operation, inputs, outputs });
+            let meaning = Meaning { operation, inputs, outputs };
+            error = self.error_of(&meaning);
+            self.builder.followed(choice, meaning);
         }
-        self.write(vec![Write::Havoc(Region::Range { first, count: words }, choice)]);
+        let at = self.write(vec![Write::Havoc(Region::Range { first, count: words }, choice)]);
+        self.program().errors.extend(error.map(|error| (at, error)));
         Number::Words((0..words).map(|at| WordSource::Cell(first.plus(at))).collect())
+    }
+
+    /// When a controller stops where it works something out: at a divisor of zero, and at an element that is not there.
+    fn error_of(&self, meaning: &Meaning) -> Option<Logic> {
+        let divisor = match (&meaning.operation, &meaning.inputs[..]) {
+            (Operation::Real(Arithmetic::Divide), [_, Input::Number(divisor)]) => {
+                let size = [u16::MAX, 0x7FFF].map(WordSource::Const).to_vec();
+                let size = Box::new(Number::Words(size));
+                Some(is_zero(&Number::And(Box::new(divisor.clone()), size)))
+            }
+            (Operation::DivideJoined { .. } | Operation::Copy, _) => meaning.error(),
+            _ => None,
+        };
+        divisor.filter(|_| self.stops_on_error)
+    }
+
+    /// Notes that the controller stops here where this holds.
+    pub(super) fn stops_where(&mut self, error: Logic) {
+        if self.stops_on_error {
+            let at = self.builder.add(None, Vec::new(), Step::Nothing);
+            self.program().errors.insert(at, error);
+        }
     }
 
     /// Any number, and why.

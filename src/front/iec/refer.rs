@@ -12,6 +12,7 @@ use crate::base::code::Code;
 use crate::iec::ast::{Expr, Literal, Part, Path};
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Project, Section, TypeRef, Variable, same, show};
+use crate::program::errors::is_outside;
 use crate::program::{Compare, Logic, Number, Reading, Relation};
 
 /// More variables than this, one reference is not taken to mean.
@@ -303,13 +304,7 @@ impl Emit<'_> {
 
     /// A jump over what is for one number alone.
     fn unless(&mut self, words: &[crate::program::WordSource], number: i64, size: u32) -> usize {
-        let own = Compare {
-            relation: Relation::Equal,
-            reading: if size == 1 { Reading::Unsigned } else { Reading::Signed },
-            left: Number::Words(words.to_vec()),
-            right: constant(number, size),
-        };
-        self.jump(Logic::Compare(Box::new(own)).not(), None)
+        self.jump(is_number(words, number, size).not(), None)
     }
 
     /// Ends what is for one number alone.
@@ -357,8 +352,11 @@ impl Emit<'_> {
             return Err(not_followed(line, what));
         }
         self.cost(&["LD"], "contact");
-        let words = match can.len() {
-            1 => Vec::new(),
+        let is_element = way.before.rest.iter().any(|part| matches!(part, Part::Index(_)));
+        // With one variable to mean, nothing but whether it means any hangs on the word.
+        let words = match (can.len(), is_element) {
+            (1, true) => Vec::new(),
+            (1, false) if !self.stops_on_error => Vec::new(),
             _ => {
                 let value = match self.find_plain(at, &way.before, line)? {
                     Found::Element(element) => self.element(&element),
@@ -368,12 +366,17 @@ impl Emit<'_> {
                     },
                     _ => Value::Any,
                 };
-                let Value::Address(number, _) = value else {
-                    return Err(not_followed(line, format!("{shown} is not followed")));
-                };
-                self.copies(number, WORD)
+                match value {
+                    Value::Address(number, _) => self.copies(number, WORD),
+                    _ if can.len() == 1 => Vec::new(),
+                    _ => return Err(not_followed(line, format!("{shown} is not followed"))),
+                }
             }
         };
+        if !words.is_empty() {
+            let means = |&index: &usize| is_number(&words, word(index), 1);
+            self.stops_where(Logic::Any(can.iter().map(means).collect()).not());
+        }
         let (mut known, mut ends) = (None, Vec::new());
         for (number, &index) in can.iter().enumerate() {
             let skip = (number + 1 < can.len()).then(|| self.unless(&words, word(index), 1));
@@ -432,6 +435,7 @@ impl Emit<'_> {
         }
         let number = self.number(at, index, DINT, line)?;
         let words = self.copies(number, DINT);
+        self.stops_where(is_outside(&Number::Words(words.clone()), low, high));
         let (mut known, mut ends) = (None, Vec::new());
         for number in low..=high {
             let skip = (number < high).then(|| self.unless(&words, number, 2));
@@ -493,4 +497,14 @@ impl Emit<'_> {
             _ => Err(not_followed(line, format!("what {} refers to is not followed", place.name))),
         }
     }
+}
+
+/// Whether words are a number.
+fn is_number(words: &[crate::program::WordSource], number: i64, size: u32) -> Logic {
+    Logic::Compare(Box::new(Compare {
+        relation: Relation::Equal,
+        reading: if size == 1 { Reading::Unsigned } else { Reading::Signed },
+        left: Number::Words(words.to_vec()),
+        right: constant(number, size),
+    }))
 }

@@ -3,6 +3,9 @@
 //! `Key:=value;` are values, `Key:=` before BEGIN and END a block, before a mark `$?St$Bk?_#[n]` a text up to the
 //! same mark, before BEGIN_LIST a list of lines. A rung's mnemonics stand under `SL`, symbols under `VariableList`
 //! as name, address, type, three further columns and the comment. Tasks from 256 on are cyclic, below interrupts.
+//!
+//! Within `Programs` nothing is passed over: every program has sections, every section the rungs that it counts, every rung
+//! its mnemonics. What else may hold code is refused.
 
 use super::list;
 use super::source::{Family, RawFile, RawProgram, Symbol, Symbols, Task};
@@ -14,6 +17,41 @@ const MARK: &str = "$?St$Bk?_#[";
 
 /// Numbers of cyclic tasks begin here.
 const FIRST_CYCLIC: u32 = 256;
+
+/// The blocks that lead to rungs: each with its parent, what it holds, and under which key its parent counts it.
+const LEVELS: [Level; 5] = [
+    Level { name: "Program", parent: "Programs", count: Some("ProgramCount") },
+    Level { name: "Sections", parent: "Program", count: None },
+    Level { name: "Sec", parent: "Sections", count: Some("SC") },
+    Level { name: "ProgramData", parent: "Sec", count: None },
+    Level { name: "R", parent: "ProgramData", count: Some("RC") },
+];
+
+/// Blocks beside these, which hold no code.
+const NO_CODE: [&str; 2] = ["LocalVariables", "AtchCmts"];
+
+/// Texts that hold no code.
+const NO_CODE_TEXTS: [&str; 2] = ["Com", "Comment"];
+
+/// A block on the way to rungs.
+struct Level {
+    name: &'static str,
+    parent: &'static str,
+    /// How its parent says how many it holds; a parent that does not holds one.
+    count: Option<&'static str>,
+}
+
+/// An open block.
+struct Block {
+    /// Its key, without its index in brackets.
+    name: String,
+    /// Where it begins.
+    line: usize,
+    /// How many blocks it holds that lead to rungs; of a rung, how many lists of mnemonics.
+    held: u32,
+    /// How many it says to hold.
+    told: Option<u32>,
+}
 
 /// Whether the beginning of a file is such a text.
 pub(super) fn sniff(beginning: &str) -> bool {
@@ -73,8 +111,8 @@ struct Reader<'a, 'f> {
     text: &'a str,
     lines: &'a [&'a str],
     at: usize,
-    /// The keys of the open blocks, without their index in brackets.
-    path: Vec<String>,
+    /// The open blocks.
+    path: Vec<Block>,
     faults: &'a mut Faults<'f>,
 }
 
@@ -89,8 +127,12 @@ impl Reader<'_, '_> {
                     let value = value.trim().trim_end_matches(';').trim_matches('"');
                     self.value(key.trim(), value);
                 }
-                None if line.trim_end_matches(';') == "END" && self.path.pop().is_none() => {
-                    self.broken(line, "this END closes no block");
+                None if line.trim_end_matches(';') == "END" => match self.path.pop() {
+                    Some(block) => self.close(&block),
+                    None => self.broken(line, "this END closes no block"),
+                },
+                None if !line.is_empty() && self.holds_code() => {
+                    self.broken(line, "this line belongs to no key: a key or a mark is missing");
                 }
                 None => {}
             }
@@ -138,12 +180,36 @@ impl Reader<'_, '_> {
                 }
             }
             self.broken(next, "this list has no end");
+        } else if self.holds_code() {
+            self.broken(key, "this key has no value: its mark or its BEGIN is missing");
         }
     }
 
+    /// Whether what stands here may be code: within `Programs`, but not in what is known to hold none.
+    fn holds_code(&self) -> bool {
+        let is = |names: &[&str]| self.path.iter().any(|one| names.contains(&one.name.as_str()));
+        is(&["Programs"]) && !is(&NO_CODE)
+    }
+
+    /// Whether the innermost block is of this name.
+    fn is_in(&self, name: &str) -> bool {
+        self.path.last().is_some_and(|block| block.name == name)
+    }
+
     fn open(&mut self, key: &str) {
-        let name = key.split('[').next().unwrap_or(key).to_owned();
-        if name == "Program" && self.path.last().is_some_and(|parent| parent == "Programs") {
+        let name = key.split('[').next().unwrap_or(key);
+        let level = LEVELS.iter().find(|level| level.name == name && self.is_in(level.parent));
+        if self.holds_code() {
+            match level {
+                Some(level) => self.hold(level, key),
+                None if NO_CODE.contains(&name) => {}
+                None => self.broken(
+                    key,
+                    "what this block holds is not read: only sections of ladder rungs or mnemonics are",
+                ),
+            }
+        }
+        if level.is_some_and(|level| level.name == "Program") {
             let number = self.file.programs.len();
             self.file.programs.push(RawProgram {
                 name: format!("program {number}"),
@@ -152,15 +218,63 @@ impl Reader<'_, '_> {
                 instructions: Vec::new(),
             });
         }
-        self.path.push(name);
+        let (name, line) = (name.to_owned(), self.at - 1);
+        self.path.push(Block { name, line, held: 0, told: None });
+    }
+
+    /// Counts a block in its parent. Its number is its place there.
+    fn hold(&mut self, level: &Level, key: &str) {
+        let Some(parent) = self.path.last_mut() else { return };
+        let place = parent.held;
+        parent.held += 1;
+        let number = key.split_once('[').map(|(_, number)| number.trim_end_matches(']'));
+        if level.count.is_some() && number.is_some_and(|number| number.parse() != Ok(place)) {
+            let message = format!("{}[{place}] is missing before this one", level.name);
+            self.broken(key, &message);
+        }
+    }
+
+    /// A block that ends holds as many as it says, or one.
+    fn close(&mut self, block: &Block) {
+        if !(self.holds_code() || block.name == "Programs") {
+            return;
+        }
+        let held = LEVELS.iter().find(|level| level.parent == block.name);
+        let (what, count) = match held {
+            Some(Level { name, count, .. }) => (*name, *count),
+            None if block.name == "R" => ("SL", None),
+            None => return,
+        };
+        let message = match (count, block.told) {
+            (None, _) if block.held == 1 => return,
+            (None, _) => format!("{} holds {} {what}, not one", block.name, block.held),
+            (Some(_), Some(told)) if told == block.held => return,
+            (Some(count), Some(told)) => {
+                format!("{count} says {told}, but {} {what} follow", block.held)
+            }
+            // Older files do not count their programs.
+            (Some("ProgramCount"), None) => return,
+            (Some(count), None) => {
+                format!("{} does not say how many {what} it holds ({count})", block.name)
+            }
+        };
+        let (end, text) = (self.at, self.lines.get(block.line.saturating_sub(1)).copied());
+        self.at = block.line;
+        self.broken(text.unwrap_or_default().trim(), &message);
+        self.at = end;
     }
 
     fn within(&self, block: &str) -> bool {
-        self.path.iter().any(|key| key == block)
+        self.path.iter().any(|one| one.name == block)
     }
 
     fn value(&mut self, key: &str, value: &str) {
-        let parent = self.path.last().map_or("", String::as_str);
+        let counts =
+            LEVELS.iter().find(|level| level.count == Some(key) && self.is_in(level.parent));
+        if let (Some(_), Some(block)) = (counts, self.path.last_mut()) {
+            block.told = value.parse().ok();
+        }
+        let parent = self.path.last().map_or("", |block| block.name.as_str());
         match (parent, key) {
             ("PLC", "Config") => {
                 let part = |name: &str| {
@@ -185,8 +299,9 @@ impl Reader<'_, '_> {
                     };
                 }
             }
-            ("R", "SL") if !value.is_empty() && self.within("Programs") => {
+            ("R", "SL") if self.within("Programs") => {
                 let line = value.to_owned();
+                self.list();
                 self.rung(&line, self.at);
             }
             _ => {}
@@ -199,9 +314,15 @@ impl Reader<'_, '_> {
         let end = opening.find(']').map_or(opening.len(), |end| end + 1);
         let (mark, first) = opening.split_at(end);
         let (mark, begin) = (mark.to_owned(), self.at);
-        let rung = key == "SL"
-            && self.path.last().is_some_and(|parent| parent == "R")
-            && self.within("Programs");
+        let rung = key == "SL" && self.is_in("R") && self.within("Programs");
+        if rung {
+            self.list();
+        } else if self.holds_code() && !NO_CODE_TEXTS.contains(&key) {
+            let message = format!(
+                "what stands under `{key}` is not read: a rung's mnemonics stand under `SL`"
+            );
+            self.broken(key, &message);
+        }
         let mut rest = Some(first);
         loop {
             let Some(line) = rest.take().or_else(|| self.lines.get(self.at).copied()) else {
@@ -221,6 +342,13 @@ impl Reader<'_, '_> {
             if closed {
                 return;
             }
+        }
+    }
+
+    /// Counts a list of mnemonics in its rung.
+    fn list(&mut self) {
+        if let Some(rung) = self.path.last_mut() {
+            rung.held += 1;
         }
     }
 
@@ -246,7 +374,7 @@ impl Reader<'_, '_> {
             .file
             .programs
             .last_mut()
-            .filter(|_| self.path.iter().any(|key| key == "Program"))
+            .filter(|_| self.path.iter().any(|block| block.name == "Program"))
         {
             Some(program) => &mut program.symbols,
             None => &mut self.file.symbols,

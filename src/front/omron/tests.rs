@@ -430,7 +430,7 @@ fn a_users_instruction_may_write_its_operands() {
 
 #[test]
 fn a_project_file_gives_programs_symbols_and_the_cpu() {
-    let text = "CXProgVer:=\"2.3\";\r\nName:=\"T\";\r\nResource[0]:=\r\nBEGIN\r\n PLC:=\r\n BEGIN\r\n  Config:=\"[DEV]DEV:CJ2M;CPU:CPU33;\";\r\n END;\r\n GlobalVariables:=\r\n BEGIN\r\n  VariableList:=\r\n  BEGIN_LIST_$#[4]\r\n   Go,W10.00,BOOL,,,,\"start, go\";\r\n   Table,D100,WORD[8],,,,\"\";\r\n  END_LIST_$#[4];\r\n END;\r\n Programs:=\r\n BEGIN\r\n  Program[0]:=\r\n  BEGIN\r\n   Name:=\"P1\";\r\n   TaskID:=256;\r\n   LocalVariables:=\r\n   BEGIN\r\n    VariableList:=\r\n    BEGIN_LIST_$#[8]\r\n     Mine,0.05,BOOL,,,,\"\";\r\n    END_LIST_$#[8];\r\n   END;\r\n   Sections:=\r\n   BEGIN\r\n    Sec[0]:=\r\n    BEGIN\r\n     ProgramData:=\r\n     BEGIN\r\n      R[0]:=\r\n      BEGIN\r\n       Com:=\r\n$?St$Bk?_#[10]\r\nfirst\r\nLD X$?St$Bk?_#[10]\r\n       SL:=\r\n$?St$Bk?_#[11]\r\n'  R0\r\nLD Go\r\nAND Mine\r\nMOV(021) Table[3] D0\r\n$?St$Bk?_#[11]\r\n      END;\r\n      R[1]:=\r\n      BEGIN\r\n       SL:=\r\n$?St$Bk?_#[12]\r\nEND(001)\r\n$?St$Bk?_#[12]\r\n      END;\r\n     END;\r\n    END;\r\n   END;\r\n  END;\r\n END;\r\nEND;\r\n";
+    let text = "CXProgVer:=\"2.3\";\r\nName:=\"T\";\r\nResource[0]:=\r\nBEGIN\r\n PLC:=\r\n BEGIN\r\n  Config:=\"[DEV]DEV:CJ2M;CPU:CPU33;\";\r\n END;\r\n GlobalVariables:=\r\n BEGIN\r\n  VariableList:=\r\n  BEGIN_LIST_$#[4]\r\n   Go,W10.00,BOOL,,,,\"start, go\";\r\n   Table,D100,WORD[8],,,,\"\";\r\n  END_LIST_$#[4];\r\n END;\r\n Programs:=\r\n BEGIN\r\n  Program[0]:=\r\n  BEGIN\r\n   Name:=\"P1\";\r\n   TaskID:=256;\r\n   LocalVariables:=\r\n   BEGIN\r\n    VariableList:=\r\n    BEGIN_LIST_$#[8]\r\n     Mine,0.05,BOOL,,,,\"\";\r\n    END_LIST_$#[8];\r\n   END;\r\n   Sections:=\r\n   BEGIN\r\n    SC:=1;\r\n    Sec[0]:=\r\n    BEGIN\r\n     ProgramData:=\r\n     BEGIN\r\n      RC:=2;\r\n      R[0]:=\r\n      BEGIN\r\n       Com:=\r\n$?St$Bk?_#[10]\r\nfirst\r\nLD X$?St$Bk?_#[10]\r\n       SL:=\r\n$?St$Bk?_#[11]\r\n'  R0\r\nLD Go\r\nAND Mine\r\nMOV(021) Table[3] D0\r\n$?St$Bk?_#[11]\r\n      END;\r\n      R[1]:=\r\n      BEGIN\r\n       SL:=\r\n$?St$Bk?_#[12]\r\nEND(001)\r\n$?St$Bk?_#[12]\r\n      END;\r\n     END;\r\n    END;\r\n   END;\r\n  END;\r\n END;\r\nEND;\r\n";
     let file = input("plant.cxt", text);
     match detect(&file) {
         Ok(crate::front::Kind::Program(found)) => assert_eq!(found.name, "omron-cxt"),
@@ -532,7 +532,7 @@ fn what_is_taken_as_any_value_costs_its_area_all_the_same() {
 fn cpus_whose_special_bits_stand_elsewhere_are_refused() {
     let project = |cpu: &str| {
         let text = format!(
-            "CXProgVer:=9;\nPLC:=\nBEGIN\nConfig:=\"DEV:{cpu}]\";\nPrograms:=\nBEGIN\nProgram[0]:=\nBEGIN\nName:=\"Main\";\nTaskID:=256;\nR:=\nBEGIN\nSL:=LD 0.00;\nEND\nR:=\nBEGIN\nSL:=OUT 1.00;\nEND\nR:=\nBEGIN\nSL:=END(001);\nEND\nEND\nEND\nEND\n"
+            "CXProgVer:=9;\nPLC:=\nBEGIN\nConfig:=\"DEV:{cpu}]\";\nPrograms:=\nBEGIN\nProgram[0]:=\nBEGIN\nName:=\"Main\";\nTaskID:=256;\nSections:=\nBEGIN\nSC:=1;\nSec[0]:=\nBEGIN\nProgramData:=\nBEGIN\nRC:=3;\nR[0]:=\nBEGIN\nSL:=LD 0.00;\nEND\nR[1]:=\nBEGIN\nSL:=OUT 1.00;\nEND\nR[2]:=\nBEGIN\nSL:=END(001);\nEND\nEND\nEND\nEND\nEND\nEND\nEND\n"
         );
         project::read(dialect("omron-cxt"), &[&input("a.cxt", &text)], &[])
     };

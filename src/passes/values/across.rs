@@ -98,7 +98,7 @@ impl Across<'_> {
             };
             let mut next = start.clone();
             for (&slot, &left) in trusted.iter().zip(&scanned.left) {
-                next[slot] = grow(slot, (start[slot], left));
+                next[slot] = grow(slot, (start[slot], left)).as_start();
             }
             if next == start {
                 if scan > EXACT_SCANS {
@@ -143,7 +143,7 @@ impl Across<'_> {
         for _ in 0..NARROWED_SCANS {
             let mut closer = start.clone();
             for (&slot, &left) in trusted.iter().zip(&scanned.left) {
-                let value = left.join(self.at_power_up(slot));
+                let value = left.join(self.at_power_up(slot)).as_start();
                 if start[slot].holds(&value) {
                     closer[slot] = value;
                 }

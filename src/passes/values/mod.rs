@@ -55,7 +55,7 @@ pub const PASS: Pass = Pass {
 };
 
 /// Whose writes between scans are reckoned with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Trust {
     /// Anybody's, to every device.
     None,
@@ -91,84 +91,130 @@ impl Trust {
 }
 
 /// Takes into the program what its words can hold: fewer iterations and units, fewer cells that an index may reach. The
-/// ranges of trusted words on which this rests are constraints on the scan's start then.
+/// ranges of trusted words on which this rests are constraints on the scan's start then. What holds where less is trusted
+/// holds where more is, too: each kind of trust takes what is known closer.
 fn narrow(program: &mut Program, settings: &Settings<'_>) {
+    let mut known = Known::default();
+    // Where nothing is stated to be the program's own, the words that count say the same without trust and with it.
+    let first = match program.internal.is_empty() {
+        true => settings.trust.min(Trust::Counts),
+        false => Trust::None,
+    };
+    for trust in [Trust::None, Trust::Counts, Trust::All] {
+        if (first..=settings.trust).contains(&trust) {
+            known.closer(worked_out(program, trust, settings));
+        }
+    }
+    program.kept = known.keeps;
+    let mut kept: Vec<TrustedRange> = known.trusted.into_iter().map(of_word).collect();
+    writers(program, &mut kept);
+    for TrustedRange { cell, low, high, values, .. } in &kept {
+        let (cells, low, high, values) = (vec![*cell], *low, *high, values.clone());
+        program.ranges.push(StartRange { cells, low, high, values });
+    }
+    program.trusted = kept;
+    if let Some(found) = known.found {
+        apply(program, &found);
+    }
+}
+
+/// What is known of a program's words.
+#[derive(Default)]
+struct Known {
+    /// What a scan counts and reaches; none if no scan was followed.
+    found: Option<Found>,
+    /// What trusted words hold when a scan starts.
+    trusted: BTreeMap<Cell, Value>,
+    /// The stated words that the program keeps as stated.
+    keeps: BTreeSet<Cell>,
+}
+
+impl Known {
+    /// Takes what is known closer to what else is: both hold.
+    fn closer(&mut self, other: Known) {
+        match (&mut self.found, other.found) {
+            (Some(found), Some(other)) => found.closer(other),
+            (found, other) => *found = found.take().or(other),
+        }
+        for (cell, value) in other.trusted {
+            let known = self.trusted.entry(cell).or_insert(value);
+            *known = known.closer(value).as_start();
+        }
+        self.keeps.extend(other.keeps);
+    }
+}
+
+/// What a trusted word holds when a scan starts.
+fn of_word((cell, value): (Cell, Value)) -> TrustedRange {
+    let (low, high) = value.signed();
+    let values = value.apart().unwrap_or_default();
+    TrustedRange { cell, low, high, values, written: Vec::new() }
+}
+
+/// What is known where this is trusted.
+fn worked_out(program: &Program, trust: Trust, settings: &Settings<'_>) -> Known {
     let cut = |open: &str| {
         if let Some(budget) = settings.budget {
             budget.cut_part(PARTS, PASS.name, open);
         }
     };
     let is_over = || settings.budget.is_some_and(|budget| budget.reached_part(PARTS));
-    let changing = program.volatile.clone();
-    let counting = slice::slice(program, &changing, false);
-    let words = match settings.trust {
+    let counting = slice::slice(program, &program.volatile, false);
+    let words = match trust {
         Trust::Counts if program.internal.is_empty() => counting.clone(),
-        Trust::Counts | Trust::All => slice::slice(program, &changing, true),
+        Trust::Counts | Trust::All => slice::slice(program, &program.volatile, true),
         Trust::None => counting.clone(),
     };
     let words = Slots::of(words);
     if words.cells().is_empty() {
-        return;
+        return Known::default();
     }
-    let bits = Slots::of(slice::contacts(program, &changing, &words));
+    let bits = Slots::of(slice::contacts(program, &program.volatile, &words));
     let followed = Followed::of(program, words, bits);
     let slots = &followed.words;
     let free = stated(program, slots);
     let mut run = Run::new(program, &followed, &is_over);
     let Ok(end) = run.scan(followed.holding(free.clone())) else {
         cut("counts are taken as up to what their words can hold");
-        return;
+        return Known::default();
     };
     let keeps = keeps(program, slots, &run.written);
-    let mut found = run.found;
-    let mut kept = Vec::new();
-    if let Some(end) = end.filter(|_| settings.trust != Trust::None) {
-        let cell = |slot: usize| slots.cells()[slot];
-        // What is stated not to be as at power-up somebody else set before the first scan.
-        let at_first = |slot: usize| Value::constant(program.power_up.word(cell(slot)));
-        let may_begin = |slot: usize| free[slot].holds(&at_first(slot));
-        let ours: Vec<usize> = (0..slots.cells().len())
-            .filter(|&slot| is_ours(program, cell(slot)) && may_begin(slot))
-            .collect();
-        let (alone, others): (Vec<usize>, Vec<usize>) =
-            ours.into_iter().partition(|&slot| settings.trust.holds_alone(program, cell(slot)));
-        let counts = |slot: &usize| counting.binary_search(&cell(*slot)).is_ok();
-        let others = others.into_iter().filter(|&slot| end.is_written(slot) && counts(&slot));
-        let alone_always = alone.iter().copied().filter(|&slot| end.is_written(slot));
-        let always: Vec<usize> = alone_always.chain(others.clone()).collect();
-        let all: Vec<usize> = alone.iter().copied().chain(others).collect();
-        let search =
-            Across { program, followed: &followed, free: &free, always, is_over: &is_over };
-        let over = search.of(&all);
-        let fewer = all.len() > search.always.len();
-        let over = over.or_else(|| fewer.then(|| search.of(&search.always)).flatten());
-        if over.is_none() {
-            cut("no word is trusted to hold what this program wrote");
-        }
-        if let Some(mut over) = over {
-            if settings.trust == Trust::Counts {
-                // What is stated to be the program's own tells which scans there are, not only what they count.
-                over = match over.found == found {
-                    true if alone.is_empty() => Kept::default(),
-                    true => search.of(&alone).unwrap_or_default(),
-                    false => search.needed(over, &alone),
-                };
-            }
-            let range = |&slot: &usize| {
-                let (low, high) = over.start[slot].signed();
-                TrustedRange { cell: slots.cells()[slot], low, high, written: Vec::new() }
-            };
-            kept = over.trusted.iter().map(range).collect();
-            found.closer(over.found);
-        }
+    let mut known = Known { found: Some(run.found), keeps, ..Known::default() };
+    let Some(end) = end.filter(|_| trust != Trust::None) else { return known };
+    let cell = |slot: usize| slots.cells()[slot];
+    // What is stated not to be as at power-up somebody else set before the first scan.
+    let at_first = |slot: usize| Value::constant(program.power_up.word(cell(slot)));
+    let may_begin = |slot: usize| free[slot].holds(&at_first(slot));
+    let ours: Vec<usize> = (0..slots.cells().len())
+        .filter(|&slot| is_ours(program, cell(slot)) && may_begin(slot))
+        .collect();
+    let (alone, others): (Vec<usize>, Vec<usize>) =
+        ours.into_iter().partition(|&slot| trust.holds_alone(program, cell(slot)));
+    let counts = |slot: &usize| counting.binary_search(&cell(*slot)).is_ok();
+    let others = others.into_iter().filter(|&slot| end.is_written(slot) && counts(&slot));
+    let alone_always = alone.iter().copied().filter(|&slot| end.is_written(slot));
+    let always: Vec<usize> = alone_always.chain(others.clone()).collect();
+    let all: Vec<usize> = alone.iter().copied().chain(others).collect();
+    let search = Across { program, followed: &followed, free: &free, always, is_over: &is_over };
+    let over = search.of(&all);
+    let fewer = all.len() > search.always.len();
+    let over = over.or_else(|| fewer.then(|| search.of(&search.always)).flatten());
+    let Some(mut over) = over else {
+        cut("no word is trusted to hold what this program wrote");
+        return known;
+    };
+    if trust == Trust::Counts {
+        // What is stated to be the program's own tells which scans there are, not only what they count.
+        over = match known.found.as_ref() == Some(&over.found) {
+            true if alone.is_empty() => Kept::default(),
+            true => search.of(&alone).unwrap_or_default(),
+            false => search.needed(over, &alone),
+        };
     }
-    program.kept = keeps;
-    writers(program, &mut kept);
-    for TrustedRange { cell, low, high, .. } in &kept {
-        program.ranges.push(StartRange { cells: vec![*cell], low: *low, high: *high });
-    }
-    program.trusted = kept;
-    apply(program, &found);
+    let found = Some(over.found);
+    let trusted = over.trusted.iter().map(|&slot| (cell(slot), over.start[slot])).collect();
+    known.closer(Known { found, trusted, ..Known::default() });
+    known
 }
 
 /// What is known of the words when a scan starts, whoever wrote them: what the user states.

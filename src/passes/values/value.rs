@@ -7,6 +7,8 @@ use crate::base::ring::Ring;
 
 /// So many values are told one by one; the scan's model tells as many values of an index apart.
 pub const MOST_FEW: usize = 8;
+/// So many values of a word are told apart when a scan starts.
+const MOST_APART: u32 = 256;
 /// How many values a word has.
 const ALL: u32 = 1 << 16;
 
@@ -156,6 +158,26 @@ impl Value {
             Some(few) => ends_of(few.iter().map(|&value| i64::from(value))),
             None => self.ring.unsigned(),
         }
+    }
+
+    /// The values one by one where they are not all of a range and no more than a scan's start is told apart by.
+    pub fn apart(&self) -> Option<Vec<u16>> {
+        let (low, high) = self.signed();
+        if *self == Value::range(low, high) || self.size() > MOST_APART {
+            return None;
+        }
+        let place = |place: u32| self.ring.first().wrapping_add((place * self.step()) as u16);
+        Some(match self.few() {
+            Some(few) => few.to_vec(),
+            None => (0..self.size()).map(place).collect(),
+        })
+    }
+
+    /// The same or more: what a constraint on a scan's start says, a range or some values.
+    #[must_use]
+    pub fn as_start(self) -> Value {
+        let (low, high) = self.signed();
+        if self.apart().is_some() { self } else { Value::range(low, high) }
     }
 
     /// How many values there are.

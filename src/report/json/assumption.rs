@@ -12,6 +12,8 @@ pub(super) struct Assumption<'a> {
     name: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     range: Option<[i64; 2]>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    values: Vec<i64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     most_on: Option<usize>,
     written: Vec<UnknownPlace<'a>>,
@@ -25,6 +27,7 @@ pub(super) fn assumption(one: &audit::Assumption) -> Assumption<'_> {
     Assumption {
         name: one.name(),
         range: one.range.map(|(low, high)| [low, high]),
+        values: one.values.iter().map(|value| value.cast_signed().into()).collect(),
         most_on: (one.range.is_none() && one.most != 1).then_some(one.most),
         written: places(&one.written),
         upper_without_ps: one.without.map(|bound| bound.upper.0),

@@ -4,6 +4,7 @@ use super::style::FAINT;
 use super::words::{count, heading, list, more, place};
 use crate::audit::{Assumption, Audit, Fact, Minor, SolvedBound, Status};
 use crate::base::spoken::{about, at_most};
+use crate::program::range_or_values;
 use crate::report::columns::{Cell, fitted, left, right};
 use crate::report::format::Extent;
 
@@ -99,9 +100,9 @@ fn assumption(audit: &Audit, one: &Assumption) -> String {
         one.without.map(|bound| format!("; without that the bound is {}", bound_without(bound)));
     let without = without.unwrap_or_default();
     match one.range {
-        Some((low, high)) => {
-            let name = one.name();
-            format!("{name} is {low} to {high} whenever a scan starts: written by {by}{without}")
+        Some(range) => {
+            let (name, range) = (one.name(), range_or_values(range, &one.values));
+            format!("{name} is {range} whenever a scan starts: written by {by}{without}")
         }
         None if one.most == 0 => {
             let names = one.name();

@@ -85,6 +85,8 @@ pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: 
         found.charges.push(Charge { reached, fires, on: base, off: base, ..bare() });
     }
     found.constraints.extend(model.constraints.iter().map(|&holds| of(&pairs, holds).0));
+    // Whether an error occurs that depends on unknown values, the run tells.
+    found.constraints.extend(model.errors.iter().map(|&error| !of(&pairs, error).0));
     found.constraints.retain(|&holds| holds != Lit::TRUE);
     found.constraints.sort_unstable();
     found.constraints.dedup();

@@ -188,6 +188,8 @@ pub struct ScanModel {
     pub charges: Vec<Charge>,
     /// What holds in every scan.
     pub constraints: Vec<Lit>,
+    /// In a model for lower bounds: where an operation error ends the scan.
+    pub errors: Vec<Lit>,
     /// The writes of any value, in order of execution.
     pub havocs: Havocs,
     /// The free words from which the counts of summarised loops come.

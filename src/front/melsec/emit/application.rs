@@ -76,6 +76,7 @@ impl Emitter<'_> {
         let key = timing(mnemonic, found.pulsed, None, entry.class, units, free);
         let Some(mut effects) = self.operation(raw, entry) else { return };
         self.note_indexed(raw, entry, &effects);
+        self.note_errors(raw, entry);
         for &name in &entry.also {
             let everywhere = name == EVERYWHERE;
             let region = if everywhere { Region::Everything } else { Region::Area(area(name)) };

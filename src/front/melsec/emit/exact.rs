@@ -39,6 +39,9 @@ impl Emitter<'_> {
     /// A choice that an operation gives.
     pub(super) fn exactly(&mut self, meaning: Meaning) -> ChoiceId {
         let choice = self.choice();
+        if self.stops_on_error() {
+            self.note_error(meaning.error());
+        }
         self.out.exactly(choice, meaning);
         choice
     }

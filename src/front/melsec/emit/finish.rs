@@ -37,6 +37,7 @@ impl Emitter<'_> {
             self.connect();
             self.hold_off();
             self.loosen_edges();
+            self.note_nesting();
         }
         let mut found = self.resolved.project.warnings.clone();
         let faults = std::mem::take(&mut self.faults);

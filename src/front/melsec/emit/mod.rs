@@ -6,6 +6,7 @@ mod blocks;
 mod compare;
 mod control;
 mod edges;
+mod errors;
 mod exact;
 mod finish;
 mod held;
@@ -227,7 +228,11 @@ impl<'a> Emitter<'a> {
     pub fn add(&mut self, timing: Option<TimingKey>, effects: Vec<Effect>, step: Step) -> usize {
         let effects = self.pointed(effects);
         let timing = timing.map(|key| self.with_operands(key));
-        self.out.add(timing, effects, step)
+        let at = self.out.add(timing, effects, step);
+        let mut errors = std::mem::take(&mut self.now.errors);
+        let error = if errors.len() > 1 { Some(Logic::Any(errors)) } else { errors.pop() };
+        self.out.program.errors.extend(error.map(|error| (at, error)));
+        at
     }
 
     /// Whether a block of so many words or bits, each read and written, can still be followed.

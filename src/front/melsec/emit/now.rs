@@ -5,6 +5,7 @@ use super::overflow::OverflowHavoc;
 use crate::front::melsec::operand::{Operand, parse};
 use crate::front::melsec::resolve::Item;
 use crate::front::melsec::source::RawInstruction;
+use crate::program::Logic;
 
 /// The instruction that is being emitted.
 #[derive(Default)]
@@ -17,6 +18,8 @@ pub(super) struct Now<'a> {
     pub raw: Option<&'a RawInstruction>,
     /// Faults are not reported: a reading is only tried.
     pub quiet: bool,
+    /// When it is an operation error.
+    pub errors: Vec<Logic>,
     /// What it havocs if it overflows.
     pub on_overflow: Option<OverflowHavoc>,
     /// What its operands say, or why they say nothing.
@@ -32,6 +35,7 @@ impl<'a> Now<'a> {
     /// Goes on to an item of the file.
     pub fn begin(&mut self, at: usize, item: &'a Item<'_>) {
         (self.item, self.raw, self.operands) = (at, Some(item.raw), &item.operands);
+        self.errors.clear();
     }
 }
 

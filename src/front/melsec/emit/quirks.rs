@@ -1,5 +1,6 @@
 //! What switches in a project change of instructions' meaning: special relays that it may set, blocks of registers.
 
+use super::errors::highest;
 use crate::front::melsec::memory::{Family, Kind};
 use crate::front::melsec::operand::{Device, Operand, Place};
 use crate::front::melsec::resolve::Item;
@@ -23,6 +24,8 @@ pub(super) struct Quirks {
     /// How many devices of an area there are at least, since the program names the last of them: areas whose devices lie
     /// one behind the other.
     pub named: BTreeMap<AreaId, u32>,
+    /// The same of all areas, wherever their devices lie.
+    pub highest: BTreeMap<AreaId, u32>,
 }
 
 impl Quirks {
@@ -39,7 +42,15 @@ impl Quirks {
             states_may_stay: is_fx && (touches(&[8040]) || has(&["IST"])),
             counts_elsewhere: family == Family::Fx && touches(&[8164]),
             named: named(items),
+            highest: highest(items.iter().flat_map(|item| &item.operands).filter_map(device)),
         }
+    }
+}
+
+fn device(operand: &Result<Operand, String>) -> Option<&Device> {
+    match operand {
+        Ok(Operand::Device(device)) => Some(device),
+        _ => None,
     }
 }
 

@@ -149,7 +149,12 @@ impl Emitter<'_> {
                 Some(first) => {
                     let count = if wide { 2 } else { 1 };
                     let cells = (0..count).map(|n| first.plus(n)).collect();
-                    self.out.program.ranges.push(StartRange { cells, low, high });
+                    self.out.program.ranges.push(StartRange {
+                        cells,
+                        low,
+                        high,
+                        values: Vec::new(),
+                    });
                 }
             }
         }
