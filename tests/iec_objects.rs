@@ -141,9 +141,9 @@ fn properties_are_read_and_written_by_their_methods() {
     let unit = "FUNCTION_BLOCK B VAR n : INT; END_VAR PROPERTY P : INT GET n := 0; P := 1; END_GET END_PROPERTY
         WHILE n < 10 DO n := n + P; END_WHILE END_FUNCTION_BLOCK";
     assert_eq!(refused(unit, "o : B;", "o();")[0].0, Code::LoopCount);
-    let unit = "FUNCTION_BLOCK B VAR n, m : INT; END_VAR PROPERTY P : INT GET m := 0; P := 1; END_GET END_PROPERTY
+    let unit = "FUNCTION_BLOCK B VAR n, k : INT; END_VAR PROPERTY P : INT GET k := 0; P := 1; END_GET END_PROPERTY
         METHOD M VAR n : INT; END_VAR n := 3; END_METHOD
-        n := 0; WHILE n < 10 DO n := n + 1; m := P; M(); END_WHILE END_FUNCTION_BLOCK";
+        n := 0; WHILE n < 10 DO n := n + 1; k := P; M(); END_WHILE END_FUNCTION_BLOCK";
     always(unit, "o : B;", "o();", "o.n = 10");
 }
 
@@ -746,7 +746,7 @@ fn what_nothing_calls_does_not_move_a_loops_end() {
     let of = |methods: &str, other: &str| {
         let text = format!(
             "INTERFACE I METHOD M : INT END_METHOD END_INTERFACE
-            FUNCTION_BLOCK A IMPLEMENTS I VAR m : Mgr2; END_VAR METHOD M : INT {other} END_METHOD END_FUNCTION_BLOCK
+            FUNCTION_BLOCK A IMPLEMENTS I VAR inner : Mgr2; END_VAR METHOD M : INT {other} END_METHOD END_FUNCTION_BLOCK
             FUNCTION_BLOCK Mgr2 VAR cnt : INT; END_VAR METHOD Clr cnt := 0; END_METHOD END_FUNCTION_BLOCK
             FUNCTION_BLOCK Mgr VAR t : I; cnt : INT; END_VAR
             METHOD Add IF cnt < 3 THEN cnt := cnt + 1; END_IF END_METHOD {methods}
@@ -760,11 +760,11 @@ fn what_nothing_calls_does_not_move_a_loops_end() {
     assert_eq!(of("", "M := 1;"), Ok(()));
     assert_eq!(of("METHOD M2 cnt := 0; END_METHOD", "M := 1;"), Ok(()));
     // What a call leads to may be a method of that name, whoever has it.
-    assert_eq!(of("METHOD Clr cnt := 0; END_METHOD", "m.Clr();"), Err(Code::LoopCount));
+    assert_eq!(of("METHOD Clr cnt := 0; END_METHOD", "inner.Clr();"), Err(Code::LoopCount));
     assert_eq!(
-        of("METHOD Clr Clr2(); END_METHOD METHOD Clr2 cnt := 0; END_METHOD", "m.Clr();"),
+        of("METHOD Clr Clr2(); END_METHOD METHOD Clr2 cnt := 0; END_METHOD", "inner.Clr();"),
         Err(Code::LoopCount)
     );
     // The one that another unit has writes its own variable.
-    assert_eq!(of("METHOD Clr ; END_METHOD", "m.Clr();"), Ok(()));
+    assert_eq!(of("METHOD Clr ; END_METHOD", "inner.Clr();"), Ok(()));
 }

@@ -191,13 +191,13 @@ fn behind_call(transitions: &str, guard: &str) -> u64 {
 fn the_time_of_sl_may_end_what_another_step_stores() {
     let chart = |first: &str| {
         format!(
-            "INITIAL_STEP S0: END_STEP STEP S1: A({first}); END_STEP
-             STEP S2: A(S); END_STEP STEP S5: A(R); END_STEP
+            "INITIAL_STEP S0: END_STEP STEP S1: Act({first}); END_STEP
+             STEP S2: Act(S); END_STEP STEP S5: Act(R); END_STEP
              TRANSITION FROM S0 TO S1 := a; END_TRANSITION
              TRANSITION FROM S1 TO S2 := b; END_TRANSITION
              TRANSITION FROM S2 TO S5 := a; END_TRANSITION
              TRANSITION FROM S5 TO S0 := b; END_TRANSITION
-             ACTION A: y := TRUE; END_ACTION"
+             ACTION Act: y := TRUE; END_ACTION"
         )
     };
     let off = "c.S2.X AND NOT y";
@@ -292,11 +292,11 @@ fn actions_of_one_scan_come_in_any_order_where_it_matters() {
 
 #[test]
 fn actions_that_have_ended_may_come_before_the_others() {
-    // In the scan in which S2 begins, a and c have ended, and b has just begun.
+    // In the scan in which S2 begins, aa and cc have ended, and bb has just begun.
     let text = chart(&ring(
-        ["a(N); b(N);", "a(N); c(N);", "b(N);"],
-        "ACTION a: n := 0; END_ACTION ACTION c: n := 5; END_ACTION
-         ACTION b: IF S2.X AND n = 5 THEN x := TRUE; x := TRUE; x := TRUE; END_IF; END_ACTION",
+        ["aa(N); bb(N);", "aa(N); cc(N);", "bb(N);"],
+        "ACTION aa: n := 0; END_ACTION ACTION cc: n := 5; END_ACTION
+         ACTION bb: IF S2.X AND n = 5 THEN x := TRUE; x := TRUE; x := TRUE; END_IF; END_ACTION",
     ))
     .replace("VAR x", "VAR n : INT; x");
     let order = |of: &str| format!("[sfc]\naction_order = '{of}'\n");

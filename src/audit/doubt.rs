@@ -42,7 +42,7 @@ pub enum Doubt {
     },
     /// The number of further such loops.
     MorePerhapsEndless(usize),
-    /// Units have no body and give something all the same: they were taken to do nothing.
+    /// Units that are called have no body: they were taken to do nothing.
     Bodiless {
         /// Their names.
         names: Vec<String>,

@@ -84,6 +84,8 @@ codes! {
     Connection = "connection",
     /// A loop and a master control region overlap
     CrossedMasterControl = "crossed-master-control",
+    /// A name is declared twice, or the program does not say which of several things it means
+    DeclaredTwice = "declared-twice",
     /// A label stands in two places
     DoubleLabel = "double-label",
     /// A file is empty

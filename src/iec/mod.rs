@@ -281,6 +281,10 @@ pub struct TypeDeclaration {
     pub of: TypeRef,
     /// What a variable of it holds at first.
     pub initial: Option<Expr>,
+    /// The file, an index into the files that were read.
+    pub file: usize,
+    /// Its line.
+    pub line: u32,
 }
 
 /// A task, and what it runs.
@@ -318,6 +322,8 @@ pub struct Project {
     pub types: Vec<TypeDeclaration>,
     /// Lists of global variables, by their names (empty where they have none).
     pub globals: Vec<(String, Vec<Variable>)>,
+    /// How many lists of global variables there are up to the end of each file but the last.
+    pub global_ends: Vec<usize>,
     /// The program organization units.
     pub pous: Vec<Pou>,
     /// The tasks.
@@ -345,6 +351,12 @@ impl Project {
         self.pous.iter().find(|pou| same(&pou.name, name))
     }
 
+    /// The file of a list of global variables, an index into the files that were read.
+    #[must_use]
+    pub fn file_of_list(&self, list: usize) -> usize {
+        self.global_ends.partition_point(|&end| end <= list)
+    }
+
     /// Takes in what another file says.
     pub fn join(&mut self, mut other: Project) {
         let shift = self.files.len();
@@ -353,6 +365,11 @@ impl Project {
             pou.methods.iter_mut().for_each(|method| method.file += shift);
         });
         other.connected.iter_mut().for_each(|one| one.file += shift);
+        other.types.iter_mut().for_each(|one| one.file += shift);
+        if shift > 0 {
+            self.global_ends.push(self.globals.len());
+        }
+        self.global_ends.extend(other.global_ends.iter().map(|end| end + self.globals.len()));
         self.files.append(&mut other.files);
         self.types.append(&mut other.types);
         self.globals.append(&mut other.globals);

@@ -45,7 +45,7 @@ mod routines;
 mod settled;
 mod start;
 mod statements;
-mod tags;
+pub(crate) mod tags;
 mod task;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -603,7 +603,7 @@ pub struct Program {
     pub errors: BTreeMap<usize, Logic>,
     /// The routines that are not there, one for each call.
     pub absent: Vec<Absent>,
-    /// Units without a body that give something all the same, and of which nothing is stated: they were taken to do nothing.
+    /// Units without a body that are called, and of which nothing is stated: they were taken to do nothing.
     pub bodiless: Vec<(String, Location)>,
     /// How many rungs there are.
     pub blocks: u32,

@@ -26,7 +26,31 @@ pub enum Type {
         of: Arc<Type>,
     },
     /// Named parts: a structure, or an instance of a function block with all that it keeps from scan to scan.
-    Parts(Arc<[(String, Type)]>),
+    Parts(Arc<Parts>),
+}
+
+/// Named parts, and where each lies.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parts {
+    /// Names, types, and how many bit cells and word cells stand before each.
+    all: Vec<(String, Type, [u32; 2])>,
+    /// The number of the first part of each name.
+    by_name: BTreeMap<String, usize>,
+    /// How many cells all of them take; `None` if these are more than can be numbered.
+    size: Option<[u32; 2]>,
+}
+
+impl FromIterator<(String, Type)> for Parts {
+    fn from_iter<T: IntoIterator<Item = (String, Type)>>(parts: T) -> Parts {
+        let mut found = Parts { all: Vec::new(), by_name: BTreeMap::new(), size: Some([0, 0]) };
+        for (name, of) in parts {
+            let before = found.size.unwrap_or([u32::MAX; 2]);
+            found.size = of.size().and_then(|size| added(found.size?, size));
+            found.by_name.entry(name.clone()).or_insert(found.all.len());
+            found.all.push((name, of, before));
+        }
+        found
+    }
 }
 
 impl Type {
@@ -40,9 +64,7 @@ impl Type {
                 let [bits, words] = of.size()?;
                 Some([bits.checked_mul(*count)?, words.checked_mul(*count)?])
             }
-            Type::Parts(parts) => {
-                parts.iter().try_fold([0_u32; 2], |sum, (_, part)| added(sum, part.size()?))
-            }
+            Type::Parts(parts) => parts.size,
         }
     }
 }
@@ -67,14 +89,8 @@ impl Tag {
     #[must_use]
     pub fn part(&self, name: &str) -> Option<Tag> {
         let Type::Parts(parts) = &self.of else { return None };
-        let mut at = self.at;
-        for (own, of) in parts.iter() {
-            if own == name {
-                return Some(Tag { of: of.clone(), at, ..*self });
-            }
-            at = added(at, of.size()?)?;
-        }
-        None
+        let (_, of, before) = &parts.all[*parts.by_name.get(name)?];
+        Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
     }
 
     /// The element of this number.
@@ -159,15 +175,12 @@ fn named(name: String, of: &Type, side: usize, offset: u32) -> Option<String> {
             named(format!("{name}[{number}]"), of, side, offset % size)
         }
         Type::Parts(parts) => {
-            let mut offset = offset;
-            for (part, of) in parts.iter() {
-                let size = of.size()?[side];
-                if offset < size {
-                    return named(format!("{name}.{part}"), of, side, offset);
-                }
-                offset -= size;
-            }
-            None
+            // Parts that take nothing there stand at the same place as the one behind them.
+            let behind = parts.all.partition_point(|(.., before)| before[side] <= offset);
+            let mut before = parts.all[..behind].iter().rev();
+            let (part, of, before) =
+                before.find(|(_, of, _)| of.size().is_some_and(|size| size[side] > 0))?;
+            named(format!("{name}.{part}"), of, side, offset - before[side])
         }
     }
 }
@@ -182,10 +195,11 @@ mod tests {
     /// A timer's instance, and two axes of a structure with an array in it.
     fn program() -> (Program, Tag, Tag) {
         let part = |name: &str, of| (name.to_owned(), of);
-        let timer = Type::Parts([part("Q", Type::Bit), part("ET", Type::Words(2))].into());
+        let parts = |all: Vec<(String, Type)>| Type::Parts(Arc::new(all.into_iter().collect()));
+        let timer = parts([part("Q", Type::Bit), part("ET", Type::Words(2))].into());
         let limits = Type::Array { first: -1, count: 3, of: Arc::new(Type::Words(1)) };
         let axis = [part("On", Type::Bit), part("Limits", limits), part("Delay", timer.clone())];
-        let axes = Type::Array { first: 1, count: 2, of: Arc::new(Type::Parts(axis.into())) };
+        let axes = Type::Array { first: 1, count: 2, of: Arc::new(parts(axis.into())) };
         let kinds = [AreaKind::Bit, AreaKind::Word];
         let areas = kinds.map(|kind| Area::new("cell ", kind, Radix::Decimal));
         let mut program = Program { areas: areas.into(), ..Program::default() };

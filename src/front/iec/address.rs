@@ -9,12 +9,13 @@ use crate::iec::fault::Fault;
 use crate::program::{
     BitTarget, Effect, Logic, Number, Region, WordSource, WordTarget, Write, flow,
 };
+use std::collections::BTreeSet;
 
 /// An area, and from where to where in it, in both ways of counting.
-type Bits = (char, [(u64, u64); 2]);
+pub(super) type Bits = (char, [(u64, u64); 2]);
 
 /// The bits that an address takes: counted in bytes, as some count, and in units of its own size, as others do.
-fn bits(address: &str) -> Option<Bits> {
+pub(super) fn bits(address: &str) -> Option<Bits> {
     let rest = address.strip_prefix('%')?;
     let area = rest.chars().next().filter(|area| matches!(area, 'I' | 'Q' | 'M'))?;
     let rest = &rest[1..];
@@ -39,10 +40,10 @@ fn bits(address: &str) -> Option<Bits> {
 }
 
 /// A variable with an address.
-struct Located {
-    place: Place,
+pub(super) struct Located {
+    pub(super) place: Place,
     address: String,
-    taken: Bits,
+    pub(super) taken: Bits,
 }
 
 impl Located {
@@ -60,15 +61,6 @@ impl Located {
         };
         taken.iter_mut().for_each(|(from, to)| *to = (*to).max(from.saturating_add(size)));
         Some(Located { place: place.clone(), address, taken: (area, taken) })
-    }
-
-    /// Whether it may share memory with another, in one of the ways of counting.
-    fn meets(&self, other: &Located) -> bool {
-        let overlap = |side: usize| {
-            let ((a, b), (c, d)) = (self.taken.1[side], other.taken.1[side]);
-            a < d && c < b
-        };
-        self.taken.0 == other.taken.0 && (overlap(0) || overlap(1))
     }
 
     /// What another variable takes on when this one is written: the same value where both are one, else any.
@@ -100,7 +92,7 @@ enum Passes {
 }
 
 /// All variables with addresses, those that code names by their addresses, too.
-fn located(emit: &Emit<'_>) -> Vec<Located> {
+pub(super) fn located(emit: &Emit<'_>) -> Vec<Located> {
     let mut found = Vec::new();
     for one in &emit.instances {
         for variable in lineage(emit.project, one.pou).into_iter().flat_map(|pou| &pou.variables) {
@@ -121,17 +113,31 @@ fn located(emit: &Emit<'_>) -> Vec<Located> {
     found
 }
 
+/// The pairs of these that may share bits, in one of the ways of counting: the numbers of both.
+pub(super) fn meeting(all: impl Iterator<Item = Bits>) -> BTreeSet<(usize, usize)> {
+    let all: Vec<Bits> = all.collect();
+    let mut found = BTreeSet::new();
+    for side in 0..2 {
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by_key(|&at| (all[at].0, all[at].1[side].0));
+        for (at, &one) in order.iter().enumerate() {
+            let (area, taken) = (all[one].0, all[one].1[side]);
+            let behind = order[at + 1..]
+                .iter()
+                .take_while(|&&other| all[other].0 == area && all[other].1[side].0 < taken.1);
+            found.extend(behind.map(|&other| (one.min(other), one.max(other))));
+        }
+    }
+    found
+}
+
 /// Lets every write of a variable that shares memory with others be one of these, too; gives what shares memory.
 pub(super) fn share(emit: &mut Emit<'_>) -> Vec<Region> {
     let all = located(emit);
-    let pairs: Vec<(&Located, &Located)> = all
-        .iter()
-        .enumerate()
-        .flat_map(|(at, one)| {
-            let others = all.iter().enumerate().filter(move |(other, _)| *other != at);
-            others.map(move |(_, other)| (one, other)).filter(|(one, other)| one.meets(other))
-        })
-        .collect();
+    let pairs = meeting(all.iter().map(|one| one.taken)).into_iter();
+    let pairs = pairs.flat_map(|(one, other)| [(one, other), (other, one)]);
+    let pairs: Vec<(&Located, &Located)> =
+        pairs.map(|(one, other)| (&all[one], &all[other])).collect();
     if pairs.is_empty() {
         return Vec::new();
     }
@@ -190,12 +196,8 @@ mod tests {
     #[test]
     fn addresses_meet_in_either_way_of_counting() {
         let meet = |one: &str, other: &str| {
-            let [one, other] = [one, other].map(|address| bits(address).expect("an address"));
-            let overlap = |side: usize| {
-                let ((a, b), (c, d)) = (one.1[side], other.1[side]);
-                a < d && c < b
-            };
-            one.0 == other.0 && (overlap(0) || overlap(1))
+            let both = [one, other].map(|address| bits(address).expect("an address"));
+            !meeting(both.into_iter()).is_empty()
         };
         assert!(meet("%MW0", "%MX0.3"));
         assert!(meet("%MW1", "%MB2"));

@@ -3,11 +3,13 @@
 use super::emit::{Emit, Instance, Place};
 use super::resolve::Context;
 use super::types::{Ty, lineage};
+use super::within::each_deep;
 use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Part, paths_of};
 use crate::iec::fault::Fault;
 use crate::iec::parse::{CONSTRUCTED, LISTED, UNREAD};
-use crate::iec::{PouKind, same};
+use crate::iec::{Pou, PouKind, TypeRef, Variable, same};
+use std::collections::BTreeSet;
 
 /// Larger arrays are not gone through.
 const MOST: i64 = 4096;
@@ -24,7 +26,8 @@ impl Emit<'_> {
         }
         let Some(&first) = programs.first() else { return };
         // Global variables are declared where no unit's own variables are known.
-        let place = Place { ty: Ty::Parts([].into()), ..self.instances[first].place.clone() };
+        let place =
+            Place { ty: Ty::Parts(Default::default()), ..self.instances[first].place.clone() };
         let unit = self.instances[first].pou;
         self.instances.push(Instance { pou: unit, place });
         let at = Context { instance: self.instances.len() - 1, locals: None, unit };
@@ -63,6 +66,62 @@ impl Emit<'_> {
         let what = format!("{} begins anew with each call, which is not followed", place.name);
         let help = "declare it where it lasts: as VAR of a function block or of the program";
         Err(Fault::new(line, what).code(Code::NotModelled).help(help))
+    }
+
+    /// Refuses what begins anew with each call and calls something then, unless it is one value that is worked out there.
+    pub(super) fn begins_without_call(
+        &self,
+        one: &Variable,
+        ty: &Ty,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let is_single = matches!(ty, Ty::Bit | Ty::Number(_) | Ty::Text(_) | Ty::Reference(..));
+        let mut is_open = false;
+        if let Some(initial) = one.initial.as_ref().filter(|_| !is_single || one.constant) {
+            // Each element of a list takes the time of its value.
+            each_deep(initial, &mut |inner| {
+                is_open |= match inner {
+                    Expr::Call(path, _) => {
+                        ![CONSTRUCTED, LISTED, UNREAD].contains(&path.first.as_str())
+                    }
+                    Expr::Variable(_) => self.types.constant(inner).is_none(),
+                    _ => false,
+                };
+            });
+        }
+        if !is_open && !self.type_calls(&one.of, &mut BTreeSet::new()) {
+            return Ok(());
+        }
+        let what = format!(
+            "{} begins anew with each call, and its initial value is worked out then, which is not followed",
+            one.name
+        );
+        let help = "assign the value in the body";
+        Err(Fault::new(line, what).code(Code::NotModelled).help(help))
+    }
+
+    /// Whether what a type gives its variables at first calls anything of the project's.
+    fn type_calls(&self, of: &TypeRef, seen: &mut BTreeSet<String>) -> bool {
+        let calls_own = |one: &Option<Expr>| one.as_ref().is_some_and(|one| self.calls_own(one));
+        match of {
+            TypeRef::Array(_, of) | TypeRef::Subrange(of, _) => self.type_calls(of, seen),
+            TypeRef::Struct(parts) => {
+                parts.iter().any(|one| calls_own(&one.initial) || self.type_calls(&one.of, seen))
+            }
+            TypeRef::Named(name) if seen.insert(name.to_ascii_uppercase()) => {
+                let all = &self.project.types;
+                let own = all.iter().find(|one| same(&one.name, name));
+                let block = |pou: &Pou| pou.kind == PouKind::FunctionBlock && same(&pou.name, name);
+                let units = self.project.pous.iter().position(block);
+                let units = units.map(|at| lineage(self.project, at)).unwrap_or_default();
+                own.is_some_and(|own| calls_own(&own.initial) || self.type_calls(&own.of, seen))
+                    || units
+                        .iter()
+                        .flat_map(|pou| &pou.variables)
+                        .any(|one| calls_own(&one.initial) || self.type_calls(&one.of, seen))
+            }
+            _ => false,
+        }
     }
 
     /// Carries out FB_Init of an instance, and begins with its variables.

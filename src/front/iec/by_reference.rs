@@ -1,11 +1,12 @@
 //! Variables that a call hands over in and out: what is called changes the caller's own variable (IEC 61131-3, VAR_IN_OUT).
 //! They are followed as copies that are given back, so a call in which one variable has two names is refused.
 
-use super::emit::Emit;
+use super::emit::{Emit, Place};
 use super::function::{is_handed, parameters};
 use super::reach::{named_in, overlap};
+use super::references::{Walk, Way};
 use super::resolve::{Context, Found};
-use super::types::lineage;
+use super::types::{Ty, lineage, same_type};
 use crate::base::code::Code;
 use crate::iec::ast::{Argument, Expr, Part, Path};
 use crate::iec::fault::Fault;
@@ -28,6 +29,51 @@ impl Emit<'_> {
             return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
         Ok(())
+    }
+
+    /// Refuses an instance that becomes one of another type, of a block that its own extends: its own methods and actions would
+    /// be called there.
+    pub(super) fn has_own_type(
+        &mut self,
+        at: &Context,
+        target: &Place,
+        value: &Expr,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let Expr::Variable(path) = value else { return Ok(()) };
+        if path.first.is_empty() || path.first.starts_with('~') || !holds_block(&target.ty) {
+            return Ok(());
+        }
+        if self.types_of(at, path).iter().all(|ty| same_type(ty, &target.ty)) {
+            return Ok(());
+        }
+        let message = format!(
+            "{} is not of the type of {}: which methods are called through it is not followed",
+            show::path(path),
+            target.name
+        );
+        let help = "declare what takes it with the type of the instance, or hand over a reference or an interface";
+        Err(Fault::new(line, message).code(Code::NotModelled).help(help))
+    }
+
+    /// The types that a path can have: through a reference, those of all that it can mean.
+    fn types_of(&mut self, at: &Context, path: &Path) -> Vec<Ty> {
+        match self.walk(at, path, true) {
+            Walk::Type(ty) => vec![ty],
+            Walk::Way(Way::Referred(way)) => {
+                let can = self.candidates(way.kind, &way.of);
+                let mut found = Vec::new();
+                for one in can {
+                    let (place, rest) = (self.target_at(one), way.rest.clone());
+                    let types = self.with_name(place, "", |emit, first| {
+                        Ok(emit.types_of(at, &Path { first, rest }))
+                    });
+                    found.extend(types.unwrap_or_default());
+                }
+                found
+            }
+            Walk::Way(Way::Property(_)) | Walk::Unknown => Vec::new(),
+        }
     }
 
     /// Refuses a call that hands over a variable which what is called also reaches by another name: `owner` is the place of
@@ -191,5 +237,15 @@ impl Emit<'_> {
         };
         let (name, owner) = (name.to_ascii_uppercase(), owner.to_ascii_uppercase());
         Ok(name.strip_prefix(&owner).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
+    }
+}
+
+/// Whether a variable of a type is an instance of a block, or holds some.
+fn holds_block(ty: &Ty) -> bool {
+    match ty {
+        Ty::Block(..) => true,
+        Ty::Array { of, .. } => holds_block(of),
+        Ty::Parts(parts) => parts.iter().any(|(_, ty)| holds_block(ty)),
+        _ => false,
     }
 }

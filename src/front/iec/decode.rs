@@ -1,11 +1,14 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
+use super::constants::Scope;
+use super::declared;
 use super::emit::{Emit, Place, What};
 use super::first_values::{self, Begins, FirstValue};
 use super::refer;
 use super::references::References;
 use super::resolve::full_name;
 use super::types::{Ty, is_elementary, lineage};
+use super::within::calls;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Picos;
@@ -14,7 +17,7 @@ use crate::iec::ast::Expr;
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, Project, Task, TypeRef, Variable, same};
 use crate::program::{AreaId, Logic, PowerUp, Program, Region, SourceFile, Step, flow};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What is asked of the way in which charts are carried out.
 #[derive(Debug, Clone, Copy, Default)]
@@ -40,6 +43,10 @@ pub fn decode(
     asked: &front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
     let project = &*super::foreign::stated(project, asked.facts);
+    let faults = declared::faults(project);
+    if !faults.is_empty() {
+        return Err(told(project, faults));
+    }
     if !refer::has_any(project) {
         return put_together(project, dialect, options, asked, None).map(|(_, found)| found)?;
     }
@@ -111,12 +118,16 @@ fn emitted(
     emit.tasks = tasks.len();
     let mut entries = Vec::new();
     let mut main = 0..0;
-    let mut first = None;
+    let (mut first, mut image) = (None, None);
     for (number, task) in tasks.iter().enumerate() {
         entries.push(emit.builder.next());
         // Of several tasks it is not told which one begins.
         if tasks.len() == 1 && first_values::any(project) {
             first = emit.first_scan();
+        }
+        // Where tasks interrupt each other, inputs may change between any two reads.
+        if tasks.len() == 1 {
+            image = emit.begin_image();
         }
         // What tasks call is theirs: they may be in the midst of the same routine at once.
         emit.task = number;
@@ -141,18 +152,11 @@ fn emitted(
     one_name_each(&tasks, emit);
     changed_by_others(emit, &entries);
     let shared = super::address::share(emit);
+    emit.share_inputs(image);
+    emit.bound_inputs();
     emit.settle();
     if !emit.faults.is_empty() {
-        let name = |file: usize| project.files.get(file).map_or("", String::as_str);
-        let mut told: Vec<Diagnostic> = Vec::new();
-        for (file, fault) in std::mem::take(&mut emit.faults) {
-            let one = fault.in_file(name(file));
-            if !told.contains(&one) {
-                told.push(one);
-            }
-        }
-        told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
-        return Err(told);
+        return Err(told(project, std::mem::take(&mut emit.faults)));
     }
     let (mut known, values) = power_up(emit);
     // What shares memory begins with what either of them declares.
@@ -188,6 +192,20 @@ fn emitted(
     });
     program.files = files.collect();
     Ok(program)
+}
+
+/// Faults as findings, each once.
+fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
+    let name = |file: usize| project.files.get(file).map_or("", String::as_str);
+    let mut told: Vec<Diagnostic> = Vec::new();
+    for (file, fault) in faults {
+        let one = fault.in_file(name(file));
+        if !told.contains(&one) {
+            told.push(one);
+        }
+    }
+    told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
+    told
 }
 
 /// Tasks are told apart by their names.
@@ -366,30 +384,33 @@ fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
         }
     }
     for (pou, place) in instances {
-        for variable in lineage(project, pou).into_iter().flat_map(|pou| &pou.variables) {
-            if let Some(part) = Emit::part(&place, &variable.name) {
-                values.extend(starts(emit, &mut known, variable, &part));
+        let units = lineage(project, pou);
+        for (at, unit) in units.iter().enumerate() {
+            let scope: Vec<&[Variable]> =
+                units[at..].iter().map(|pou| &pou.variables[..]).collect();
+            for variable in &unit.variables {
+                if let Some(part) = Emit::part(&place, &variable.name) {
+                    values.extend(starts(emit, &mut known, (variable, &scope), &part));
+                }
             }
         }
     }
-    let globals: Vec<Place> = emit.globals.values().cloned().collect();
-    let mut seen = BTreeSet::new();
-    for (list, variable) in
-        project.globals.iter().flat_map(|(list, all)| all.iter().map(move |one| (list, one)))
-    {
-        let name = full_name(list, variable).to_ascii_uppercase();
-        let own = globals.iter().find(|place| same(&place.name, &name));
-        // Of several of one name the first is meant.
-        if let Some(place) = own.filter(|_| seen.insert(name)) {
-            values.extend(starts(emit, &mut known, variable, place));
+    let globals = emit.globals.clone();
+    for (list, all) in &project.globals {
+        let scope: &Scope<'_> = if list.is_empty() { &[] } else { &[all] };
+        for variable in all {
+            let place = globals.get(&full_name(list, variable).to_ascii_uppercase());
+            if let Some(place) = place {
+                values.extend(starts(emit, &mut known, (variable, scope), place));
+            }
         }
     }
     latch_within(emit, &mut known, &globals);
-    for place in globals.iter().filter(|place| place.name.starts_with("%I")) {
+    for place in globals.values().filter(|place| place.name.starts_with("%I")) {
         known.inputs.extend(place.tag.regions());
     }
     // What methods that are carried out before the first scan leave in variables is not followed.
-    if emit.begins_with_more || begins_with_method(project) {
+    if emit.begins_with_more || begins_with_method(project) || begins_with_call(project) {
         known.cleared.retain(|own| matches!(own, Region::Area(_)));
         values.clear();
     }
@@ -403,8 +424,21 @@ fn begins_with_method(project: &Project) -> bool {
     methods.any(|one| begins.iter().any(|name| same(name, &one.name)))
 }
 
+/// Whether an initial value calls a function of the project's, which may write variables.
+fn begins_with_call(project: &Project) -> bool {
+    let lists = project.globals.iter().map(|(_, list)| list);
+    let variables = project.pous.iter().map(|pou| &pou.variables).chain(lists).flatten();
+    let parts = project.types.iter().flat_map(|one| match &one.of {
+        TypeRef::Struct(parts) => &parts[..],
+        _ => &[],
+    });
+    let of_types = project.types.iter().map(|one| &one.initial);
+    let mut all = variables.chain(parts).map(|one| &one.initial).chain(of_types).flatten();
+    all.any(|initial| calls(project, initial))
+}
+
 /// What stands in an instance, a structure or an array that survives a loss of power does so, too.
-fn latch_within(emit: &Emit<'_>, known: &mut PowerUp, globals: &[Place]) {
+fn latch_within(emit: &Emit<'_>, known: &mut PowerUp, globals: &BTreeMap<String, Place>) {
     let project = emit.project;
     let mut kept: Vec<Place> = Vec::new();
     for one in &emit.instances {
@@ -414,9 +448,7 @@ fn latch_within(emit: &Emit<'_>, known: &mut PowerUp, globals: &[Place]) {
     }
     for (list, all) in &project.globals {
         let names = all.iter().filter(|one| one.retain).map(|one| full_name(list, one));
-        kept.extend(
-            names.filter_map(|name| globals.iter().find(|place| same(&place.name, &name)).cloned()),
-        );
+        kept.extend(names.filter_map(|name| globals.get(&name.to_ascii_uppercase()).cloned()));
     }
     let regions: Vec<Region> = kept.iter().flat_map(|place| place.tag.regions()).collect();
     let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
@@ -440,7 +472,7 @@ fn latch_within(emit: &Emit<'_>, known: &mut PowerUp, globals: &[Place]) {
 fn starts(
     emit: &Emit<'_>,
     known: &mut PowerUp,
-    variable: &Variable,
+    (variable, scope): (&Variable, &Scope<'_>),
     place: &Place,
 ) -> Option<FirstValue> {
     if variable.at.as_ref().is_some_and(|at| at.starts_with("%I")) {
@@ -451,7 +483,7 @@ fn starts(
     if variable.retain {
         known.latched.extend(regions.iter().copied());
     }
-    match emit.begins_with(variable, place)? {
+    match emit.begins_with(variable, place, scope)? {
         Begins::Value(value) => return Some(value),
         Begins::Zero => {}
     }

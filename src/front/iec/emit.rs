@@ -2,14 +2,15 @@
 
 pub(super) use super::references::{Place, References};
 use super::tally::Tally;
-use super::types::{Extent, Kind, Ty, Types, first_name, layout};
+use super::types::{Extent, Kind, Ty, Types, first_name, is_elementary, layout};
 use super::value::Value;
 use crate::base::code::Code;
 use crate::base::facts::{ActionOrder, StatedCall};
 use crate::base::location::Location;
 use crate::front::builder::{Builder, always};
+use crate::iec::ast::Expr;
 use crate::iec::fault::Fault;
-use crate::iec::{Pou, Project};
+use crate::iec::{Pou, Project, Variable};
 use crate::program::errors::is_zero;
 use crate::program::meaning::{Arithmetic, Meaning, Operand as Input, Operation, Target};
 use crate::program::{
@@ -105,6 +106,8 @@ pub(super) struct Emit<'p> {
     pub(super) references: References,
     /// Whether variables have to lie in the same places the next time.
     keeps_places: bool,
+    /// Whether a declaration gives an instance or a structure values for its parts.
+    pub(super) gives_parts: bool,
     between: [u32; 2],
     pub(super) file: usize,
     /// How many tasks there are.
@@ -162,6 +165,7 @@ impl<'p> Emit<'p> {
             counts: BTreeSet::new(),
             references: References::default(),
             keeps_places: false,
+            gives_parts: gives_parts(project),
             between: [0, 0],
             file: 0,
             tasks: 1,
@@ -234,7 +238,7 @@ impl<'p> Emit<'p> {
             Ty::Standard(kind, _) => first_name(kind, name),
             _ => name,
         };
-        parts.iter().find(|(own, _)| crate::iec::same(own, name)).map(|(_, ty)| ty.clone())
+        parts.named(name).map(|(_, ty)| ty.clone())
     }
 
     /// The part of this name, in upper or lower case.
@@ -246,7 +250,7 @@ impl<'p> Emit<'p> {
             Ty::Standard(kind, _) => first_name(kind, name),
             _ => name,
         };
-        let (own, ty) = parts.iter().find(|(own, _)| crate::iec::same(own, name))?;
+        let (own, ty) = parts.named(name)?;
         let tag = place.tag.part(own)?;
         Some(Place { name: format!("{}.{own}", place.name), tag, ty: ty.clone() })
     }
@@ -438,4 +442,14 @@ impl<'p> Emit<'p> {
     pub(super) fn landing(&mut self) {
         self.builder.add(None, Vec::new(), Step::Nothing);
     }
+}
+
+/// Whether a declaration gives an instance or a structure values for its parts.
+fn gives_parts(project: &Project) -> bool {
+    let gives = |one: &Variable| {
+        !is_elementary(one) && !matches!(one.initial, None | Some(Expr::Literal(_)))
+    };
+    let units = project.pous.iter().map(|pou| &pou.variables);
+    let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
+    all.any(gives)
 }

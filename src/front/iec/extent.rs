@@ -135,11 +135,13 @@ impl Emit<'_> {
     /// The most that units and methods of some name give: which of them is meant may be told by a reference.
     fn extent_given(&mut self, is: &dyn Fn(&Pou) -> bool) -> Option<Extent> {
         let project = self.project;
-        let methods = project.pous.iter().flat_map(|pou| &pou.methods);
-        let all = project.pous.iter().chain(methods).filter(|one| is(one));
-        let given = all.map(|one| match &one.result {
+        let all = project.pous.iter().enumerate().flat_map(|(unit, pou)| {
+            let methods = pou.methods.iter().map(move |method| (unit, Some(method), method));
+            std::iter::once((unit, None, pou)).chain(methods)
+        });
+        let given = all.filter(|(.., one)| is(one)).map(|(unit, method, one)| match &one.result {
             Some(of) => {
-                let ty = self.types.resolve(of, one.line);
+                let ty = self.types.within(unit, method, |types| types.resolve(of, one.line));
                 ty.map_or(Extent::One, |ty| self.extent_as(&ty))
             }
             None => Extent::One,

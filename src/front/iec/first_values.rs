@@ -1,6 +1,7 @@
 //! What variables hold before the first scan, as they are declared: 0, or another constant; a bit that is on then is turned on as
 //! the first scan begins. That is told of what the program writes: what it only reads is a parameter that somebody else may set.
 
+use super::constants::Scope;
 use super::emit::{Emit, Place};
 use super::types::{Kind, Ty, is_elementary};
 use super::value::{real, within};
@@ -28,9 +29,15 @@ pub(super) enum Begins {
 }
 
 impl Emit<'_> {
-    /// With what a variable begins, if that is known.
-    pub(super) fn begins_with(&self, variable: &Variable, place: &Place) -> Option<Begins> {
+    /// With what a variable begins, if that is known; `scope`: what hides global names where it is declared.
+    pub(super) fn begins_with(
+        &self,
+        variable: &Variable,
+        place: &Place,
+        scope: &Scope<'_>,
+    ) -> Option<Begins> {
         let initial = variable.initial.as_ref();
+        let constant = |one: &Expr| self.types.constants.number(one, scope);
         if let (Ty::Standard(..), None) = (&place.ty, initial) {
             return Some(Begins::Zero);
         }
@@ -43,7 +50,7 @@ impl Emit<'_> {
                 let on = match initial {
                     None => false,
                     Some(Expr::Literal(Literal::Bool(on))) => *on,
-                    Some(other) => self.types.constant(other)? != 0,
+                    Some(other) => constant(other)? != 0,
                 };
                 if !on {
                     return Some(Begins::Zero);
@@ -58,7 +65,7 @@ impl Emit<'_> {
                     }
                     (Kind::Real | Kind::Time | Kind::Whole { .. }, None) => within(*kind, 0),
                     (Kind::Whole { bits: ..=32, .. }, Some(initial)) => {
-                        within(*kind, self.types.constant(initial)?)
+                        within(*kind, constant(initial)?)
                     }
                     (Kind::Real, Some(Expr::Literal(Literal::Real(text, _)))) => real(text)?,
                     (Kind::Real, Some(Expr::Literal(Literal::Int(value, _)))) => {

@@ -14,6 +14,7 @@ use crate::base::code::Code;
 use crate::front::builder::always;
 use crate::iec::ast::{Argument, Expr, Operator, Path};
 use crate::iec::fault::Fault;
+use crate::iec::parse::{CONSTRUCTED, LISTED, UNREAD};
 use crate::iec::{Pou, PouKind, Section, Variable, same, show};
 use crate::program::{Compare, Logic, Number, Reading, Relation, Step};
 
@@ -26,6 +27,13 @@ impl<'p> Emit<'p> {
         given: &[Argument],
         line: u32,
     ) -> Result<Value, Fault> {
+        // A method of the unit's own hides functions.
+        if let Some(name) = path.as_name()
+            && self.has_member(at, name)
+            && self.method_of(at.instance, name).is_some()
+        {
+            return self.method(at, at.instance, name, given, line);
+        }
         if let Some(value) = self.function_through(at, path, given, line)? {
             return Ok(value);
         }
@@ -37,9 +45,6 @@ impl<'p> Emit<'p> {
                 .position(|pou| same(&pou.name, name) && pou.kind == PouKind::Function);
             if let Some(pou) = own {
                 return self.own_function(at, pou, given, line);
-            }
-            if self.method_of(at.instance, name).is_some() {
-                return self.method(at, at.instance, name, given, line);
             }
             return self.standard(at, name, given, line);
         }
@@ -70,7 +75,7 @@ impl<'p> Emit<'p> {
         let instance = match self.by_name.get(&name.to_ascii_uppercase()) {
             Some(&known) => known,
             None => {
-                let parts = self.types.variables(own)?;
+                let parts = self.types.variables(pou, None)?;
                 let place = self.variable(&name, Ty::Parts(parts), own.line)?;
                 self.instance(&place, pou)
             }
@@ -85,7 +90,10 @@ impl<'p> Emit<'p> {
         self.begin_result(&inner, &place, own, line)?;
         self.call(Logic::Const(true), instance, What::Body, "CAL");
         self.take_back(at, &place, &own.variables, given, line)?;
-        let result = self.result(&place, &own.name, line)?;
+        let result = match own.result {
+            Some(_) => self.result(&place, &own.name, line)?,
+            None => Value::Any,
+        };
         let enable = self.end_enabled(at, &place, enabled, given, line)?;
         self.open_outputs(at, enable.as_ref(), given, line)?;
         self.result_if(enable, result, line)
@@ -170,7 +178,10 @@ impl<'p> Emit<'p> {
             parameters(variables, given).any(|(name, _)| name.is_some_and(|name| same(name, own)))
         };
         let begins = |one: &&Variable| match one.section {
-            Section::Local | Section::Temp | Section::Output => !one.constant,
+            // The constants of a unit are known by their declaration.
+            Section::Local | Section::Temp | Section::Output => {
+                !one.constant || at.locals.is_some()
+            }
             Section::Input => !is_given(&one.name),
             Section::InOut
             | Section::External
@@ -178,9 +189,14 @@ impl<'p> Emit<'p> {
             | Section::Static
             | Section::Instance => false,
         };
+        for one in variables.iter().filter(|one| one.section == Section::Local && one.constant) {
+            let ty = Self::part_type(place, &one.name).unwrap_or(Ty::Bit);
+            self.begins_without_call(one, &ty, line)?;
+        }
         for one in variables.iter().filter(begins) {
             let Some(part) = Self::part(place, &one.name) else { continue };
             self.begins_plain(&part, one.initial.is_some(), line)?;
+            self.begins_without_call(one, &part.ty, line)?;
             let value = match &one.initial {
                 initial if matches!(part.ty, Ty::Reference(..)) => match (initial, &part.ty) {
                     (Some(initial), Ty::Reference(kind, _)) => {
@@ -188,7 +204,18 @@ impl<'p> Emit<'p> {
                     }
                     _ => Value::Constant(0),
                 },
-                Some(initial) => self.constant(at, initial).map_or(Value::Any, Value::Constant),
+                Some(initial) => match self.constant(at, initial) {
+                    Some(known) => Value::Constant(known),
+                    None if is_worked_out(initial) && part.tag.cell().is_some() => {
+                        let work = |emit: &mut Self| emit.open_value(at, initial, line);
+                        let found = match one.constant {
+                            true => self.charged_already(work),
+                            false => work(self),
+                        }?;
+                        shown(initial, found, &part.ty)
+                    }
+                    None => Value::Any,
+                },
                 None if is_elementary(one) => Value::Constant(0),
                 None => self.types.first_named(&one.of).map_or(Value::Any, Value::Constant),
             };
@@ -199,10 +226,10 @@ impl<'p> Emit<'p> {
                 (_, value, _) => value,
             };
             self.forget(&part, line)?;
-            let key = self.begin_key(&part.ty);
+            let key = (!one.constant).then(|| self.begin_key(&part.ty));
             let writes = self.writes(Found::Place(part), value, line)?;
             let effects = writes.into_iter().map(always).collect();
-            self.builder.add(Some(key), effects, Step::Nothing);
+            self.builder.add(key, effects, Step::Nothing);
         }
         Ok(())
     }
@@ -241,7 +268,7 @@ impl<'p> Emit<'p> {
             return self.seen_bits(at, name, given, line);
         }
         let place = self.instances[at.instance].place.clone();
-        let none = Place { ty: Ty::Parts([].into()), ..place };
+        let none = Place { ty: Ty::Parts(Default::default()), ..place };
         let enabled = self.begin_enabled(at, &none, given, line)?;
         let result = self.seen_bits(at, name, given, line)?;
         let result = self.frozen(result);
@@ -618,6 +645,16 @@ fn crosses(values: &[Value]) -> bool {
         .collect();
     let pairs = kinds.iter().flat_map(|one| kinds.iter().map(move |other| (*one, *other)));
     { pairs }.any(|(one, other)| mixed(one, other).is_some())
+}
+
+/// Whether an initial value takes time: it is more than a number, a list of such, or one that is not read.
+fn is_worked_out(initial: &Expr) -> bool {
+    match initial {
+        Expr::Literal(_) => false,
+        Expr::Negate(inner) | Expr::Not(inner) => is_worked_out(inner),
+        Expr::Call(path, _) => ![CONSTRUCTED, LISTED, UNREAD].contains(&path.first.as_str()),
+        Expr::Variable(_) | Expr::Binary(..) => true,
+    }
 }
 
 /// Whether it is a duration. What number it is as another type hangs on the unit: milliseconds or seconds.

@@ -106,7 +106,7 @@ impl Emit<'_> {
         from: &Expr,
         line: u32,
     ) -> Result<First, Fault> {
-        let range = self.range_of(at, variable, line)?;
+        let (_, range) = self.range_of(at, variable, line)?;
         let value = self.open_value(at, from, line)?;
         let value = self.frozen(value);
         let fits = match &value {
@@ -298,13 +298,20 @@ impl Emit<'_> {
         (far, fewest): (i64, u32),
         line: u32,
     ) -> Result<Turns, Fault> {
-        let range = self.range_of(at, variable, line)?;
+        let (held, range) = self.range_of(at, variable, line)?;
         let endless = |what: String| {
             Err(Fault::new(line, what)
                 .code(Code::LoopCount)
                 .help("give it a variable of a larger type, or fewer turns"))
         };
-        let end = self.constant(at, to).and_then(|to| to.checked_add(far));
+        let end = self.constant(at, to);
+        if !held.is_signed() && end.is_some_and(|end| end < 0) {
+            return endless(format!(
+                "{} has no sign and the end of the loop is below 0: some controllers take that as a very large number",
+                show::path(variable)
+            ));
+        }
+        let end = end.and_then(|to| to.checked_add(far));
         if let (First::Known(from), Some(to)) = (&from, end) {
             let from = *from;
             let none = (by > 0 && from > to) || (by < 0 && from < to);
@@ -333,8 +340,9 @@ impl Emit<'_> {
             First::Held => self.value(at, &Expr::Variable(variable.clone()), line)?,
         };
         let to = self.value(at, to, line)?;
-        let held = kind_of(range);
-        let crosses = matches!(&to, Value::Number(kind, _) if mixed(held, *kind).is_some());
+        let is_longest = matches!(held, Kind::Whole { bits: 64, signed: false });
+        let crosses = matches!(&to, Value::Number(kind, _)
+            if mixed(held, *kind).is_some() || (is_longest && kind.is_signed()));
         for (value, far) in [(from, 0), (to, far)] {
             if let Value::Number(Kind::Whole { bits, signed }, _) = value
                 && (bits > 32 || (bits == 32 && !signed))
@@ -428,14 +436,21 @@ impl Emit<'_> {
         }
     }
 
-    /// What a loop's variable can hold.
-    fn range_of(&mut self, at: &Context, variable: &Path, line: u32) -> Result<(i64, i64), Fault> {
+    /// The type of a loop's variable, and what it can hold.
+    fn range_of(
+        &mut self,
+        at: &Context,
+        variable: &Path,
+        line: u32,
+    ) -> Result<(Kind, (i64, i64)), Fault> {
         let of = |ty: &Ty| match ty {
-            Ty::Number(Kind::Whole { bits: bits @ ..=32, signed }) => {
-                Some(whole_range(*bits, *signed))
+            Ty::Number(kind @ Kind::Whole { bits: bits @ ..=32, signed }) => {
+                Some((*kind, whole_range(*bits, *signed)))
             }
             // More than any count that is followed.
-            Ty::Number(Kind::Whole { .. }) => Some((-(1 << 40), 1 << 40)),
+            Ty::Number(kind @ Kind::Whole { signed, .. }) => {
+                Some((*kind, (if *signed { -(1 << 40) } else { 0 }, 1 << 40)))
+            }
             _ => None,
         };
         let found = match self.find(at, variable, line)? {
@@ -534,7 +549,7 @@ impl Emit<'_> {
 
     /// Whether a variable has so many values that no loop that is followed goes through all of them.
     fn is_wide(&mut self, at: &Context, variable: &Path, line: u32) -> bool {
-        self.range_of(at, variable, line).is_ok_and(|(least, most)| most - least > MOST)
+        self.range_of(at, variable, line).is_ok_and(|(_, (least, most))| most - least > MOST)
     }
 
     /// By how much a statement moves a variable: `i := i + 1`.
@@ -559,18 +574,6 @@ fn whole_range(bits: u8, signed: bool) -> (i64, i64) {
         true => (-(1 << (bits - 1)), (1 << (bits - 1)) - 1),
         false => (0, (1 << bits) - 1),
     }
-}
-
-/// The type that holds these whole numbers.
-fn kind_of((least, most): (i64, i64)) -> Kind {
-    let bits = if most >> 16 != 0 {
-        32
-    } else if most >> 8 != 0 {
-        16
-    } else {
-        8
-    };
-    Kind::Whole { bits, signed: least < 0 }
 }
 
 /// The parts of a condition that are joined so.

@@ -2,6 +2,7 @@
 
 use crate::iec::chart::{Chart, Feed, Qualifier};
 use crate::program::{BitTarget, Cell, Logic, Tag, Type, Write};
+use std::sync::Arc;
 
 /// The bit that says that a chart has begun.
 const STARTED: &str = "chart started";
@@ -44,7 +45,7 @@ pub(super) struct InputMemory {
 }
 
 fn parts(all: impl IntoIterator<Item = (String, Type)>) -> Type {
-    Type::Parts(all.into_iter().collect::<Vec<_>>().into())
+    Type::Parts(Arc::new(all.into_iter().collect()))
 }
 
 fn bits(names: &[&str]) -> Type {

@@ -50,6 +50,7 @@ impl<'p> Emit<'p> {
         }
         if let (Some(name), [Argument { value: Expr::Variable(of), .. }, which]) =
             (path.as_name(), given)
+            && self.project.pou(name).is_none()
             && let Some(which) = self.constant(at, &which.value)
             && let Some(found) = self.measured(at, name, of, which)
         {
@@ -208,6 +209,15 @@ impl<'p> Emit<'p> {
         Err(Fault::new(line, told).code(Code::NotModelled).help(help))
     }
 
+    /// Whether a name alone means a method or an action of the unit whose code it is.
+    pub(super) fn has_member(&self, at: &Context, name: &str) -> bool {
+        let is_local = at.locals.as_ref().is_some_and(|place| Self::part(place, name).is_some());
+        !is_local
+            && lineage(self.project, at.unit).into_iter().any(|pou| {
+                pou.action(name).is_some() || pou.methods.iter().any(|one| same(&one.name, name))
+            })
+    }
+
     /// The method that a unit has or inherits, and the unit that declares it.
     fn method_in(&self, unit: usize, name: &str) -> Option<(usize, &'p Pou)> {
         let all = &self.project.pous;
@@ -241,7 +251,7 @@ impl<'p> Emit<'p> {
         if let Some(known) = self.globals.get(&key.to_ascii_uppercase()) {
             return Ok(known.clone());
         }
-        let parts = self.types.variables(method)?;
+        let parts = self.types.variables(unit, Some(method))?;
         let place = self.variable(&key, Ty::Parts(parts), method.line)?;
         self.globals.insert(key.to_ascii_uppercase(), place.clone());
         Ok(place)

@@ -173,6 +173,7 @@ impl Emit<'_> {
             }
             let target = Self::part(place, name)
                 .ok_or_else(|| unknown(line, &format!("{}.{name}", place.name)))?;
+            self.has_own_type(at, &target, &argument.value, line)?;
             // What is handed over in and out is what the others have left of it.
             let group = if is_handed(variables, name) { &mut both } else { &mut one_way };
             group.push((target, &argument.value));

@@ -115,6 +115,15 @@ pub(super) fn named_in<'p>(pou: &'p Pou, member: &str) -> Vec<&'p str> {
     found
 }
 
+/// Shows all paths in a unit's code, each with the variables of the method that it stands in.
+pub(super) fn each_path<'p>(pou: &'p Pou, see: &mut dyn FnMut(&'p Path, &'p [Variable])) {
+    let mut all = vec![(code_beside(pou, true), &[][..])];
+    all.extend(pou.methods.iter().map(|method| (code(method, true), &method.variables[..])));
+    for (code, hidden) in all {
+        code.into_iter().for_each(|code| paths(code, &mut |path, _| see(path, hidden)));
+    }
+}
+
 /// Shows all paths of code and what they are for.
 fn paths<'p>(code: Code<'p>, see: &mut dyn FnMut(&'p Path, Use<'p>)) {
     let statements = match code {

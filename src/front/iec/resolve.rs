@@ -2,7 +2,7 @@
 
 use super::emit::{Emit, Place, What};
 use super::references::{Walk, Way};
-use super::types::{Kind, Ty, elementary, holding, is_elementary, layout, lineage};
+use super::types::{Kind, Ty, elementary, holding, layout, lineage};
 use super::value::{Value, constant};
 use crate::base::code::Code;
 use crate::iec::ast::{Expr, Literal, Part, Path};
@@ -132,11 +132,20 @@ impl<'p> Emit<'p> {
                 rest.iter().position(|part| *part != Part::Dereference).unwrap_or(rest.len());
             return self.follow(at, Found::Place(place), &rest[behind..], path, line);
         }
+        let own = self.own_variable(at, &path.first);
         if let Some(found) = self.step_flag(at, path) {
+            if own.is_some() && path.rest.len() == 1 {
+                let told = format!("{} may be a variable or a step", path.first);
+                let help = "give one of them another name";
+                return Err(Fault::new(line, told).code(Code::DeclaredTwice).help(help));
+            }
             return Ok(found);
         }
-        let own = at.locals.as_ref().and_then(|place| Self::part(place, &path.first));
-        let own = own.or_else(|| Self::part(&self.instances[at.instance].place, &path.first));
+        if own.is_none() && self.has_property(at.unit, &path.first) {
+            let told = format!("the property {} is not followed here", path.first);
+            let help = "assign it to a variable of its own before";
+            return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
+        }
         if let Some(value) = self.constant_value(at, path) {
             return Ok(Found::Value(value));
         }
@@ -154,7 +163,7 @@ impl<'p> Emit<'p> {
             return self.follow(at, Found::Place(place), rest, path, line);
         }
         let last = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
-        if let Some(number) = self.constant_named(at, &path.first).or_else(|| {
+        if let Some(number) = self.types.named_constant(&path.first).or_else(|| {
             let of = format!("{}#{last}", path.first);
             self.types.named_constant(&of).filter(|_| path.rest.len() == 1)
         }) {
@@ -165,6 +174,12 @@ impl<'p> Emit<'p> {
             return self.follow(at, Found::Place(place), rest, path, line);
         }
         Err(unknown(line, &show::path(path)))
+    }
+
+    /// The variable of a method, or of the instance, by its name.
+    pub(super) fn own_variable(&self, at: &Context, name: &str) -> Option<Place> {
+        let own = at.locals.as_ref().and_then(|place| Self::part(place, name));
+        own.or_else(|| Self::part(&self.instances[at.instance].place, name))
     }
 
     /// What a path stands for where no unit's own variables are known: a global variable, or an address.
@@ -205,15 +220,11 @@ impl<'p> Emit<'p> {
     pub(super) fn constant(&self, at: &Context, one: &Expr) -> Option<i64> {
         let hides = |path: &Path| {
             let name = &path.first;
-            let own = at.locals.as_ref().and_then(|place| Self::part(place, name));
-            let own = own.or_else(|| Self::part(&self.instances[at.instance].place, name));
-            let all = || self.project.globals.iter();
-            let varies = |one: &crate::iec::Variable| !one.constant && same(&one.name, name);
-            let is_list = || all().any(|(list, _)| same(list, name));
-            let is_type = || self.project.types.iter().any(|one| same(&one.name, name));
-            own.is_some()
-                || all().any(|(_, list)| list.iter().any(varies))
-                || !(path.rest.is_empty() || is_list() || is_type())
+            let constants = &self.types.constants;
+            self.own_variable(at, name).is_some()
+                || self.has_property(at.unit, name)
+                || constants.globals(name).any(|(.., one)| !one.constant)
+                || !(path.rest.is_empty() || constants.is_list_or_type(name))
         };
         fn names<'e>(one: &'e Expr, found: &mut Vec<&'e Path>) {
             match one {
@@ -264,14 +275,9 @@ impl<'p> Emit<'p> {
     /// Whether a variable always holds what it begins with: inputs may be constant, too, and are handed over; what an
     /// instance's declaration gives to its parts is not followed.
     fn is_fixed(&self, one: &Variable) -> bool {
-        let gives = |one: &Variable| {
-            !is_elementary(one) && !matches!(one.initial, None | Some(Expr::Literal(_)))
-        };
-        let units = self.project.pous.iter().map(|pou| &pou.variables);
-        let mut all = units.chain(self.project.globals.iter().map(|(_, list)| list)).flatten();
         match one.section {
             Section::Global => one.constant,
-            Section::Local => one.constant && !all.any(gives),
+            Section::Local => one.constant && !self.gives_parts,
             _ => false,
         }
     }
@@ -279,13 +285,11 @@ impl<'p> Emit<'p> {
     /// What a constant of the unit's, or else a global one, holds.
     fn constant_value(&self, at: &Context, path: &Path) -> Option<Value> {
         let name = path.as_name()?;
-        let is_own = at.locals.as_ref().is_some_and(|place| Self::part(place, name).is_some())
-            || Self::part(&self.instances[at.instance].place, name).is_some();
-        let one = match is_own {
-            true => self.own_constant(at, path)?,
-            false => {
-                let all = self.project.globals.iter().flat_map(|(_, list)| list);
-                let mut all = all.filter(|one| same(&one.name, name));
+        let one = match self.own_variable(at, name) {
+            Some(_) => self.own_constant(at, path)?,
+            None if self.has_property(at.unit, name) => return None,
+            None => {
+                let mut all = self.types.constants.globals(name).map(|(.., one)| one);
                 all.next().filter(|one| one.constant && all.next().is_none())?
             }
         };
@@ -302,29 +306,18 @@ impl<'p> Emit<'p> {
         }
     }
 
-    fn constant_named(&self, at: &Context, name: &str) -> Option<i64> {
-        let lineage = lineage(self.project, self.instances[at.instance].pou);
-        let own = lineage.iter().flat_map(|pou| &pou.variables);
-        let own = own.filter(|one| self.is_fixed(one)).find(|one| same(&one.name, name));
-        own.and_then(|one| self.types.constant(one.initial.as_ref()?))
-            .or_else(|| self.types.named_constant(name))
-    }
-
     /// A global variable: of a list, or the first of all of its name.
     pub(super) fn global(&mut self, list: Option<&str>, name: &str) -> Option<Place> {
-        let all = self
-            .project
-            .globals
-            .iter()
-            .flat_map(|(list, all)| all.iter().map(move |one| (list, one)));
         let is_it = |own: &str| list.is_none_or(|list| same(own, list));
-        let (list, one) = { all }.find(|(own, one)| is_it(own) && same(&one.name, name))?;
+        let mut named = self.types.constants.globals(name);
+        let (list, all, one) = named.find(|(own, ..)| is_it(own))?;
+        drop(named);
         let full = full_name(list, one);
         let key = full.to_ascii_uppercase();
         if let Some(known) = self.globals.get(&key) {
             return Some(known.clone());
         }
-        let ty = self.types.resolve(&one.of, one.line).ok()?;
+        let ty = self.types.of_global(list, all, one).ok()?;
         let place = self.variable(&full, ty, one.line).ok()?;
         self.globals.insert(key, place.clone());
         Some(place)

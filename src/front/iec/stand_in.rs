@@ -47,7 +47,7 @@ impl<'p> Emit<'p> {
         self.stated_of(instance, what).is_some()
     }
 
-    /// Takes note of a body that is not there, of a unit that gives something all the same: its code is likely elsewhere.
+    /// Takes note of a body that is not there: its code is likely elsewhere.
     pub(super) fn note_bodiless(&mut self, instance: usize, what: &What) {
         let (from, method) = match what {
             What::Body => (self.instances[instance].pou, None),
@@ -63,17 +63,21 @@ impl<'p> Emit<'p> {
             }
         };
         let Some(pou) = pou.filter(|pou| pou.kind != PouKind::Program) else { return };
-        let is_empty =
-            |pou: &Pou| matches!(&pou.body, Body::Code(_, statements) if statements.is_empty());
-        let has_more =
-            |unit: &&Pou| !is_empty(unit) || !unit.methods.is_empty() || !unit.actions.is_empty();
+        let is_empty = |body: &Body| matches!(body, Body::Code(_, all) if all.is_empty());
+        let has_code = |unit: &&Pou| {
+            let methods = unit.methods.iter().map(|method| &method.body);
+            let actions = unit.actions.iter().map(|action| &action.body);
+            !methods.chain(actions).chain([&unit.body]).all(is_empty)
+        };
         let gives = |own: &Variable| matches!(own.section, Section::Output | Section::InOut);
         let gives_something = pou.result.is_some() || pou.variables.iter().any(gives);
-        if !is_empty(pou) || !gives_something || (method.is_none() && units.iter().any(has_more)) {
+        // Where a unit has code elsewhere, its file is there; a method that gives something should have some all the same.
+        let is_whole = units.iter().any(has_code) && (method.is_none() || !gives_something);
+        if !is_empty(&pou.body) || is_whole {
             return;
         }
         let name = match method {
-            Some(name) => format!("{}.{name}", self.project.pous[from].name),
+            Some(_) => format!("{}.{}", self.project.pous[from].name, pou.name),
             None => pou.name.clone(),
         };
         let file = u32::try_from(pou.file).unwrap_or(u32::MAX);

@@ -232,6 +232,7 @@ impl<'p> Emit<'p> {
                     && let Some(from) = self.whole_value(at, value, line)?
                     && let Some(to) = self.whole(at, target, line)?
                 {
+                    self.has_own_type(at, to.place(), value, line)?;
                     return self.copy_whole(&from, &to, line);
                 }
                 if self.moves_element(at, target, value) {
@@ -625,7 +626,7 @@ impl<'p> Emit<'p> {
         given: &[Argument],
         line: u32,
     ) -> Result<(), Fault> {
-        if let Some(name) = target.as_name() {
+        if let Some(name) = target.as_name().filter(|name| self.has_member(at, name)) {
             if self.body(at.instance, &What::Action(name.to_owned())).is_some() {
                 let place = self.instances[at.instance].place.clone();
                 self.hand_over(at, &place, &[], given, line)?;

@@ -1,13 +1,15 @@
 //! Types of IEC 61131-3 and how much memory they take.
 
+use super::constants::Constants;
 use crate::base::code::Code;
 use crate::base::facts::key;
 use crate::iec::ast::{Expr, Literal};
 use crate::iec::fault::Fault;
 use crate::iec::{Pou, PouKind, Project, TypeRef, Variable, same};
-use crate::program::Type;
+use crate::program::{Type, tags};
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::ops::Deref;
+use std::sync::{Arc, OnceLock};
 
 /// A number's type: how many bits it has, and how they are read. Times are milliseconds in 32 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,12 +49,52 @@ pub(super) enum Ty {
         dimensions: Arc<[(i64, i64)]>,
         of: Arc<Ty>,
     },
-    Parts(Arc<[(String, Ty)]>),
+    Parts(Arc<Parts>),
     /// An instance of a function block: the standard's, by name, or one of the project's.
-    Standard(&'static str, Arc<[(String, Ty)]>),
-    Block(usize, Arc<[(String, Ty)]>),
+    Standard(&'static str, Arc<Parts>),
+    Block(usize, Arc<Parts>),
     /// A word that says which variable is meant.
     Reference(Refers, Arc<TypeRef>),
+}
+
+/// What a structure or an instance holds: names and types.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Parts {
+    all: Vec<(String, Ty)>,
+    /// Where each name stands, in capitals; of several of one name the first.
+    by_name: BTreeMap<String, usize>,
+    layout: OnceLock<Arc<tags::Parts>>,
+}
+
+impl Parts {
+    /// The number of the part of this name, in upper or lower case.
+    pub(super) fn position(&self, name: &str) -> Option<usize> {
+        self.by_name.get(&name.to_ascii_uppercase()).copied()
+    }
+
+    /// The part of this name.
+    pub(super) fn named(&self, name: &str) -> Option<&(String, Ty)> {
+        self.position(name).map(|at| &self.all[at])
+    }
+}
+
+impl Deref for Parts {
+    type Target = [(String, Ty)];
+
+    fn deref(&self) -> &[(String, Ty)] {
+        &self.all
+    }
+}
+
+impl FromIterator<(String, Ty)> for Parts {
+    fn from_iter<T: IntoIterator<Item = (String, Ty)>>(all: T) -> Parts {
+        let all: Vec<(String, Ty)> = all.into_iter().collect();
+        let mut by_name = BTreeMap::new();
+        for (at, (name, _)) in all.iter().enumerate() {
+            by_name.entry(name.to_ascii_uppercase()).or_insert(at);
+        }
+        Parts { all, by_name, layout: OnceLock::new() }
+    }
 }
 
 /// How something refers to a variable.
@@ -192,28 +234,61 @@ pub(super) fn first_name<'n>(kind: &str, name: &'n str) -> &'n str {
 fn standard(name: &str) -> Option<Ty> {
     let (name, parts) = BLOCKS.iter().find(|(own, _)| same(own, name))?;
     let parts = parts.iter().filter_map(|(part, of)| Some(((*part).to_owned(), elementary(of)?)));
-    Some(Ty::Standard(name, parts.collect()))
+    Some(Ty::Standard(name, Arc::new(parts.collect())))
 }
 
 /// The types of a project.
 pub(super) struct Types<'p> {
     project: &'p Project,
+    pub(super) constants: Constants<'p>,
+    /// The variables that hide global names where a type is written, the innermost first.
+    scope: Vec<&'p [Variable]>,
     depth: u32,
     /// By unit: what an instance of it holds.
     known: BTreeMap<usize, Held>,
+    /// Declared types, by their names in capitals.
+    named: BTreeMap<String, Ty>,
 }
 
 /// What an instance of a unit holds.
 #[derive(Clone)]
 struct Held {
-    parts: Arc<[(String, Ty)]>,
+    parts: Arc<Parts>,
     /// How many instances of blocks these are, the instance itself among them.
     instances: u64,
 }
 
 impl<'p> Types<'p> {
     pub(super) fn new(project: &'p Project) -> Types<'p> {
-        Types { project, depth: 0, known: BTreeMap::new() }
+        let constants = Constants::new(project);
+        Types {
+            project,
+            constants,
+            scope: Vec::new(),
+            depth: 0,
+            known: BTreeMap::new(),
+            named: BTreeMap::new(),
+        }
+    }
+
+    /// Does something where these variables hide global names, and no others do.
+    fn scoped<T>(&mut self, scope: Vec<&'p [Variable]>, act: impl FnOnce(&mut Self) -> T) -> T {
+        let around = std::mem::replace(&mut self.scope, scope);
+        let done = act(self);
+        self.scope = around;
+        done
+    }
+
+    /// Does something as it is meant in a unit, or in one of its methods.
+    pub(super) fn within<T>(
+        &mut self,
+        unit: usize,
+        method: Option<&'p Pou>,
+        act: impl FnOnce(&mut Self) -> T,
+    ) -> T {
+        let units = lineage(self.project, unit);
+        let all = method.into_iter().chain(units).map(|pou| &pou.variables[..]).collect();
+        self.scoped(all, act)
     }
 
     /// The type that a reference means.
@@ -235,16 +310,20 @@ impl<'p> Types<'p> {
                 let known = self.constant(length).and_then(|one| u32::try_from(one).ok());
                 Ok(Ty::Text(known.unwrap_or(LONGEST_TEXT)))
             }
-            TypeRef::Pointer(of) => Ok(Ty::Reference(Refers::Pointer, Arc::new((**of).clone()))),
+            TypeRef::Pointer(of) => {
+                Ok(Ty::Reference(Refers::Pointer, Arc::new(self.with_numbers(of))))
+            }
             TypeRef::Reference(of) => {
-                Ok(Ty::Reference(Refers::Reference, Arc::new((**of).clone())))
+                Ok(Ty::Reference(Refers::Reference, Arc::new(self.with_numbers(of))))
             }
             TypeRef::Enumeration(_, base) => match base {
                 Some(base) => self.resolve(base, line),
                 None => Ok(Ty::Number(INT)),
             },
             TypeRef::Subrange(of, ..) => self.resolve(of, line),
-            TypeRef::Struct(parts) => self.parts(parts.iter()).map(Ty::Parts),
+            TypeRef::Struct(parts) => {
+                self.parts(parts.iter()).map(|parts| Ty::Parts(Arc::new(parts)))
+            }
             TypeRef::Array(dimensions, of) => {
                 let bound = |one: &Expr| {
                     let known = self.constant(one);
@@ -271,6 +350,9 @@ impl<'p> Types<'p> {
         if let Some(found) = elementary(name) {
             return Ok(found);
         }
+        if let Some(known) = self.named.get(&name.to_ascii_uppercase()) {
+            return Ok(known.clone());
+        }
         let block = |pou: &Pou| same(&pou.name, name) && pou.kind == PouKind::FunctionBlock;
         if let Some(at) = self.project.pous.iter().position(block) {
             return self.instance(at).map(|parts| Ty::Block(at, parts));
@@ -285,7 +367,9 @@ impl<'p> Types<'p> {
             if let Some(base) = &own.extends {
                 return Err(unknown_base(&own.name, base, line));
             }
-            return self.resolve(&own.of, line);
+            let found = self.scoped(Vec::new(), |types| types.resolve(&own.of, line))?;
+            self.named.insert(name.to_ascii_uppercase(), found.clone());
+            return Ok(found);
         }
         standard(name).ok_or_else(|| {
             Fault::new(line, format!("the type {name} is not known"))
@@ -295,16 +379,31 @@ impl<'p> Types<'p> {
         })
     }
 
-    fn parts<'v>(
-        &mut self,
-        all: impl Iterator<Item = &'v Variable>,
-    ) -> Result<Arc<[(String, Ty)]>, Fault> {
-        let parts = all.map(|one| Ok((one.name.clone(), self.resolve(&one.of, one.line)?)));
-        parts.collect::<Result<Vec<_>, Fault>>().map(Into::into)
+    /// A type with numbers for the constants in it: what it means wherever it is looked at.
+    fn with_numbers(&self, of: &TypeRef) -> TypeRef {
+        let number = |one: &Expr| match self.constant(one) {
+            Some(known) => Expr::Literal(Literal::Int(known.into(), None)),
+            None => one.clone(),
+        };
+        let inner = |of: &TypeRef| Box::new(self.with_numbers(of));
+        match of {
+            TypeRef::Array(dimensions, of) => {
+                let bounds = dimensions.iter().map(|(low, high)| (number(low), number(high)));
+                TypeRef::Array(bounds.collect(), inner(of))
+            }
+            TypeRef::Text(Some(length)) => TypeRef::Text(Some(Box::new(number(length)))),
+            TypeRef::Pointer(of) => TypeRef::Pointer(inner(of)),
+            TypeRef::Reference(of) => TypeRef::Reference(inner(of)),
+            other => other.clone(),
+        }
+    }
+
+    fn parts<'v>(&mut self, all: impl Iterator<Item = &'v Variable>) -> Result<Parts, Fault> {
+        all.map(|one| Ok((one.name.clone(), self.resolve(&one.of, one.line)?))).collect()
     }
 
     /// What an instance of a unit holds: its variables, those of the units that it extends first.
-    pub(super) fn instance(&mut self, at: usize) -> Result<Arc<[(String, Ty)]>, Fault> {
+    pub(super) fn instance(&mut self, at: usize) -> Result<Arc<Parts>, Fault> {
         if let Some(known) = self.known.get(&at) {
             return Ok(known.parts.clone());
         }
@@ -317,13 +416,13 @@ impl<'p> Types<'p> {
                 return Err(unknown_base(&unit.name, base, unit.line));
             }
         }
-        let all: Vec<&Variable> = units
-            .into_iter()
-            .rev()
-            .flat_map(|pou| &pou.variables)
-            .filter(|one| is_kept(one))
-            .collect();
-        let parts = self.parts(all.into_iter())?;
+        let mut all = Vec::new();
+        for number in (0..units.len()).rev() {
+            let scope = units[number..].iter().map(|pou| &pou.variables[..]).collect();
+            let kept = units[number].variables.iter().filter(|one| is_kept(one));
+            all.extend(self.scoped(scope, |types| types.parts(kept))?.all);
+        }
+        let parts = Arc::new(Parts::from_iter(all));
         let within = parts.iter().map(|(_, ty)| self.instances(ty));
         let instances = within.fold(1, u64::saturating_add);
         self.known.insert(at, Held { parts: parts.clone(), instances });
@@ -346,35 +445,36 @@ impl<'p> Types<'p> {
         }
     }
 
-    /// What a unit without instances, or a method, holds.
-    pub(super) fn variables(&mut self, pou: &Pou) -> Result<Arc<[(String, Ty)]>, Fault> {
-        let mut parts = self.parts(pou.variables.iter().filter(|one| is_kept(one)))?.to_vec();
-        if let Some(result) = &pou.result {
-            parts.push((pou.result_name().to_owned(), self.resolve(result, pou.line)?));
-        }
-        Ok(parts.into())
+    /// What a function holds, or a method of a unit.
+    pub(super) fn variables(
+        &mut self,
+        unit: usize,
+        method: Option<&'p Pou>,
+    ) -> Result<Arc<Parts>, Fault> {
+        let pou = method.unwrap_or(&self.project.pous[unit]);
+        self.within(unit, method, |types| {
+            let mut parts = types.parts(pou.variables.iter().filter(|one| is_kept(one)))?.all;
+            if let Some(result) = &pou.result {
+                parts.push((pou.result_name().to_owned(), types.resolve(result, pou.line)?));
+            }
+            Ok(Arc::new(parts.into_iter().collect()))
+        })
+    }
+
+    /// The type of a global variable of a list.
+    pub(super) fn of_global(
+        &mut self,
+        list: &str,
+        all: &'p [Variable],
+        one: &Variable,
+    ) -> Result<Ty, Fault> {
+        let scope = if list.is_empty() { Vec::new() } else { vec![all] };
+        self.scoped(scope, |types| types.resolve(&one.of, one.line))
     }
 
     /// A whole number that is known as it stands.
     pub(super) fn constant(&self, one: &Expr) -> Option<i64> {
-        match one {
-            Expr::Literal(Literal::Int(value, _)) => i64::try_from(*value).ok(),
-            Expr::Negate(inner) => self.constant(inner)?.checked_neg(),
-            Expr::Variable(path) => {
-                if let Some(name) = path.as_name() {
-                    return self.named_constant(name);
-                }
-                // A value of an enumeration by its type's name, or a constant by its list's.
-                let (owner, last) = path.split_last()?;
-                let of = owner.as_name()?;
-                let is_type = self.project.types.iter().any(|one| same(&one.name, of));
-                self.named_constant(&if is_type { format!("{of}#{last}") } else { last.to_owned() })
-            }
-            Expr::Binary(operator, left, right) => {
-                operator.of_constants(self.constant(left)?, self.constant(right)?)
-            }
-            _ => None,
-        }
+        self.constants.number(one, &self.scope)
     }
 
     /// The number of the first value of an enumeration, which variables of it begin with unless its declaration says another.
@@ -395,38 +495,7 @@ impl<'p> Types<'p> {
 
     /// The number of an enumeration's value, or of a global constant.
     pub(super) fn named_constant(&self, name: &str) -> Option<i64> {
-        let (of, value) = match name.split_once('#') {
-            Some((of, value)) => (Some(of), value),
-            None => (None, name),
-        };
-        let mut found: Vec<i64> = Vec::new();
-        let own = self.project.types.iter().filter(|one| of.is_none_or(|of| same(&one.name, of)));
-        // Variables may have enumerations of their own.
-        let units = self.project.pous.iter().map(|pou| &pou.variables);
-        let lists = units.chain(self.project.globals.iter().map(|(_, list)| list));
-        let of_variables = lists.flatten().filter(|_| of.is_none()).map(|one| &one.of);
-        for declared in own.map(|one| &one.of).chain(of_variables) {
-            let TypeRef::Enumeration(values, _) = declared else { continue };
-            let mut next = 0;
-            for (own, number) in values {
-                next = match number {
-                    Some(number) => self.constant(number)?,
-                    None => next,
-                };
-                if same(own, value) {
-                    found.push(next);
-                }
-                next += 1;
-            }
-        }
-        let globals = self.project.globals.iter().flat_map(|(_, list)| list);
-        let own = globals.filter(|one| of.is_none() && one.constant && same(&one.name, value));
-        for one in own {
-            found.push(self.constant(one.initial.as_ref()?)?);
-        }
-        // A name that several types have with different numbers says none by itself.
-        let first = *found.first()?;
-        found.iter().all(|one| *one == first).then_some(first)
+        self.constants.named(name)
     }
 }
 
@@ -541,8 +610,8 @@ pub(super) fn layout(ty: &Ty) -> Type {
             })
         }
         Ty::Parts(parts) | Ty::Standard(_, parts) | Ty::Block(_, parts) => {
-            let parts: Vec<_> = parts.iter().map(|(name, of)| (name.clone(), layout(of))).collect();
-            Type::Parts(parts.into())
+            let all = || parts.iter().map(|(name, of)| (name.clone(), layout(of))).collect();
+            Type::Parts(parts.layout.get_or_init(|| Arc::new(all())).clone())
         }
     }
 }

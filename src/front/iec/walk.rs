@@ -15,8 +15,7 @@ impl Emit<'_> {
     /// Where a path leads. `to_end`: a reference at its end stands for what it refers to.
     pub(super) fn walk(&mut self, at: &Context, path: &Path, to_end: bool) -> Walk {
         let Some((place, used)) = self.root(at, path) else {
-            let own = self.instances[at.instance].pou;
-            if !self.has_property(own, &path.first) {
+            if !self.has_property(at.unit, &path.first) {
                 return Walk::Unknown;
             }
             let (name, rest) = (path.first.clone(), path.rest.clone());
@@ -58,8 +57,7 @@ impl Emit<'_> {
             }
             let next = match (&ty, part) {
                 (Ty::Block(_, parts) | Ty::Parts(parts), Part::Name(name)) => {
-                    let own = parts.iter().find(|(own, _)| same(own, name));
-                    let own = own.map(|(_, ty)| ty.clone());
+                    let own = parts.named(name).map(|(_, ty)| ty.clone());
                     if own.is_none() && unit.is_some_and(|unit| self.has_property(unit, name)) {
                         return Walk::Way(Way::Property(Property {
                             owner: Some(before(number)),
@@ -112,7 +110,7 @@ impl Emit<'_> {
         else {
             return None;
         };
-        let is_variable = parts.iter().any(|(own, _)| same(own, name));
+        let is_variable = parts.named(name).is_some();
         let is_known = self.constant(at, index).is_some();
         (!is_variable && !is_known).then(|| (index.clone(), *low, *high))
     }
@@ -150,9 +148,14 @@ impl Emit<'_> {
             let used = path.rest.iter().position(is_name).unwrap_or(path.rest.len());
             return Some((self.instances[at.instance].place.clone(), used));
         }
-        let own = at.locals.as_ref().and_then(|place| Self::part(place, &path.first));
-        let own = own.or_else(|| Self::part(&self.instances[at.instance].place, &path.first));
-        if let Some(place) = own.or_else(|| self.global(None, &path.first)) {
+        if let Some(place) = self.own_variable(at, &path.first) {
+            return Some((place, 0));
+        }
+        // A property hides global variables.
+        if self.has_property(at.unit, &path.first) {
+            return None;
+        }
+        if let Some(place) = self.global(None, &path.first) {
             return Some((place, 0));
         }
         if let Some(Part::Name(name)) = path.rest.first() {
@@ -167,7 +170,7 @@ impl Emit<'_> {
         self.program_place(&path.first).map(|place| (place, 0))
     }
 
-    fn has_property(&self, unit: usize, name: &str) -> bool {
+    pub(super) fn has_property(&self, unit: usize, name: &str) -> bool {
         let mut methods = lineage(self.project, unit).into_iter().flat_map(|pou| &pou.methods);
         methods.any(|one| one.property().is_some_and(|own| same(own, name)))
     }

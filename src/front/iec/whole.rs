@@ -21,6 +21,16 @@ pub(super) enum Whole {
     Element(Element),
 }
 
+impl Whole {
+    /// Where it lies, or the first element that it may be.
+    pub(super) fn place(&self) -> &Place {
+        match self {
+            Whole::Place(place) => place,
+            Whole::Element(element) => &element.place,
+        }
+    }
+}
+
 impl Emit<'_> {
     /// The structure or array that a path means, if it means one.
     pub(super) fn whole(
@@ -189,7 +199,7 @@ impl Emit<'_> {
 }
 
 /// What copies each cell of one to that of the other, if they are laid out alike.
-fn copies(from: &Place, to: &Place) -> Option<Vec<Write>> {
+pub(super) fn copies(from: &Place, to: &Place) -> Option<Vec<Write>> {
     if layout(&from.ty) != layout(&to.ty) {
         return None;
     }

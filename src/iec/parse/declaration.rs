@@ -128,9 +128,17 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
         let close = if cursor.is_sign("[") { "]" } else { ")" };
         let open = if close == "]" { "[" } else { "(" };
         let mut depth = 0_u32;
+        // What may be called in it: `3(0)` repeats a value, `G(0)` does not.
+        let mut calls = Vec::new();
         loop {
             if *cursor.peek() == Token::End {
                 return Err(cursor.unexpected(close));
+            }
+            if let Token::Word(name) = cursor.peek().clone()
+                && *cursor.second() == Token::Sign("(")
+            {
+                let value = Expr::Call(Path::name(name), Vec::new());
+                calls.push(Argument { name: None, is_output: false, value });
             }
             if cursor.is_sign(open) {
                 depth += 1;
@@ -144,7 +152,7 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
             }
         }
         if cursor.is_sign(";") && open == "[" {
-            return Ok(Expr::Call(Path::name(UNREAD), Vec::new()));
+            return Ok(Expr::Call(Path::name(UNREAD), calls));
         }
         cursor.back_to(place);
         if let Ok(value) = expression(cursor) {
@@ -154,12 +162,12 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
         while !cursor.is_sign(";") && *cursor.peek() != Token::End {
             cursor.next();
         }
-        return Ok(Expr::Call(Path::name(UNREAD), Vec::new()));
+        return Ok(Expr::Call(Path::name(UNREAD), calls));
     }
     expression(cursor)
 }
 
-/// What stands for a value that cannot be read.
+/// What stands for a value that cannot be read; it is given what may be called in that.
 pub const UNREAD: &str = "~initial";
 
 /// The name under which a declaration keeps the values of an array's elements: `a : ARRAY[1..2] OF INT := [1, 2]`.
@@ -344,6 +352,7 @@ fn edge(cursor: &mut Cursor) -> Option<TypeRef> {
 pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<TypeDeclaration>, Fault> {
     let mut found = Vec::new();
     while !cursor.take_word("END_TYPE") {
+        let line = cursor.line();
         let name = cursor.name("a type's name or END_TYPE")?;
         let extends = match cursor.take_word("EXTENDS") {
             true => Some(cursor.name("a type's name")?),
@@ -353,7 +362,7 @@ pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<TypeDeclaration>, Fault> 
         let of = type_ref(cursor)?;
         let start = if cursor.take_sign(":=") { Some(initial(cursor)?) } else { None };
         cursor.take_sign(";");
-        found.push(TypeDeclaration { name, extends, of, initial: start });
+        found.push(TypeDeclaration { name, extends, of, initial: start, file: 0, line });
     }
     Ok(found)
 }

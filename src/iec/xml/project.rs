@@ -77,7 +77,9 @@ impl<'t> Reader<'t> {
         let bases = added(node).flat_map(|one| children(one, "Extends"));
         let extends = { bases }.find_map(|base| base.text()).map(last_name);
         let name = name.to_owned();
-        self.project.types.push(TypeDeclaration { name, extends, of, initial: None });
+        let line = self.text.line(node);
+        let own = TypeDeclaration { name, extends, of, initial: None, file: 0, line };
+        self.project.types.push(own);
     }
 
     fn globals(&mut self, node: Node<'_, '_>) {
