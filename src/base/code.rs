@@ -76,7 +76,7 @@ codes! {
     Chart = "chart",
     /// A row has more or fewer columns than the heading of the table
     Columns = "columns",
-    /// A comment ends elsewhere where comments nest than where they do not
+    /// A comment ends at another place if comments nest than if they do not
     Comments = "comments",
     /// Only device comments were given, and no program
     CommentsAlone = "comments-alone",
@@ -252,7 +252,7 @@ codes! {
     OwnGroup = "own-group",
     /// The CPU may serve peripherals in parallel with the program
     Parallel = "parallel",
-    /// A pragma may change what runs, or holds code whose time is not known
+    /// A pragma may change what runs, or contains code whose time is not known
     Pragma = "pragma",
     /// A subroutine calls itself, directly or through others
     Recursion = "recursion",
