@@ -490,7 +490,8 @@ impl<'a> Findings<'a> {
         let worth: BTreeMap<usize, Picos> = weighed.into_iter().zip(worth).collect();
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
         let mut values: Vec<FreeValue> = variables
-            .into_iter()
+            .iter()
+            .copied()
             .map(|index| {
                 let variable = &self.model.variables[index];
                 let name = names.free(variable);
@@ -513,7 +514,12 @@ impl<'a> Findings<'a> {
                 }
             })
             .collect();
-        let others = other_starts(self.program, self.model, found);
+        let starts =
+            variables.iter().filter_map(|&index| match self.model.variables[index].origin {
+                Origin::Start(cell) => Some(cell),
+                _ => None,
+            });
+        let others = other_starts(self.program, found, &starts.collect());
         values.extend(others.into_iter().map(|(cell, word, matters)| FreeValue {
             name: self.program.cell_name(cell),
             comment: names.comment_of(cell),

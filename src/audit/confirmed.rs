@@ -13,6 +13,9 @@ use crate::scan::model::{Assignment, Group, Lit, Portion, ScanModel, Values};
 use crate::solve::{Limits, Maximum, Method, maximum};
 use std::time::{Duration, Instant};
 
+/// What is said where no scan keeps what is stated, until the facts are known that it is said of.
+pub(super) const CONTRADICTION: &str = "no scan keeps all the stated ranges and counts";
+
 /// Where the time is over and no scan is known that keeps the stated facts, one is looked for so long.
 const GRACE: Duration = Duration::from_secs(2);
 
@@ -51,7 +54,7 @@ fn allowed(
     let contradicts = Err(Failure::from(Diagnostic::file(
         Code::Facts,
         request.inputs.first().map_or("", |input| &input.name),
-        "no scan keeps all the stated ranges and counts",
+        CONTRADICTION,
         "look for two that concern the same word, and for counts that the program sets otherwise",
     )));
     // The program sets a count to a constant that contradicts what is stated.

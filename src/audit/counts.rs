@@ -60,7 +60,7 @@ fn counts(program: &Program, at: usize) -> bool {
 }
 
 /// The instructions that count at a place, or why there are none and what would be right.
-fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)> {
+pub(super) fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)> {
     let form = || {
         "write \"FILE:LINE\" as reports show it, \"FILE:step NUMBER\", or a word that counts"
             .to_owned()

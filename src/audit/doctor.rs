@@ -1,9 +1,10 @@
 //! What of a project is read and what stands in the way of a bound: all of it at once, as far as it can be looked at.
 
+use super::pipeline::STAGES;
 use super::priced::refuse_assumed;
 use super::request::Request;
 use super::understood::{choose_table, fitted, other_series, state};
-use super::{Failure, doubt};
+use super::{Failure, contradiction, doubt};
 use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
 use crate::front::{Input, Kind, Options, Project};
@@ -166,6 +167,9 @@ pub fn diagnose(request: &Request<'_>, noticed: Vec<Diagnostic>) -> Diagnosis {
         doubts: Vec::new(),
     };
     let program = doctor.look();
+    if doctor.found.iter().all(|one| one.severity != Severity::Error) {
+        doctor.add(contradiction::of(STAGES, request));
+    }
     let files = request.inputs.iter().map(|input| doctor.seen(input, program.as_ref())).collect();
     let Doctor { found, cpu, table, doubts, .. } = doctor;
     Diagnosis { files, cpu, table, findings: listed(found, doubts) }

@@ -11,6 +11,7 @@ mod closing;
 mod coactivity;
 mod condition;
 mod confirmed;
+mod contradiction;
 mod counts;
 pub mod cpus;
 mod deciding;

@@ -1,8 +1,9 @@
 //! What of a project is worth stating: the lines of a facts file that an audit asks for.
 
 use super::Audit;
+use super::contradiction;
 use super::names::Names;
-use super::pipeline::Concluded;
+use super::pipeline::{Concluded, STAGES};
 use super::request::Request;
 use super::solved_bound::SolvedBound;
 use super::stated;
@@ -45,10 +46,11 @@ pub struct Solved {
 pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
     let program = &concluded.followed.program;
     let audit = &concluded.audit;
+    let most = contradiction::offered(STAGES, request, &all_unknowns(audit));
     let mut offers = ranges(program);
-    offers.extend(unknowns(audit, program, "counts"));
+    offers.extend(unknowns(audit, program, "counts", &most));
     offers.extend(calls(program));
-    offers.extend(unknowns(audit, program, "index"));
+    offers.extend(unknowns(audit, program, "index", &most));
     if concluded.followed.open.index {
         offers.extend(index(program, request));
     }
@@ -130,13 +132,18 @@ fn unknown_index(program: &Program, region: Region, choice: ChoiceId) -> Option<
     indexed.is_unknown_in(region).then_some(indexed)
 }
 
-/// What is not known of words, and what is named only where others are stated, for one of the facts file's tables.
-fn unknowns(audit: &Audit, program: &Program, table: &str) -> Vec<Offer> {
+/// What is not known of words, for one of the facts file's tables; `most` is what each number is offered as.
+fn unknowns(
+    audit: &Audit,
+    program: &Program,
+    table: &str,
+    most: &BTreeMap<String, u32>,
+) -> Vec<Offer> {
     let steps = audit.what_if.as_ref().map_or(&[][..], |what_if| &what_if.steps);
-    let is_new = |one: &&Unknown| audit.unknowns.iter().all(|known| known.key != one.key);
-    let hidden = steps.iter().map(|step| &step.unknown).filter(is_new);
-    let all = audit.unknowns.iter().chain(hidden).filter(|one| one.table() == table);
-    let offer = |one: &Unknown| {
+    let all = all_unknowns(audit).into_iter().filter(|one| one.table() == table);
+    let all = all.filter(|one| !one.is_number() || most.contains_key(&one.key));
+    let offer = |one: Unknown| {
+        let one = &one;
         let at = steps.iter().position(|step| step.unknown.key == one.key);
         let solved = audit.what_if.as_ref().zip(at).map(|(what_if, at)| {
             let bounds = what_if.most.iter().zip(&steps[at].solved);
@@ -146,7 +153,7 @@ fn unknowns(audit: &Audit, program: &Program, table: &str) -> Vec<Offer> {
         });
         Offer {
             table: one.table(),
-            line: one.fact.clone(),
+            line: most.get(&one.key).map_or(one.fact.clone(), |&most| one.stated(most)),
             what: what(program, one),
             places: one.places.clone(),
             worth: one.counts().map(|counts| counts.cost),
@@ -154,6 +161,14 @@ fn unknowns(audit: &Audit, program: &Program, table: &str) -> Vec<Offer> {
         }
     };
     all.map(offer).collect()
+}
+
+/// What is not known, and what is named only where others are stated.
+fn all_unknowns(audit: &Audit) -> Vec<Unknown> {
+    let steps = audit.what_if.as_ref().map_or(&[][..], |what_if| &what_if.steps);
+    let is_new = |one: &&Unknown| audit.unknowns.iter().all(|known| known.key != one.key);
+    let hidden = steps.iter().map(|step| &step.unknown).filter(is_new);
+    audit.unknowns.iter().chain(hidden).cloned().collect()
 }
 
 /// What is not known, and what is taken.

@@ -3,6 +3,7 @@
 use super::Audit;
 use super::assemble::{Findings, Finished};
 use super::closing::{Closing, Runs};
+use super::contradiction::{self, Stages};
 use super::failure::Failure;
 use super::hints::Hints;
 use super::method;
@@ -67,6 +68,9 @@ impl Followed {
         self.whole
     }
 }
+
+/// What others ask with other facts.
+pub(super) const STAGES: Stages = Stages { read, audit };
 
 /// Audits a project.
 ///
@@ -332,8 +336,9 @@ impl Followed {
         let budget = self.budget(request);
         let closing = self.closing(request, &budget);
         let model = (std::mem::take(&mut self.model), std::mem::take(&mut self.groups));
+        let found = closing.search(&mut self.program, &mut self.prices, model, scouted);
         let (searched, runs) =
-            closing.search(&mut self.program, &mut self.prices, model, scouted)?;
+            found.map_err(|failure| contradiction::named(STAGES, request, failure))?;
         self.cuts = budget.cuts();
         Ok(Sought { followed: self, delays, searched, runs })
     }

@@ -371,20 +371,14 @@ fn counts(program: &Program) -> Vec<(usize, Cell)> {
     cells.collect()
 }
 
-/// With what a run starts besides the model's variables, to be repeated from a report: cells that do not hold 0, and
-/// whether each counts a loop that the run comes to.
+/// With what a run starts besides the cells that are known of it, to be repeated from a report: cells that do not hold 0,
+/// and whether each counts a loop that the run comes to.
 pub(super) fn other_starts(
     program: &Program,
-    model: &ScanModel,
     found: &Found,
+    known: &BTreeSet<Cell>,
 ) -> Vec<(Cell, u16, bool)> {
     let counts = counts(program);
-    let known: BTreeSet<Cell> = (model.variables.iter())
-        .filter_map(|variable| match variable.origin {
-            Origin::Start(cell) => Some(cell),
-            _ => None,
-        })
-        .collect();
     let ran: BTreeSet<usize> =
         found.best.replay.events.iter().map(|event| event.instruction).collect();
     let stated = program.ranges.iter().filter_map(|range| match range.cells[..] {

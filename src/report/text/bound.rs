@@ -36,7 +36,15 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
         );
     } else if audit.possible() == bound.upper {
         let what = match audit.uncounted_doubts().is_empty() {
-            true => format!("exact: a scan that takes this long was found and replayed{reached}"),
+            true => {
+                let points = match audit.upper_with_all_points() > bound.upper {
+                    true => " with the points that the program names",
+                    false => "",
+                };
+                format!(
+                    "exact{points}: a scan that takes this long was found and replayed{reached}"
+                )
+            }
             false => format!(
                 "a scan that takes this long was found and replayed{reached}; one that takes longer is not excluded, since not all that counts is stated"
             ),
