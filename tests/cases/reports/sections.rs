@@ -453,7 +453,9 @@ impl Report<'_> {
             let one = left.next().unwrap_or_else(|| panic!("no known line: {line}"));
             if let Some([low, high]) = one["range"].as_array().map(Vec::as_slice) {
                 let told = format!(" is {low} to {high} whenever a scan starts: written by ");
-                self.must(plain.contains(&told), line);
+                let single =
+                    format!("{{*}} is {low}[[, {{*}}]] or {high} whenever a scan starts: {{*}}");
+                self.must(plain.contains(&told) || fits(&single, &plain).is_some(), line);
             }
             let without = fits("{*}; without that the bound is {t:time}{*}", &plain);
             let holds =
