@@ -173,6 +173,15 @@ pub const EITHER: &str = "~either";
 /// What the variables that hold the results of drawn functions begin with: generators store these, and load them again.
 pub const RESULT: &str = "~result ";
 
+/// What the variables begin with that hold what is only loaded again: it is stored as part of something else.
+pub const LOADED: &str = "~loaded ";
+
+/// Whether reading what a drawing keeps under a name is charged.
+#[must_use]
+pub fn is_loaded(name: &str) -> bool {
+    [RESULT, LOADED].iter().any(|own| name.starts_with(own))
+}
+
 /// An expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Expr {

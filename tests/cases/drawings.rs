@@ -1,6 +1,10 @@
 //! Drawings (FBD, LD, charts in XML), and bodies that no front reads.
 
-use super::{Run, audit, case, scanbound, upper_ns};
+use super::{Run, audit, case, lower_ns, scanbound, upper_ns};
+use scanbound::audit::{Failure, Request};
+use scanbound::base::facts::Facts;
+use scanbound::front::Input;
+use scanbound::timing::table::{CLASSES, Table};
 use std::path::PathBuf;
 
 /// Writes a file for one test; its path, without blanks.
@@ -167,7 +171,6 @@ fn paragraphs_and_breaks_end_lines_of_text() {
 fn boxes_with_structured_text_are_carried_out() {
     let text = upper_ns(&audit("execute-box", "execute-box.st"));
     assert_eq!(text, 1_152_700);
-    let text = text - 100;
     for arguments in [
         "execute-box.xml",
         "execute-box.xml execute-lib.xml",
@@ -233,4 +236,458 @@ fn drawings_and_texts_of_any_size_end_with_a_message() {
     assert_eq!(checked("fbd-row.xml", &blocks(140)).code, Some(0));
     let spaces = "<e xmlns:n=\"u\">".repeat(3_000) + &"</e>".repeat(3_000);
     refused("spaces.xml", &vendors(&spaces, "", &st("")), "name spaces");
+}
+
+/// A table in which this row takes 10 us, and nothing else takes anything.
+fn only(row: &str) -> Table {
+    let mut rows = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES.iter().filter(|class| **class != row) {
+        rows += &format!("@{class},0,0\n");
+    }
+    let class = if CLASSES.contains(&row) { "@" } else { "" };
+    rows += &format!("{class}{row},10,10\n");
+    if row != "end" {
+        rows += "@end,0,\n";
+    }
+    Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
+}
+
+/// What a drawing or a text may be charged for.
+const ROWS: &[&str] = &[
+    "LD",
+    "ST",
+    "AND",
+    "OR",
+    "XOR",
+    "NOT",
+    "ADD",
+    "SUB",
+    "GT",
+    "EQ",
+    "SEL",
+    "MAX",
+    "FUNCTION",
+    "JMP",
+    "CAL",
+    "RET",
+    "TON",
+    "R_TRIG",
+    "F_TRIG",
+    "SR",
+    "RS",
+    "CTU",
+    "S",
+    "R",
+    "INIT",
+    "STEP",
+    "TRANSITION",
+    "CLEAR",
+    "ACTION",
+    "CONVERT",
+    "MOVE",
+    "PROGRAM",
+];
+
+/// The bound of a text or a drawing in nanoseconds, by a table.
+fn bound(name: &str, text: &str, table: &Table) -> u64 {
+    let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
+    let facts = Facts::default();
+    let request = Request { table: Some(table), ..Request::new(&inputs, &facts) };
+    match scanbound::audit::audit(&request) {
+        Ok(found) => found.bound.upper.0 / 1000,
+        Err(Failure::Input(faults)) => panic!("{faults:#?}\n{text}"),
+        Err(other) => panic!("{other:?}\n{text}"),
+    }
+}
+
+/// Whether a drawing and the text that generators write of it are charged alike, whatever an instruction takes.
+fn alike(drawing: &str, text: &str) {
+    let mut charged = 0;
+    for row in ROWS.iter().copied().chain(CLASSES) {
+        let table = only(row);
+        let (drawn, written) = (bound("d.xml", drawing, &table), bound("t.st", text, &table));
+        assert_eq!(drawn, written, "{row}\n{text}\n{drawing}");
+        charged += u32::from(drawn > 0);
+    }
+    assert!(charged > 2, "{text}");
+}
+
+fn read_case(name: &str) -> String {
+    std::fs::read_to_string(case(name)).expect("the case")
+}
+
+/// Elements of a drawing: `a` a variable that is read, `> a` one that is written, `AND 1 2` a function of these elements, `t:TON IN=1
+/// PT=2` an instance, `EN=3` its pin of that name, `5.Q` an output, `[a] 1` a contact, `(a) 1` a coil, `|` the left rail.
+fn elements(all: &[&str], numbers: &[u32]) -> String {
+    let from = |text: &str| {
+        let (id, output) = text.split_once('.').map_or((text, String::new()), |(id, output)| {
+            (id, format!(" formalParameter=\"{output}\""))
+        });
+        format!("<connection refLocalId=\"{id}\"{output}/>")
+    };
+    let into = |text: &str| format!("<connectionPointIn>{}</connectionPointIn>", from(text));
+    let element = |(at, text): (usize, &&str)| {
+        let id = at + 1;
+        let number = numbers.get(at).filter(|number| **number > 0);
+        let number =
+            number.map_or(String::new(), |number| format!(" executionOrderId=\"{number}\""));
+        let head =
+            format!("localId=\"{id}\"{number}><position x=\"{}\" y=\"{}\"/>", id * 50, id * 200);
+        let words: Vec<&str> = text.split(' ').collect();
+        match words[..] {
+            ["|"] => format!("<leftPowerRail {head}<connectionPointOut/></leftPowerRail>"),
+            [one] => format!(
+                "<inVariable {head}<connectionPointOut/><expression>{one}</expression></inVariable>"
+            ),
+            [">", of, source] => format!(
+                "<outVariable {head}{}<expression>{of}</expression></outVariable>",
+                into(source)
+            ),
+            [of, source] if of.starts_with('[') => format!(
+                "<contact {head}{}<connectionPointOut/><variable>{}</variable></contact>",
+                into(source),
+                of.trim_matches(['[', ']'])
+            ),
+            [of, source] if of.starts_with('(') => format!(
+                "<coil {head}{}<connectionPointOut/><variable>{}</variable></coil>",
+                into(source),
+                of.trim_matches(['(', ')'])
+            ),
+            [of, ref given @ ..] => {
+                let (instance, of) =
+                    of.split_once(':').map_or((String::new(), of), |(name, of)| {
+                        (format!(" instanceName=\"{name}\""), of)
+                    });
+                let has_enable = given.iter().any(|one| one.starts_with("EN="));
+                let is_single = given.len() - usize::from(has_enable) == 1;
+                let pin = |(at, one): (usize, &&str)| {
+                    let (name, source) = one.split_once('=').map_or_else(
+                        || {
+                            (
+                                if is_single {
+                                    "IN".to_owned()
+                                } else {
+                                    format!("IN{}", at + 1 - usize::from(has_enable))
+                                },
+                                *one,
+                            )
+                        },
+                        |(name, source)| (name.to_owned(), source),
+                    );
+                    format!("<variable formalParameter=\"{name}\">{}</variable>", into(source))
+                };
+                let pins: String = given.iter().enumerate().map(pin).collect();
+                let mut outputs: Vec<&str> = match of {
+                    "TON" => vec!["Q", "ET"],
+                    "CTU" => vec!["Q", "CV"],
+                    "SR" | "RS" => vec!["Q1"],
+                    "R_TRIG" => vec!["Q"],
+                    _ => vec!["OUT"],
+                };
+                if has_enable {
+                    outputs.insert(0, "ENO");
+                }
+                let outputs: String = outputs
+                    .iter()
+                    .map(|name| {
+                        format!(
+                            "<variable formalParameter=\"{name}\"><connectionPointOut/></variable>"
+                        )
+                    })
+                    .collect();
+                let head = head.replacen('>', &format!(" typeName=\"{of}\"{instance}>"), 1);
+                format!(
+                    "<block {head}<inputVariables>{pins}</inputVariables><inOutVariables/><outputVariables>{outputs}</outputVariables></block>"
+                )
+            }
+            [] => String::new(),
+        }
+    };
+    all.iter().enumerate().map(element).collect()
+}
+
+/// A program with variables `name:TYPE` and a body.
+fn program(variables: &str, body: &str) -> String {
+    let variable = |(name, of): (&str, &str)| {
+        let of = match of {
+            "BOOL" | "INT" | "TIME" => format!("<{of}/>"),
+            _ => format!("<derived name=\"{of}\"/>"),
+        };
+        format!("<variable name=\"{name}\"><type>{of}</type></variable>")
+    };
+    let all: String =
+        variables.split(' ').filter_map(|one| one.split_once(':')).map(variable).collect();
+    format!(
+        "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><dataTypes/><pous><pou name=\"Main\" pouType=\"program\"><interface><localVars>{all}</localVars></interface><body>{body}</body></pou></pous></types><instances><configurations/></instances></project>"
+    )
+}
+
+fn in_text(variables: &str, more: &str, body: &str) -> String {
+    let all: String = format!("{variables} {more}")
+        .split(' ')
+        .filter_map(|one| one.split_once(':'))
+        .map(|(name, of)| format!("{name} : {of}; "))
+        .collect();
+    format!("PROGRAM Main\nVAR {all}END_VAR\n{body}\nEND_PROGRAM\n")
+}
+
+/// Drawings, the variables of both forms, those of the text alone, and the text that generators write.
+const PAIRS: &[(&str, &[&str], &str, &str, &str)] = &[
+    // A function block's input, and the result of a function behind it.
+    (
+        "FBD",
+        &["run", "AND 1 5.OUT", "T#1s", "t:TON IN=2.OUT PT=3", "NOT 4.Q", "> lamp 5.OUT"],
+        "run:BOOL lamp:BOOL t:TON",
+        "r2:BOOL r5:BOOL",
+        "r2 := run AND r5; t(IN := r2, PT := T#1s); r5 := NOT(t.Q); lamp := r5;",
+    ),
+    // Functions alone.
+    (
+        "FBD",
+        &["run", "AND 1 3.OUT", "OR 1 2.OUT", "> lamp 3.OUT"],
+        "run:BOOL lamp:BOOL",
+        "r2:BOOL r3:BOOL",
+        "r2 := run AND r3; r3 := run OR r2; lamp := r3;",
+    ),
+    // A number that adds up.
+    (
+        "FBD",
+        &["up", "ADD 1 2.OUT", "> sum 2.OUT"],
+        "up:INT sum:INT",
+        "r2:INT",
+        "r2 := up + r2; sum := r2;",
+    ),
+    // A comparison within the loop, and a choice.
+    (
+        "FBD",
+        &["n", "GT 1 4.OUT", "limit", "SEL G=2.OUT IN0=1 IN1=3", "> m 4.OUT"],
+        "n:INT limit:INT m:INT",
+        "r2:BOOL r4:INT",
+        "r2 := n > r4; r4 := SEL(r2, n, limit); m := r4;",
+    ),
+    // Two loops through one block.
+    (
+        "FBD",
+        &["a", "AND 1 4.OUT", "OR 1 4.OUT", "XOR 2.OUT 3.OUT", "> x 4.OUT"],
+        "a:BOOL x:BOOL",
+        "r2:BOOL r3:BOOL r4:BOOL",
+        "r2 := a AND r4; r3 := a OR r4; r4 := r2 XOR r3; x := r4;",
+    ),
+    // Two loops apart.
+    (
+        "FBD",
+        &[
+            "a",
+            "AND 1 3.OUT",
+            "NOT 2.OUT",
+            "> x 3.OUT",
+            "b",
+            "OR 5 7.OUT",
+            "NOT 6.OUT",
+            "> y 7.OUT",
+        ],
+        "a:BOOL b:BOOL x:BOOL y:BOOL",
+        "r2:BOOL r3:BOOL r6:BOOL r7:BOOL",
+        "r2 := a AND r3; r3 := NOT(r2); x := r3; r6 := b OR r7; r7 := NOT(r6); y := r7;",
+    ),
+    // Instances that feed each other: what they put out stays where it is.
+    (
+        "FBD",
+        &["a", "f:SR S1=1 R=3.Q1", "g:RS S=2.Q1 R1=1", "> x 3.Q1"],
+        "a:BOOL x:BOOL f:SR g:RS",
+        "",
+        "f(S1 := a, R := g.Q1); g(S := f.Q1, R1 := a); x := g.Q1;",
+    ),
+    // Through contacts, to a coil.
+    (
+        "LD",
+        &["|", "[a] 1", "AND 2 5.OUT", "[b] 3.OUT", "OR 4 2", "(x) 5.OUT"],
+        "a:BOOL b:BOOL x:BOOL",
+        "r3:BOOL r5:BOOL",
+        "r3 := a AND r5; r5 := (r3 AND b) OR a; x := r5;",
+    ),
+    // What leads back goes through a contact.
+    (
+        "LD",
+        &["|", "[a] 1", "AND 2 4", "[b] 3.OUT", "(x) 4"],
+        "a:BOOL b:BOOL x:BOOL",
+        "r3:BOOL",
+        "r3 := a AND (r3 AND b); x := r3 AND b;",
+    ),
+    // The result is fed back to EN, and ENO on.
+    (
+        "FBD",
+        &["n", "m", "GT EN=5.OUT 1 2", "b", "OR 4 3.ENO", "> x 5.OUT"],
+        "n:INT m:INT b:BOOL x:BOOL",
+        "r3:BOOL e3:BOOL r5:BOOL",
+        "r3 := GT(EN := r5, IN1 := n, IN2 := m, ENO => e3); r5 := b OR e3; x := r5;",
+    ),
+    // Nothing is fed back.
+    (
+        "FBD",
+        &["a", "n", "m", "MAX EN=1 2 3", "> k 4.OUT", "> y 4.ENO"],
+        "a:BOOL n:INT m:INT k:INT y:BOOL",
+        "r4:INT e4:BOOL",
+        "r4 := MAX(EN := a, IN1 := n, IN2 := m, ENO => e4); IF e4 THEN k := r4; END_IF; y := e4;",
+    ),
+    (
+        "FBD",
+        &["n", "m", "ADD 1 2", "MAX 3.OUT 1", "> k 4.OUT", "> l 3.OUT"],
+        "n:INT m:INT k:INT l:INT",
+        "r3:INT r4:INT",
+        "r3 := n + m; r4 := MAX(r3, n); k := r4; l := r3;",
+    ),
+    (
+        "LD",
+        &["|", "[a] 1", "[b] 2", "(x) 3", "(y) 3"],
+        "a:BOOL b:BOOL x:BOOL y:BOOL",
+        "",
+        "x := a AND b; y := a AND b;",
+    ),
+    (
+        "FBD",
+        &["a", "c:CTU CU=1 R=3 PV=4", "NOT 2.Q", "n", "> x 3"],
+        "a:BOOL x:BOOL n:INT c:CTU",
+        "r3:BOOL",
+        "c(CU := a, R := r3, PV := n); r3 := NOT(c.Q); x := r3;",
+    ),
+];
+
+#[test]
+fn drawings_cost_what_the_text_costs_that_generators_write() {
+    for (language, drawn, variables, more, text) in PAIRS {
+        let text = in_text(variables, more, text);
+        let drawing = |numbers: &[u32]| {
+            program(variables, &format!("<{language}>{}</{language}>", elements(drawn, numbers)))
+        };
+        alike(&drawing(&[]), &text);
+        // In the other order of the file, and on the page.
+        let turned: Vec<String> = {
+            let count = drawn.len();
+            let renumbered = |text: &str| {
+                let number = |word: &str| {
+                    let (name, source) =
+                        word.split_once('=').map_or(("", word), |(name, source)| (name, source));
+                    let (id, output) =
+                        source.split_once('.').map_or((source, ""), |(id, output)| (id, output));
+                    let Ok(id) = id.parse::<usize>() else { return word.to_owned() };
+                    let dot = if output.is_empty() { "" } else { "." };
+                    let sign = if name.is_empty() { "" } else { "=" };
+                    format!("{name}{sign}{}{dot}{output}", count + 1 - id)
+                };
+                let mut words = text.split(' ');
+                let first = words.next().unwrap_or_default().to_owned();
+                std::iter::once(first).chain(words.map(number)).collect::<Vec<_>>().join(" ")
+            };
+            drawn.iter().rev().map(|one| renumbered(one)).collect()
+        };
+        let turned: Vec<&str> = turned.iter().map(String::as_str).collect();
+        let other = format!("<{language}>{}</{language}>", elements(&turned, &[]));
+        alike(&program(variables, &other), &text);
+    }
+}
+
+#[test]
+fn feedback_is_loaded_and_stored_as_in_text() {
+    for case in ["feedback-load/feedback-load", "feedback-20us/feedback-20us"] {
+        alike(&read_case(&format!("{case}.xml")), &read_case(&format!("{case}.st")));
+    }
+    for (file, arguments, bound) in [
+        ("feedback-load.xml", "", 55_200),
+        ("feedback-load.xml", "--time LD=10us", 104_700),
+        ("feedback-load.st", "--time LD=10us", 104_700),
+    ] {
+        let report = audit("feedback-load", &format!("{file} {arguments}"));
+        assert_eq!((upper_ns(&report), lower_ns(&report)), (bound, bound), "{file} {arguments}");
+    }
+    for file in ["feedback-20us.xml", "feedback-20us.st"] {
+        let report = audit("feedback-20us", file);
+        assert_eq!((upper_ns(&report), lower_ns(&report)), (55_800, 55_800), "{file}");
+    }
+    // By numbers the inverter comes first, and takes what the scan before left.
+    let drawn = ["run", "AND 1 3.OUT", "NOT 2.OUT", "> lamp 3.OUT"];
+    let variables = "run:BOOL lamp:BOOL";
+    for numbers in [[0, 2, 1, 3], [0, 1, 2, 3]] {
+        let drawing = program(variables, &format!("<FBD>{}</FBD>", elements(&drawn, &numbers)));
+        let text =
+            in_text(variables, "r2:BOOL r3:BOOL", "r3 := NOT(r2); r2 := run AND r3; lamp := r3;");
+        alike(&drawing, &text);
+    }
+}
+
+#[test]
+fn results_in_functions_begin_anew_with_each_call() {
+    let drawn = ["a", "NOT 1", "AND 1 2.OUT", "> F 3.OUT"];
+    let function = format!(
+        "<pou name=\"F\" pouType=\"function\"><interface><returnType><BOOL/></returnType><inputVars><variable name=\"a\"><type><BOOL/></type></variable></inputVars></interface><body><FBD>{}</FBD></body></pou>",
+        elements(&drawn, &[])
+    );
+    let body = "<ST><p>x := F(x);</p></ST>";
+    let drawing = program("x:BOOL", body).replace("<pous>", &format!("<pous>{function}"));
+    let text = "FUNCTION F : BOOL VAR_INPUT a : BOOL; END_VAR VAR r2, r3 : BOOL; END_VAR\nr2 := NOT(a); r3 := a AND r2; F := r3;\nEND_FUNCTION\n".to_owned()
+        + &in_text("x:BOOL", "", "x := F(x);");
+    alike(&drawing, &text);
+}
+
+#[test]
+fn blocks_of_drawn_conditions_are_carried_out_by_an_action() {
+    alike(&read_case("chart-timer/chart-timer.xml"), &read_case("chart-timer/chart-timer.st"));
+    let report = audit("chart-timer", "chart-timer.xml");
+    assert_eq!(upper_ns(&report), 58_700);
+    assert_eq!(upper_ns(&audit("chart-timer", "chart-timer.st")), 58_700);
+    // A function in the condition, and an edge.
+    let chart = |drawn: &str| {
+        let step = |id: u32, name: &str, from: u32, more: &str| {
+            format!(
+                "<step localId=\"{id}\" name=\"{name}\"{more}><connectionPointIn><connection refLocalId=\"{from}\"/></connectionPointIn><connectionPointOut/></step>"
+            )
+        };
+        let way = |id: u32, from: u32, condition: &str| {
+            format!(
+                "<transition localId=\"{id}\"><connectionPointIn><connection refLocalId=\"{from}\"/></connectionPointIn><condition>{condition}</condition></transition>"
+            )
+        };
+        let point = "<connectionPointIn><connection refLocalId=\"3\" formalParameter=\"OUT\"/></connectionPointIn>";
+        let inline = "<inline><ST><p>b</p></ST></inline>";
+        format!(
+            "<SFC>{drawn}{}{}{}{}</SFC>",
+            step(11, "A", 14, " initialStep=\"true\""),
+            way(12, 11, point),
+            step(13, "B", 12, ""),
+            way(14, 13, inline)
+        )
+    };
+    let text = |own: &str, action: &str, condition: &str| {
+        in_text(
+            "a:BOOL b:BOOL",
+            own,
+            &format!(
+                "INITIAL_STEP A: C(S); END_STEP ACTION C: {action} END_ACTION TRANSITION FROM A TO B := {condition}; END_TRANSITION STEP B: END_STEP TRANSITION FROM B TO A := b; END_TRANSITION"
+            ),
+        )
+    };
+    let drawn = elements(&["a", "b", "AND 1 2"], &[]);
+    alike(&program("a:BOOL b:BOOL", &chart(&drawn)), &text("r3:BOOL", "r3 := a AND b;", "r3"));
+    let drawn =
+        elements(&["|", "b", "[a] 1"], &[]).replace("<contact ", "<contact edge=\"rising\" ");
+    let edge = chart(&drawn).replace(" formalParameter=\"OUT\"", "");
+    alike(&program("a:BOOL b:BOOL", &edge), &text("e:R_TRIG", "e(CLK := a);", "e.Q"));
+}
+
+#[test]
+fn transitions_are_read_as_beremiz_writes_them() {
+    for file in ["beremiz-transition.xml", "beremiz-transition-without.xml"] {
+        assert_eq!(upper_ns(&audit("beremiz-transition", file)), 53_950, "{file}");
+    }
+    let text = read_case("beremiz-transition/beremiz-transition.xml");
+    for body in [
+        ":=go AND x < 5;",
+        ":= go AND x < 5",
+        "(* when *) := go AND x < 5;",
+        "\n:= go\n AND x < 5 ;\n",
+    ] {
+        let path = written("transition.xml", &text.replace(":= go AND x < 5;", body));
+        let report = audit("beremiz-transition", &path.display().to_string());
+        assert_eq!(upper_ns(&report), 53_950, "{body}");
+    }
 }

@@ -11,7 +11,7 @@ use super::value::{Value, constant, is_real, real, within};
 use super::within::shown;
 use crate::base::code::Code;
 use crate::front::builder::always;
-use crate::iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path, RESULT};
+use crate::iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path, RESULT, is_loaded};
 use crate::iec::fault::Fault;
 use crate::iec::parse::MERGED;
 use crate::iec::{same, show};
@@ -188,7 +188,7 @@ impl Emit<'_> {
             let help = "name one of its outputs, or call it with CAL or its name and brackets";
             return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
-        if !matches!(found, Found::Value(_)) || path.first.starts_with(RESULT) {
+        if !matches!(found, Found::Value(_)) || is_loaded(&path.first) {
             self.cost(&["LD"], "contact");
         }
         Ok(match found {
@@ -558,7 +558,10 @@ impl Emit<'_> {
         value: Value,
         line: u32,
     ) -> Result<(), Fault> {
-        if target.first.starts_with('~') && target.rest.is_empty() {
+        if target.first.starts_with('~')
+            && target.rest.is_empty()
+            && !self.has_variable(at, &target.first)
+        {
             if let (Value::Any, Some(of)) = (&value, of) {
                 self.note_extent(at, &target.first, of);
             }

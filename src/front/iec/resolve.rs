@@ -112,6 +112,12 @@ impl<'p> Emit<'p> {
         })
     }
 
+    /// Whether the unit, or the method, has a variable of this name.
+    pub(super) fn has_variable(&self, at: &Context, name: &str) -> bool {
+        let own = at.locals.as_ref().and_then(|place| Self::part_type(place, name));
+        own.or_else(|| Self::part_type(&self.instances[at.instance].place, name)).is_some()
+    }
+
     /// What a path stands for, no reference being followed.
     pub(super) fn find_plain(
         &mut self,

@@ -15,7 +15,7 @@
 use super::coactive::{Analysis, Basis, steps_together};
 use super::expansion::named;
 use super::names::Taken;
-use super::{Block, Chart, Qualifier, Step, Target, Transition};
+use super::{Block, COMPUTED, Chart, Qualifier, Step, Target, Transition};
 use crate::iec::ast::{Expr, Literal, Operator};
 use crate::iec::show;
 use crate::net::Bits;
@@ -63,7 +63,7 @@ pub fn explicit_beside(chart: &Chart, taken: &mut Taken, budget: usize) -> (Char
     let mut now = chart.clone();
     // Which steps are active together does not change: every rewriting leaves the steps what they are in every scan.
     let mut together = None;
-    for action in chart.actions() {
+    for action in chart.actions().into_iter().filter(|action| action != COMPUTED) {
         let stored = chart.blocks_of(&action).find(|(_, block)| block.qualifier.is_stored());
         let Some((step, block)) = stored else { continue };
         let (qualifier, line) = (block.qualifier, block.line);

@@ -211,6 +211,9 @@ pub struct Macro {
     pub line: u32,
 }
 
+/// The action that executes the blocks of drawn conditions, as Beremiz and OpenPLC name it: the first step stores it.
+pub const COMPUTED: &str = "COMPUTE_FUNCTION_BLOCKS";
+
 /// A chart. Transitions that compete for a step are in the order of their priority, the first goes first.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Chart {

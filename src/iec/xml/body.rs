@@ -78,7 +78,11 @@ pub(super) fn condition(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Re
         Language::St => {
             let first = parse::expression(&written, line);
             first.or_else(|fault| {
-                match &parse::statements(&written, line).map_err(|_| fault.clone())?[..] {
+                // Beremiz writes what stands behind the name of the transition: `:= condition;`.
+                let behind_name = format!("_ {written}\n;");
+                let read = parse::statements(&written, line);
+                let read = read.or_else(|_| parse::statements(&behind_name, line));
+                match &read.map_err(|_| fault.clone())?[..] {
                     [Statement { kind: Kind::Assign(_, value), .. }] => Ok(value.clone()),
                     _ => Err(fault),
                 }

@@ -202,7 +202,10 @@ fn macro_step(
     };
     within.push(name.to_owned());
     // Elements of a macro step's chart have numbers of their own.
-    let inside = reading.apart(&format!("{name}."), |reading| draft(reading, inner, within))?;
+    let outer = std::mem::replace(&mut reading.computes, false);
+    let inside = reading.apart(&format!("{name}."), |reading| draft(reading, inner, within));
+    reading.computes = outer;
+    let inside = inside?;
     within.pop();
     Ok(DraftMacro {
         name: name.to_owned(),
@@ -522,7 +525,9 @@ fn block(
         while is_taken(&name) {
             name.push('_');
         }
+        let outer = std::mem::replace(&mut reading.computes, false);
         let body = reading.apart(&name, |reading| (reading.body)(reading, inline));
+        reading.computes = outer;
         Target::Inline(name, Box::new(body))
     } else {
         return Ok(None);

@@ -5,8 +5,8 @@
 //! parallels meet, all but one of them jump.
 
 use super::kept::{Kept, number};
-use super::node::{ACTIVE, ELEMENT, ENTRY, EXIT};
-use crate::iec::chart::{Block, Chart, Step, Target, Transition};
+use super::node::{ACTIVE, ELEMENT, ENTRY, EXIT, child};
+use crate::iec::chart::{Block, COMPUTED, Chart, Step, Target, Transition};
 use crate::iec::{Body, show};
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
@@ -294,6 +294,10 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
             }
             None => {
                 let name = || self.chart.transition_name(at);
+                if self.computes() && !old.is_some_and(is_inline) {
+                    let why = "the blocks that its condition is drawn with would be left out";
+                    return Err(format!("transition {} {}: {why}", name(), place_of(one)));
+                }
                 if let Some(why) = show::formless(&one.condition) {
                     return Err(format!("transition {} {}: {why}", name(), place_of(one)));
                 }
@@ -311,6 +315,11 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         self.last(2, old, &["addData", "documentation"]);
         self.line(1, "</transition>");
         Ok(id)
+    }
+
+    /// Whether blocks of drawn conditions are executed by an action that is not written: they are drawn.
+    fn computes(&self) -> bool {
+        self.chart.steps.iter().flat_map(|step| &step.blocks).any(is_computed)
     }
 
     /// The parts at the end of an element's old form, which are written once.
@@ -338,7 +347,8 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         self.position(place);
         self.inputs(from);
         self.outputs(1);
-        if !step.blocks.is_empty() {
+        let blocks: Vec<&Block> = step.blocks.iter().filter(|one| !is_computed(one)).collect();
+        if !blocks.is_empty() {
             self.line(2, "<connectionPointOutAction formalParameter=\"\"/>");
         }
         if !self.parts(2, old, &["addData"]) {
@@ -346,14 +356,14 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         }
         self.parts(2, old, &["documentation"]);
         self.line(1, "</step>");
-        if step.blocks.is_empty() {
+        if blocks.is_empty() {
             return Ok(());
         }
         let block = self.number();
         self.line(1, &format!("<actionBlock localId=\"{block}\">"));
         self.position((place.0 + 100, place.1));
         self.inputs(&[id]);
-        for block in &step.blocks {
+        for block in blocks {
             self.block(step, block)?;
         }
         self.line(1, "</actionBlock>");
@@ -419,6 +429,16 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         self.line(2, "</action>");
         Ok(())
     }
+}
+
+/// Whether a block is that of the action for drawn conditions.
+fn is_computed(block: &Block) -> bool {
+    matches!(&block.target, Target::Path(path) if path.as_name() == Some(COMPUTED))
+}
+
+/// Whether a transition's condition is written in it.
+fn is_inline(transition: Node<'_, '_>) -> bool {
+    child(transition, "condition").is_some_and(|own| child(own, "inline").is_some())
 }
 
 /// A body as structured text.

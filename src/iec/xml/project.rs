@@ -5,7 +5,9 @@ use super::body::{body, condition, condition_body};
 use super::interface::{addresses, extends, list_of, type_ref, variables};
 use super::node::{Text, child, children, elements};
 use super::reading::Reading;
+use crate::iec::ast::Path;
 use crate::iec::chart::expansion::complete;
+use crate::iec::chart::{Block, COMPUTED, Qualifier, Target};
 use crate::iec::fault::Fault;
 use crate::iec::{
     Body, Named, Pou, PouKind, Project, Section, Task, TypeDeclaration, TypeRef, Variable, parse,
@@ -208,6 +210,7 @@ impl<'t> Reader<'t> {
         for one in named("transitions", "transition") {
             let name = one.attribute("name").unwrap_or_default().to_owned();
             let mut reading = Reading::new(text, pou, &name, body, condition);
+            reading.computes = true;
             let found = child(one, "body").map(|inner| condition_body(&mut reading, inner));
             self.faults.append(&mut reading.faults);
             let body = found.unwrap_or_else(Body::empty);
@@ -223,12 +226,40 @@ impl<'t> Reader<'t> {
         }
         if let Some(one) = child(node, "body") {
             let mut reading = Reading::new(text, pou, "", body, condition);
+            reading.computes = true;
             let found = body(&mut reading, one);
             self.faults.append(&mut reading.faults);
             pou.body = found;
         }
+        if let Err(fault) = store_computed(pou) {
+            self.faults.push(fault.within(&pou.name));
+        }
         complete(pou);
     }
+}
+
+/// Lets the first step store the action that carries out the blocks of drawn conditions, if there are any.
+fn store_computed(pou: &mut Pou) -> Result<(), Fault> {
+    let Some(at) = pou.actions.iter().position(|one| one.name == COMPUTED && one.line == 0) else {
+        return Ok(());
+    };
+    let others = pou.actions.iter().filter(|one| same(&one.name, COMPUTED));
+    if others.count() > 1 {
+        let message = format!("an action is called {COMPUTED}, as that of its drawn conditions is");
+        return Err(Fault::new(pou.line, message).help("give the action another name"));
+    }
+    let Body::Chart(chart) = &mut pou.body else {
+        // Nothing asks for the conditions.
+        pou.actions.remove(at);
+        return Ok(());
+    };
+    pou.actions[at].line = chart.line;
+    let target = Target::Path(Path::name(COMPUTED));
+    let block = Block { qualifier: Qualifier::S, time: None, target, line: chart.line };
+    if let Some(first) = chart.steps.iter_mut().find(|step| step.initial) {
+        first.blocks.push(block);
+    }
+    Ok(())
 }
 
 /// What stands in an element's additional data.

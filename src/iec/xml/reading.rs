@@ -1,9 +1,10 @@
 //! What is read of one unit, and what its drawings need for themselves.
 
 use super::node::{Text, elements};
-use crate::iec::ast::Expr;
+use crate::iec::ast::{Expr, Statement};
+use crate::iec::chart::COMPUTED;
 use crate::iec::fault::Fault;
-use crate::iec::{Body, Language, Pou, Section, TypeRef, Variable, same};
+use crate::iec::{Body, Language, Named, Pou, Section, TypeRef, Variable, same};
 use roxmltree::Node;
 
 /// Reads a body, whatever its language.
@@ -19,6 +20,8 @@ pub(super) struct Reading<'t, 'p> {
     pub(super) place: String,
     part: String,
     pub(super) faults: Vec<Fault>,
+    /// Whether blocks of drawn conditions are carried out by an action of their own.
+    pub(super) computes: bool,
     /// How bodies within a chart are read.
     pub(super) body: ReadBody,
     /// How conditions are read.
@@ -34,7 +37,16 @@ impl<'t, 'p> Reading<'t, 'p> {
         condition: ReadCondition,
     ) -> Reading<'t, 'p> {
         let place = if part.is_empty() { pou.name.clone() } else { format!("{}.{part}", pou.name) };
-        Reading { text, pou, place, part: part.to_owned(), faults: Vec::new(), body, condition }
+        Reading {
+            text,
+            pou,
+            place,
+            part: part.to_owned(),
+            faults: Vec::new(),
+            computes: false,
+            body,
+            condition,
+        }
     }
 
     /// Reads something whose elements have numbers of their own: what it needs for itself has names of its own, too.
@@ -66,19 +78,39 @@ impl<'t, 'p> Reading<'t, 'p> {
     /// A variable of the unit that the drawing needs for itself: its name.
     pub(super) fn hidden(&mut self, name: &str, of: &str, line: u32) -> String {
         let name = format!("~{}{}{name}", self.part, if self.part.is_empty() { "" } else { "_" });
-        if self.pou.variables.iter().all(|own| own.name != name) && !of.is_empty() {
-            self.pou.variables.push(Variable {
-                name: name.clone(),
-                section: Section::Local,
-                of: TypeRef::Named(of.to_owned()),
-                initial: None,
-                at: None,
-                constant: false,
-                retain: false,
-                line,
-            });
+        if !of.is_empty() {
+            self.declare(&name, TypeRef::Named(of.to_owned()), line);
         }
         name
+    }
+
+    /// Adds to what the action of drawn conditions carries out.
+    pub(super) fn compute(&mut self, statements: Vec<Statement>) {
+        let own = self.pou.actions.iter_mut().find(|one| one.name == COMPUTED && one.line == 0);
+        match own.map(|one| &mut one.body) {
+            Some(Body::Code(_, all)) => all.extend(statements),
+            _ => {
+                let body = Body::Code(Language::Fbd, statements);
+                self.pou.actions.push(Named { name: COMPUTED.to_owned(), body, line: 0 });
+            }
+        }
+    }
+
+    /// Declares a variable of the unit, once.
+    pub(super) fn declare(&mut self, name: &str, of: TypeRef, line: u32) {
+        if self.pou.variables.iter().any(|own| own.name == name) {
+            return;
+        }
+        self.pou.variables.push(Variable {
+            name: name.to_owned(),
+            section: Section::Local,
+            of,
+            initial: None,
+            at: None,
+            constant: false,
+            retain: false,
+            line,
+        });
     }
 }
 

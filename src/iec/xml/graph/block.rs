@@ -1,15 +1,15 @@
 //! Blocks of a drawing: functions and instances.
 
-use super::pins::{name_of, pins};
-use super::value::is_instance;
+use super::pins::{is_instance, name_of, pins, result};
 use super::{Graph, called, execute, is_called};
-use crate::iec::ast::{Argument, Expr, Kind, Path, RESULT, Statement};
+use crate::iec::ast::{Argument, Expr, Kind, LOADED, Path, Statement};
 use crate::iec::fault::Fault;
 use crate::iec::xml::node::{children, is, sources};
 use crate::iec::xml::reading::Reading;
 use crate::iec::xml::standard::is_standard;
 use crate::iec::{TypeRef, parse, same};
 use roxmltree::Node;
+use std::collections::BTreeSet;
 
 /// Functions that are drawn with a sign.
 const OPERATORS: &[(&str, &str)] = &[
@@ -53,9 +53,16 @@ impl<'a, 'i> Graph<'a, 'i> {
             return Ok(());
         }
         let outer = std::mem::replace(&mut self.owner, id);
-        self.open.insert(id);
+        // What leads on from a block that is fed back may be asked for again on the way to it.
+        let nodes = &self.nodes;
+        let (mut blocks, passed): (BTreeSet<&str>, BTreeSet<&str>) = std::mem::take(&mut self.open)
+            .into_iter()
+            .partition(|id| is_called(nodes[id], "block"));
+        blocks.insert(id);
+        self.open = blocks;
         let given = self.given(reading, id, node);
         self.open.remove(id);
+        self.open.extend(passed);
         let done = given.and_then(|(enable, given)| self.call(reading, id, node, enable, given));
         self.owner = outer;
         done
@@ -107,6 +114,7 @@ impl<'a, 'i> Graph<'a, 'i> {
                 if name.eq_ignore_ascii_case("EN") {
                     enable = match value {
                         Expr::Literal(_) => value,
+                        other if self.gives_enable(node) => other,
                         other => self.store(reading, node, (id, "ENO".to_owned()), other),
                     };
                 } else {
@@ -131,6 +139,11 @@ impl<'a, 'i> Graph<'a, 'i> {
         self.is_of_its_type(reading, node, of)?;
         self.enables.insert(id, enable.clone());
         if let Some(code) = execute::code(node) {
+            if !enable.is(true) {
+                let loaded = Path::name(format!("{LOADED}{}", reading.hidden(id, "", 0)));
+                self.add(node, Kind::Assign(loaded.clone(), enable.clone()));
+                self.enables.insert(id, Expr::Variable(loaded));
+            }
             return self.execute(node, code, enable);
         }
         if !is_standard(of, is_instance(node)) {
@@ -159,10 +172,20 @@ impl<'a, 'i> Graph<'a, 'i> {
                 let value = Expr::name(format!("{result}_{other}"));
                 given.push(Argument { name: Some(other), is_output: true, value });
             }
-            if !enable.is(true) {
+            if self.gives_enable(node) {
+                let value = Expr::name(format!("{result}_ENO"));
+                self.enables.insert(id, value.clone());
+                given.push(Argument { name: Some("ENO".to_owned()), is_output: true, value });
+            }
+            let is_wired = pins(node, "inputVariables").any(|pin| {
+                name_of(pin).eq_ignore_ascii_case("EN")
+                    && children(pin, "connectionPointIn").flat_map(sources).next().is_some()
+            });
+            if !enable.is(true) || (is_wired && self.gives_enable(node)) {
                 let name = Some("EN".to_owned());
                 given.push(Argument { name, is_output: false, value: enable });
             }
+            self.begins_anew(reading, id, node);
             // Operators are functions, too.
             let of = OPERATORS.iter().find(|(sign, _)| *sign == of).map_or(of, |(_, name)| name);
             let is_word = of.chars().all(|c| c.is_alphanumeric() || c == '_') && !of.is_empty();
@@ -174,6 +197,15 @@ impl<'a, 'i> Graph<'a, 'i> {
             self.add(node, Kind::Assign(Path::name(result), call));
         }
         self.written_beside(reading, id, node)
+    }
+
+    /// Whether generators take ENO of a function into a variable: it is drawn, and no edge at a pin hangs on EN.
+    pub(super) fn gives_enable(&self, node: Node<'_, '_>) -> bool {
+        let has_edge = |pin: Node<'_, '_>| pin.attribute("edge").is_some_and(|edge| edge != "none");
+        !self.text.is_codesys
+            && !is_instance(node)
+            && pins(node, "outputVariables").any(|pin| name_of(pin).eq_ignore_ascii_case("ENO"))
+            && !pins(node, "inputVariables").any(has_edge)
     }
 
     /// Refuses one of the standard's blocks that is drawn as another one than its instance is.
@@ -246,7 +278,7 @@ impl<'a, 'i> Graph<'a, 'i> {
     }
 
     /// The names of a block's outputs but ENO and what it gives back.
-    fn outputs(&self, node: Node<'_, '_>) -> Vec<String> {
+    pub(super) fn outputs(&self, node: Node<'_, '_>) -> Vec<String> {
         let names = pins(node, "outputVariables").map(name_of);
         let own =
             names.filter(|name| !name.eq_ignore_ascii_case("ENO") && !is_given_back(node, name));
@@ -280,11 +312,6 @@ impl<'a, 'i> Graph<'a, 'i> {
         };
         if negated { value.not() } else { value }
     }
-}
-
-/// The variable that holds what a function gives.
-fn result(reading: &mut Reading<'_, '_>, id: &str) -> String {
-    format!("{RESULT}{}", reading.hidden(&format!("n{id}"), "", 0).trim_start_matches('~'))
 }
 
 /// Whether a function's pins are only counted, and not from 1 on: CODESYS and TwinCAT count EN, too.

@@ -4,7 +4,9 @@
 //! an expression of its own, as generators write it; within it, what forks and joins again is kept in a variable.
 
 mod block;
+mod computed;
 mod execute;
+mod kinds;
 mod orders;
 mod paths;
 mod pins;
@@ -64,6 +66,8 @@ pub(super) struct Graph<'a, 'i> {
     times: BTreeMap<String, usize>,
     eithers: usize,
     open: BTreeSet<&'a str>,
+    /// How many elements are being looked at.
+    depth: usize,
     done: BTreeSet<&'a str>,
     statements: Vec<Statement>,
     /// The element that each statement belongs to.
@@ -153,6 +157,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             times: BTreeMap::new(),
             eithers: 0,
             open: BTreeSet::new(),
+            depth: 0,
             done: BTreeSet::new(),
             statements: Vec::new(),
             owners: Vec::new(),
@@ -267,6 +272,9 @@ impl<'a, 'i> Graph<'a, 'i> {
         from: &[(&str, Option<&str>)],
     ) -> Result<Expr, Fault> {
         let mut value = self.used(reading, node, from)?;
+        if let Some(value) = self.computed(reading, &value)? {
+            return Ok(value);
+        }
         // Functions, and what is kept where ways fork, are put where they are asked for.
         self.owners.clear();
         for statement in std::mem::take(&mut self.statements).into_iter().rev() {

@@ -1,8 +1,8 @@
 //! In which orders tools carry out the elements of a drawing, and whether these differ in what they do.
 
+use super::pins::is_instance;
 use super::places::Places;
 use super::rank::{order, position, rank};
-use super::value::is_instance;
 use super::{Graph, is_called};
 use crate::iec::ast::{Expr, Kind, Statement, visit};
 use crate::iec::xml::node::{child, children, inputs, sources};
@@ -20,12 +20,12 @@ pub(super) struct Order<'a> {
     pub(super) generated: bool,
 }
 
-/// Elements that lead back to themselves by way of instances.
+/// Elements that lead back to themselves by way of blocks.
 #[derive(Clone, Default)]
 pub(super) struct Loops<'a> {
     /// The number of the loop in which an element stands, and its place in it.
     places: BTreeMap<&'a str, (usize, usize)>,
-    /// The instances of each loop, in their places.
+    /// The instances of each loop, in their places; its functions, where it has no instance.
     instances: BTreeMap<usize, Vec<&'a str>>,
     /// Whether loops begin with their first instance, not with the one that is asked for.
     begin_first: bool,
@@ -37,11 +37,14 @@ impl<'a> Loops<'a> {
         self.places.contains_key(id)
     }
 
-    /// Whether an instance comes behind one of these in their loop.
+    /// Whether one of the blocks that a loop may begin with comes behind one of these in it.
     pub(super) fn is_behind(&self, id: &str, open: &BTreeSet<&str>) -> bool {
         let Some((own, place)) = self.places.get(id).filter(|_| self.begin_first) else {
             return false;
         };
+        if !self.instances.get(own).is_some_and(|all| all.contains(&id)) {
+            return false;
+        }
         let is_instance = |id: &&&str| self.instances.get(own).is_some_and(|all| all.contains(*id));
         let others = open.iter().filter(is_instance).filter_map(|id| self.places.get(id));
         others.into_iter().any(|(_, before)| before < place)
@@ -185,8 +188,12 @@ impl<'a> Graph<'a, '_> {
                 found.map(|(&id, &node)| (id, node)).collect();
             own.sort_by_key(|(id, _)| place[id]);
             let leads_back = own.len() > 1 || own.iter().all(|(id, _)| ways.contains_edge(id, id));
-            let instances: Vec<&str> =
+            let mut instances: Vec<&str> =
                 own.iter().filter(|(_, node)| is_instance(*node)).map(|(id, _)| *id).collect();
+            if instances.is_empty() {
+                let blocks = own.iter().filter(|(_, node)| is_called(*node, "block"));
+                instances = blocks.map(|(id, _)| *id).collect();
+            }
             if leads_back && !instances.is_empty() {
                 loops.places.extend(own.into_iter().map(|(id, _)| (id, (number, place[id]))));
                 loops.instances.insert(number, instances);

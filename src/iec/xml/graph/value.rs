@@ -1,5 +1,6 @@
 //! What an output of a drawing's element is worth where it is asked for.
 
+use super::pins::{is_instance, result};
 use super::rank::order;
 use super::{Graph, called, is_called, wrong};
 use crate::base::code::Code;
@@ -84,7 +85,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             return Err(self.text.fault(node, message).code(Code::NotModelled).help(help));
         }
         if self.is_fed_back(id, node) {
-            return Ok(self.block_output(reading, id, node, output));
+            return self.fed_back(reading, id, node, output);
         }
         for first in self.loops.first(id, &self.open, &self.done) {
             let node = self.nodes[first];
@@ -93,11 +94,7 @@ impl<'a, 'i> Graph<'a, 'i> {
                 self.block(reading, first, node)?;
             }
         }
-        if self.open.contains(id) && self.loops.holds(id) {
-            // Generators take what its variable holds since the last scan.
-            return Ok(Expr::any());
-        }
-        if self.open.len() >= DEPTH && !self.open.contains(id) {
+        if self.depth >= DEPTH {
             let message =
                 format!("{}: more than {DEPTH} elements stand in a row behind it", called(node));
             let help = "put a coil in between";
@@ -108,7 +105,9 @@ impl<'a, 'i> Graph<'a, 'i> {
                 format!("{}: the ways through it come back to where they began", called(node));
             return Err(wrong(self.text, node, message));
         }
+        self.depth += 1;
         let found = self.put_out(reading, id, node, output);
+        self.depth -= 1;
         self.open.remove(id);
         let found = found?;
         // What a contact lets through is settled when it is looked at; a variable that is wired up is read where it is used.
@@ -211,15 +210,34 @@ impl<'a, 'i> Graph<'a, 'i> {
         found
     }
 
-    /// Whether an output is that of an instance that is not carried out before it is asked for: a way leads back to it, or its
+    /// Whether an output is that of a block that is not carried out before it is asked for: a way leads back to it, or its
     /// number of execution is a later one. It holds what the scan before left in it.
     fn is_fed_back(&self, id: &str, node: Node<'_, '_>) -> bool {
-        if !is_instance(node) {
+        if !is_called(node, "block") {
             return false;
         }
         let later = order(node).zip(self.acting).is_some_and(|(own, acting)| own > acting);
+        let later = later && (is_instance(node) || self.loops.holds(id));
         let is_done = self.done.contains(id);
         self.open.contains(id) || (!is_done && (later || self.loops.is_behind(id, &self.open)))
+    }
+
+    /// What the scan before left at an output. The results of functions become variables of the unit for that, as generators
+    /// declare them.
+    fn fed_back(
+        &mut self,
+        reading: &mut Reading<'_, '_>,
+        id: &'a str,
+        node: Node<'a, 'i>,
+        output: &str,
+    ) -> Result<Expr, Fault> {
+        if !is_instance(node) {
+            self.declare(reading, id, node, output)?;
+            if output.eq_ignore_ascii_case("ENO") {
+                return Ok(Expr::name(format!("{}_ENO", result(reading, id))));
+            }
+        }
+        Ok(self.block_output(reading, id, node, output))
     }
 
     fn put_out(
@@ -365,11 +383,6 @@ impl<'a, 'i> Graph<'a, 'i> {
             false => kept.value,
         }
     }
-}
-
-/// Whether an element is a block that remembers.
-pub(super) fn is_instance(node: Node<'_, '_>) -> bool {
-    is_called(node, "block") && node.attribute("instanceName").is_some_and(|name| !name.is_empty())
 }
 
 /// So many ways are joined one after the other; more in halves, so that no expression is as deep as it is long.
