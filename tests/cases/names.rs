@@ -425,6 +425,9 @@ fn what_needs_itself_is_refused() {
         format!("VAR_GLOBAL CONSTANT {} d60 : INT := d0; END_VAR", doubling.collect::<String>());
     let nested = (0..60).map(|at| format!("s{at} : STRUCT a, b : s{}; END_STRUCT;", (at + 1) % 60));
     let nested = format!("TYPE {} END_TYPE", nested.collect::<String>());
+    let extended =
+        (1..2000).map(|at| format!("FUNCTION_BLOCK b{at} EXTENDS b{} END_FUNCTION_BLOCK ", at - 1));
+    let extended = format!("FUNCTION_BLOCK b0 END_FUNCTION_BLOCK {}", extended.collect::<String>());
     for circle in [
         "VAR_GLOBAL CONSTANT A : INT := B; B : INT := A; END_VAR",
         "TYPE t : (a := b, b := a); END_TYPE",
@@ -441,6 +444,7 @@ fn what_needs_itself_is_refused() {
         "TYPE t EXTENDS u : STRUCT x : INT; END_STRUCT; u EXTENDS t : STRUCT y : INT; END_STRUCT; END_TYPE",
         "TYPE t : u; u : t; END_TYPE",
         "TYPE t : STRUCT x : t; END_STRUCT; END_TYPE",
+        &extended,
         &chain,
         &doubling,
         &nested,
@@ -523,6 +527,36 @@ fn one_input_has_one_value_under_all_its_names() {
     ] {
         assert_eq!(exact(text), (most, most), "{text}");
     }
+    // Memory and outputs, too: an HMI may have written them, under all their names at once.
+    for (text, most) in [
+        (
+            "PROGRAM p VAR a AT %MX0.0 : BOOL; b AT %MX0.0 : BOOL; END_VAR IF NOT a AND b THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %MX0.0 : BOOL; b AT %MX0.0 : BOOL; END_VAR IF a AND b THEN Op4(); END_IF; END_PROGRAM",
+            4000,
+        ),
+        (
+            "PROGRAM p VAR a AT %MX0.0 : BOOL; b AT %MX0.0 : BOOL; END_VAR a := TRUE; IF NOT b THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %MB0 : BYTE; b AT %MX0.0 : BOOL; END_VAR IF NOT b AND a.0 THEN Op4(); END_IF; END_PROGRAM",
+            0,
+        ),
+        (
+            "PROGRAM p VAR a AT %QW0 : WORD; b AT %QW0 : INT; END_VAR IF b < 0 AND a < 16#8000 THEN Op4(); END_IF; a := a + 1; END_PROGRAM",
+            0,
+        ),
+    ] {
+        for trust in ["none", "counts", "all"] {
+            let run = run_of(&[text, BLOCKS], "audit", &format!("--format json --trust {trust}"));
+            assert_eq!(run.code, Some(0), "{text}\n{}", run.stderr);
+            let report = run.json();
+            assert_eq!((upper_ns(&report), lower_ns(&report)), (most, most), "{trust}: {text}");
+        }
+    }
     let two = "PROGRAM p VAR a AT %IX0.0 : BOOL; m : BOOL; END_VAR g := a; END_PROGRAM
         PROGRAM q VAR a AT %IX0.0 : BOOL; END_VAR IF g <> a THEN Op4(); END_IF; END_PROGRAM VAR_GLOBAL g : BOOL; END_VAR";
     assert_eq!(exact(two), (0, 0));
@@ -543,7 +577,7 @@ fn one_input_has_one_value_under_all_its_names() {
         "TYPE t : STRUCT x : BOOL; y : INT; END_STRUCT; END_TYPE
          PROGRAM p VAR a AT %IB0 : t; b AT %IX0.0 : BOOL; END_VAR IF b THEN Op4(); END_IF; END_PROGRAM",
     );
-    assert!(told.contains("shares inputs"), "{told}");
+    assert!(told.contains("shares bits"), "{told}");
 }
 
 /// The report on a program in which [`BLOCKS`] are declared, of which all that it writes is trusted.
@@ -551,4 +585,14 @@ fn report_trusting_all(text: &str) -> Value {
     let run = run_of(&[text, BLOCKS], "audit", "--format json --trust all");
     assert_eq!(run.code, Some(0), "{text}\n{}{}", run.stdout, run.stderr);
     run.json()
+}
+
+#[test]
+fn many_variables_are_read_in_time_that_grows_with_their_number() {
+    // Reading each by going through all took minutes: the limit on time would run out here.
+    let all: String = (0..100_000).map(|at| format!("v{at} : INT := {}; ", at % 9)).collect();
+    let text = format!("PROGRAM p VAR {all} END_VAR v5 := v6; Op1(); END_PROGRAM");
+    let run = run_of(&[&text, BLOCKS], "audit", "--format json --time-limit 60s");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(upper_ns(&run.json()), 1000);
 }

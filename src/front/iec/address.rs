@@ -7,7 +7,7 @@ use crate::base::code::Code;
 use crate::front::builder::always;
 use crate::iec::fault::Fault;
 use crate::program::{
-    BitTarget, Effect, Logic, Number, Region, WordSource, WordTarget, Write, flow,
+    BitTarget, Cell, Effect, Logic, Number, Region, WordSource, WordTarget, Write, flow,
 };
 use std::collections::BTreeSet;
 
@@ -113,6 +113,48 @@ pub(super) fn located(emit: &Emit<'_>) -> Vec<Located> {
     found
 }
 
+/// The pairs whose first variable holds a cell, by the cells.
+struct Index {
+    /// First cells, counts and pairs, in the order of the cells: no two variables have a cell in common.
+    all: Vec<(Cell, u32, usize)>,
+}
+
+impl Index {
+    fn new(pairs: &[(&Located, &Located)]) -> Index {
+        let mut all = Vec::new();
+        for (pair, (one, _)) in pairs.iter().enumerate() {
+            for region in one.place.tag.regions() {
+                if let Region::Range { first, count } = region {
+                    all.push((first, count, pair));
+                }
+            }
+        }
+        all.sort_unstable();
+        Index { all }
+    }
+
+    /// The pairs of which the first variable is written.
+    fn written(&self, write: &Write) -> BTreeSet<usize> {
+        let mut found = BTreeSet::new();
+        for region in flow::written_by(write) {
+            let Region::Range { first, count } = region else {
+                let is_it = |(cell, ..): &&(Cell, u32, usize)| region.holds(*cell);
+                found.extend(self.all.iter().filter(is_it).map(|(.., pair)| *pair));
+                continue;
+            };
+            let is_before = |(cell, many, _): &(Cell, u32, usize)| {
+                cell.area < first.area
+                    || (cell.area == first.area && cell.index.saturating_add(*many) <= first.index)
+            };
+            let begin = self.all.partition_point(is_before);
+            let end = Cell { index: first.index.saturating_add(count), ..first };
+            let within = self.all[begin..].iter().take_while(|(cell, ..)| *cell < end);
+            found.extend(within.map(|(.., pair)| *pair));
+        }
+        found
+    }
+}
+
 /// The pairs of these that may share bits, in one of the ways of counting: the numbers of both.
 pub(super) fn meeting(all: impl Iterator<Item = Bits>) -> BTreeSet<(usize, usize)> {
     let all: Vec<Bits> = all.collect();
@@ -141,15 +183,12 @@ pub(super) fn share(emit: &mut Emit<'_>) -> Vec<Region> {
     if pairs.is_empty() {
         return Vec::new();
     }
-    let is_written = |write: &Write, one: &Located| {
-        let own = one.place.tag.regions();
-        flow::written_by(write).iter().any(|region| own.iter().any(|own| flow::meet(*region, *own)))
-    };
+    let index = Index::new(&pairs);
     for at in 0..emit.builder.next() {
         let mut more: Vec<Effect> = Vec::new();
         let mut told = Vec::new();
         for effect in &emit.builder.program.instructions[at].effects.clone() {
-            for (one, other) in pairs.iter().filter(|(one, _)| is_written(&effect.write, one)) {
+            for (one, other) in index.written(&effect.write).into_iter().map(|pair| pairs[pair]) {
                 let writes = match one.passes_to(other) {
                     Passes::Same(writes) => writes,
                     Passes::Any(regions) => {
@@ -172,10 +211,8 @@ pub(super) fn share(emit: &mut Emit<'_>) -> Vec<Region> {
     let mut faults = Vec::new();
     for (range, file, line) in &emit.given_back {
         let effects = range.clone().flat_map(|at| &emit.builder.program.instructions[at].effects);
-        let writes: Vec<&Write> = effects.map(|effect| &effect.write).collect();
-        let shared =
-            pairs.iter().find(|(one, _)| writes.iter().any(|write| is_written(write, one)));
-        if let Some((one, other)) = shared {
+        let mut written = effects.flat_map(|effect| index.written(&effect.write));
+        if let Some((one, other)) = written.next().map(|pair| pairs[pair]) {
             let told = format!(
                 "{} at {} is handed over in and out, and may share memory with {} at {}, which is not followed",
                 one.place.name, one.address, other.place.name, other.address

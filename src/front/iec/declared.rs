@@ -16,6 +16,10 @@ type Site = (usize, u32);
 /// All that is wrong with the declarations of a project, with the files.
 pub(super) fn faults(project: &Project) -> Vec<(usize, Fault)> {
     let mut found = Check { project, faults: Vec::new() };
+    found.circles();
+    if !found.faults.is_empty() {
+        return found.faults;
+    }
     found.global_names();
     found.programs();
     for (at, pou) in project.pous.iter().enumerate() {
@@ -24,7 +28,6 @@ pub(super) fn faults(project: &Project) -> Vec<(usize, Fault)> {
         found.implicit_check(pou);
     }
     found.types();
-    found.circles();
     if found.faults.is_empty() {
         found.constants();
         found.ambiguous();
@@ -279,6 +282,14 @@ impl<'p> Check<'p> {
             named_types(&one.of, &mut held);
             parts.push(held.into_iter().filter_map(number).collect());
         }
+        if let Some(deep) = deep(&bases) {
+            let (name, site) = nodes[deep];
+            let told = format!(
+                "{name} extends more than {MOST_BASES} units, each of which extends the next"
+            );
+            let help = "no controller's project does so: let it extend fewer";
+            self.push(site, Code::TooMany, told, help);
+        }
         for (edges, does) in [(bases, "extends"), (parts, "holds")] {
             if let Some(circle) = circle(&edges) {
                 let names: Vec<&str> =
@@ -409,6 +420,9 @@ impl<'p> Check<'p> {
 /// A kind of thing, a name and a line.
 type Member = (&'static str, String, u32);
 
+/// The most units of which each extends the next.
+const MOST_BASES: usize = 100;
+
 const VARIABLE: &str = "variable";
 const EXTERNAL: &str = "external variable";
 
@@ -471,6 +485,18 @@ fn named_types<'t>(of: &'t TypeRef, found: &mut Vec<&'t str>) {
         | TypeRef::Pointer(_)
         | TypeRef::Reference(_) => {}
     }
+}
+
+/// A node of which the first edges lead on and on, if there is one.
+fn deep(edges: &[Vec<usize>]) -> Option<usize> {
+    (0..edges.len()).find(|&start| {
+        let mut node = start;
+        (0..=MOST_BASES).all(|_| {
+            let next = edges[node].first().copied();
+            node = next.unwrap_or(node);
+            next.is_some()
+        })
+    })
 }
 
 /// The nodes of a circle of a graph, if it has one.

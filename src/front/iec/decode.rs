@@ -125,8 +125,7 @@ fn emitted(
         if tasks.len() == 1 && first_values::any(project) {
             first = emit.first_scan();
         }
-        // Where tasks interrupt each other, inputs may change between any two reads.
-        if tasks.len() == 1 {
+        if number == 0 {
             image = emit.begin_image();
         }
         // What tasks call is theirs: they may be in the midst of the same routine at once.
@@ -151,8 +150,8 @@ fn emitted(
     emit.faults.extend(begun);
     one_name_each(&tasks, emit);
     changed_by_others(emit, &entries);
-    let shared = super::address::share(emit);
-    emit.share_inputs(image);
+    let shared = merged(super::address::share(emit));
+    emit.begin_shared(image);
     emit.bound_inputs();
     emit.settle();
     if !emit.faults.is_empty() {
@@ -161,7 +160,10 @@ fn emitted(
     let (mut known, values) = power_up(emit);
     // What shares memory begins with what either of them declares.
     known.cleared.retain(|own| !shared.iter().any(|one| flow::meet(*own, *one)));
+    known.latched = merged(known.latched);
     emit.note_first_values(first, values, &shared, &mut known);
+    known.inputs = merged(known.inputs);
+    known.cleared = merged(known.cleared);
     emit.program().power_up = known;
     let mut program = std::mem::take(&mut emit.builder.program);
     program.mains = vec![main];
@@ -417,6 +419,31 @@ fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
     (known, values)
 }
 
+/// The same cells in as few regions as there can be.
+fn merged(all: Vec<Region>) -> Vec<Region> {
+    let mut ranges = Vec::new();
+    let mut found = Vec::new();
+    for one in all {
+        match one {
+            Region::Range { first, count } => ranges.push((first, count)),
+            whole if found.contains(&whole) => {}
+            whole => found.push(whole),
+        }
+    }
+    ranges.sort_unstable();
+    for (first, count) in ranges {
+        match found.last_mut() {
+            Some(Region::Range { first: own, count: known })
+                if own.area == first.area && first.index <= own.index.saturating_add(*known) =>
+            {
+                *known = (*known).max((first.index - own.index).saturating_add(count));
+            }
+            _ => found.push(Region::Range { first, count }),
+        }
+    }
+    found
+}
+
 /// Whether a block has a method that is carried out when its instances begin.
 fn begins_with_method(project: &Project) -> bool {
     let begins = ["FB_Init", "FB_Reinit"];
@@ -450,7 +477,7 @@ fn latch_within(emit: &Emit<'_>, known: &mut PowerUp, globals: &BTreeMap<String,
         let names = all.iter().filter(|one| one.retain).map(|one| full_name(list, one));
         kept.extend(names.filter_map(|name| globals.get(&name.to_ascii_uppercase()).cloned()));
     }
-    let regions: Vec<Region> = kept.iter().flat_map(|place| place.tag.regions()).collect();
+    let regions = merged(kept.iter().flat_map(|place| place.tag.regions()).collect());
     let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
     let own = own.filter(|own| regions.iter().any(|one| flow::meet(**own, *one)));
     known.latched.extend(own.copied().collect::<Vec<_>>());

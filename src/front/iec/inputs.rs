@@ -1,5 +1,5 @@
-//! Inputs that several variables name by their addresses: each has one value in a scan, whatever name it is read by. As the scan
-//! begins, all but the largest of these variables are worked out from the others.
+//! Inputs, outputs and memory that several variables name by their addresses: each bit has one value as the scan begins, whatever
+//! name it is read by. All but the largest of these variables are worked out from the others there.
 
 use super::address::{Located, bits, located, meeting};
 use super::emit::{Emit, Place};
@@ -21,7 +21,7 @@ const HIGH_FIRST: &str = "which byte of a word at an address comes first: either
 /// Of more inputs it is not told what they cannot hold.
 const MOST_BOUND: usize = 4096;
 
-/// Where inputs get their values as the scan begins.
+/// Where variables that share bits get their values as the scan begins.
 pub(super) struct Image {
     at: usize,
     /// Whether addresses count their own units, and whether words begin with their high byte, where it makes a difference.
@@ -33,8 +33,9 @@ type Reading = (bool, bool);
 
 const READINGS: [Reading; 4] = [(false, false), (false, true), (true, false), (true, true)];
 
-/// A variable, or an element of an array of inputs, with so many bits.
-struct Input {
+/// A variable with an address, or an element of an array.
+struct Shared {
+    area: char,
     place: Place,
     /// Its first bit, in both ways of counting.
     first: [u64; 2],
@@ -44,12 +45,15 @@ struct Input {
     number: usize,
 }
 
-impl Input {
-    fn meets(&self, other: &Input) -> bool {
-        (0..2).any(|side| self.first[side] < other.end[side] && other.first[side] < self.end[side])
+impl Shared {
+    fn meets(&self, other: &Shared) -> bool {
+        self.area == other.area
+            && (0..2).any(|side| {
+                self.first[side] < other.end[side] && other.first[side] < self.end[side]
+            })
     }
 
-    fn is_same(&self, other: &Input) -> bool {
+    fn is_same(&self, other: &Shared) -> bool {
         self.first == other.first && same_type(&self.place.ty, &other.place.ty)
     }
 
@@ -79,25 +83,24 @@ impl Input {
 }
 
 impl Emit<'_> {
-    /// Where inputs get their values, if some have several names.
+    /// Where variables that share bits get their values, if there are any.
     pub(super) fn begin_image(&mut self) -> Option<Image> {
-        let (shares, differs) = self.input_addresses();
+        let (shares, differs) = self.shared_addresses();
         if !shares {
             return None;
         }
-        self.at(1, "inputs");
+        self.at(1, "addresses with several names");
         let readings = differs.then(|| [OWN_UNITS, HIGH_FIRST].map(|why| self.any_bit(why)));
         Some(Image { at: self.builder.add(None, Vec::new(), Step::Nothing), readings })
     }
 
-    /// Whether some addresses of inputs may share bits, and whether others than the same ones do.
-    fn input_addresses(&self) -> (bool, bool) {
+    /// Whether some addresses may share bits, and whether others than the same ones do.
+    fn shared_addresses(&self) -> (bool, bool) {
         let mut all = Vec::new();
         let is_one =
             |one: &Variable| matches!(&one.of, TypeRef::Named(name) if elementary(name).is_some());
-        let is_input = |at: &str| at.get(..2).is_some_and(|begin| begin.eq_ignore_ascii_case("%I"));
         let mut add = |one: &Variable, times: usize| {
-            let Some(at) = one.at.as_deref().filter(|at| is_input(at)) else { return };
+            let Some(at) = one.at.as_deref() else { return };
             let Some(taken) = bits(&at.to_ascii_uppercase()) else { return };
             let kind = is_one(one).then(|| one.of.clone());
             (0..times).for_each(|_| all.push((at.to_ascii_uppercase(), kind.clone(), taken)));
@@ -108,7 +111,7 @@ impl Emit<'_> {
             let times = if pou.kind == PouKind::Program { 1 } else { 2 };
             pou.variables.iter().for_each(|one| add(one, times));
             each_path(pou, &mut |path, _| {
-                if is_input(&path.first) {
+                if path.first.starts_with('%') {
                     direct.insert(path.first.to_ascii_uppercase());
                 }
             });
@@ -130,7 +133,9 @@ impl Emit<'_> {
     pub(super) fn bound_inputs(&mut self) {
         let mut all = Vec::new();
         for (number, one) in located(self).into_iter().enumerate().take(MOST_BOUND) {
-            inputs(&one, number, &mut all);
+            if one.taken.0 == 'I' {
+                parts(&one, number, &mut all);
+            }
         }
         for one in all.into_iter().take(MOST_BOUND) {
             let (Ty::Number(Kind::Whole { bits: 8, signed }), Some(cell)) =
@@ -151,19 +156,18 @@ impl Emit<'_> {
         }
     }
 
-    /// Lets all names of an input have one value, when it is known which variables there are.
-    pub(super) fn share_inputs(&mut self, image: Option<Image>) {
+    /// Lets all names of a bit have one value, when it is known which variables there are.
+    pub(super) fn begin_shared(&mut self, image: Option<Image>) {
         let Some(image) = image else { return };
-        let mut all: Vec<Input> = Vec::new();
+        let mut all: Vec<Shared> = Vec::new();
         for (number, one) in located(self).into_iter().enumerate() {
-            inputs(&one, number, &mut all);
+            parts(&one, number, &mut all);
         }
         // What is worked out is worked out from what is at least as large.
-        let length = |one: &Input| one.end[0] - one.first[0];
+        let length = |one: &Shared| one.end[0] - one.first[0];
         all.sort_by_key(|one| (std::cmp::Reverse(length(one)), one.number));
-        let pairs = meeting(
-            all.iter().map(|one| ('I', [0, 1].map(|side| (one.first[side], one.end[side])))),
-        );
+        let taken = |one: &Shared| (one.area, [0, 1].map(|side| (one.first[side], one.end[side])));
+        let pairs = meeting(all.iter().map(taken));
         let mut writes = Vec::new();
         let mut later = vec![Vec::new(); all.len()];
         for (one, other) in pairs {
@@ -171,7 +175,7 @@ impl Emit<'_> {
         }
         for (number, others) in later.iter().enumerate() {
             let own = &all[number];
-            let others: Vec<&Input> =
+            let others: Vec<&Shared> =
                 others.iter().map(|&at| &all[at]).filter(|other| own.meets(other)).collect();
             if others.is_empty() {
                 continue;
@@ -191,7 +195,7 @@ impl Emit<'_> {
                 }
                 _ => {
                     let told = format!(
-                        "{} shares inputs with {}: that is followed of bits and numbers alone",
+                        "{} shares bits with {}: that is followed of bits and numbers alone",
                         own.place.name, others[0].place.name
                     );
                     let help = "declare one of them without an address, and assign what it holds";
@@ -203,8 +207,8 @@ impl Emit<'_> {
         self.program().instructions[image.at].effects.extend(effects);
     }
 
-    /// What writes each bit of an input from those that have it, too.
-    fn from_bits(&mut self, own: &Input, others: &[&Input], readings: &[Logic; 2]) -> Vec<Write> {
+    /// What writes each bit of a variable from those that have it, too.
+    fn from_bits(&mut self, own: &Shared, others: &[&Shared], readings: &[Logic; 2]) -> Vec<Write> {
         let mut writes = Vec::new();
         for bit in 0..own.size.unwrap_or(0) {
             let Some(target) = own.bit(bit) else { continue };
@@ -213,7 +217,7 @@ impl Emit<'_> {
                 others.iter().find_map(|other| other.bit_at(address, reading))
             });
             let value = if sources.iter().all(|source| source == &sources[0]) {
-                self.input_bit(sources[0])
+                self.shared_bit(own.area, sources[0], target)
             } else {
                 let mut ways = Vec::new();
                 for (source, (units, high_first)) in sources.into_iter().zip(READINGS) {
@@ -221,7 +225,7 @@ impl Emit<'_> {
                         true => reading.clone(),
                         false => reading.clone().not(),
                     };
-                    let value = self.input_bit(source);
+                    let value = self.shared_bit(own.area, source, target);
                     let [first, second] = readings;
                     ways.push(Logic::All(vec![
                         holds(first, units),
@@ -247,20 +251,18 @@ impl Emit<'_> {
         writes
     }
 
-    fn input_bit(&mut self, source: Option<BitTarget>) -> Logic {
+    /// A bit that another variable has, or one of its own.
+    fn shared_bit(&mut self, area: char, source: Option<BitTarget>, own: BitTarget) -> Logic {
         match source {
-            Some(source) => Logic::Bit(source.source()),
-            None => self.world_bit(),
+            None if area == 'I' => self.world_bit(),
+            found => Logic::Bit(found.unwrap_or(own).source()),
         }
     }
 }
 
-/// The parts of what has the address of an input that have values of their own.
-fn inputs(one: &Located, number: usize, found: &mut Vec<Input>) {
+/// The parts of what has an address that have values of their own.
+fn parts(one: &Located, number: usize, found: &mut Vec<Shared>) {
     let (area, taken) = one.taken;
-    if area != 'I' {
-        return;
-    }
     let size = |ty: &Ty| match ty {
         Ty::Bit => Some(1),
         Ty::Number(Kind::Whole { bits, .. }) => Some(u64::from(*bits)),
@@ -277,10 +279,10 @@ fn inputs(one: &Located, number: usize, found: &mut Vec<Input>) {
             let place = Place { name, tag, ty: (**of).clone() };
             let first = first.map(|first| first.saturating_add(bits * at));
             let end = first.map(|first| first.saturating_add(bits));
-            found.push(Input { place, first, size: Some(bits), end, number });
+            found.push(Shared { area, place, first, size: Some(bits), end, number });
         }
         return;
     }
     let (place, size, end) = (one.place.clone(), size(&one.place.ty), taken.map(|(_, to)| to));
-    found.push(Input { place, first, size, end, number });
+    found.push(Shared { area, place, first, size, end, number });
 }
