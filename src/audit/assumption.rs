@@ -29,6 +29,15 @@ impl Assumption {
         self.devices.join(", ")
     }
 
+    /// Its only values in order, if not all of the range are.
+    #[must_use]
+    pub fn values(&self) -> Vec<i64> {
+        let mut values: Vec<i64> =
+            self.values.iter().map(|value| value.cast_signed().into()).collect();
+        values.sort_unstable();
+        values
+    }
+
     /// All of a program.
     pub(super) fn all(program: &Program) -> Vec<Assumption> {
         let written = |at: &usize| {

@@ -296,3 +296,30 @@ fn more_trust_never_makes_a_bound_larger() {
         assert!(all <= counts && counts <= none, "{arguments}: {all} {counts} {none}");
     }
 }
+
+#[test]
+fn one_pulse_contact_sees_the_edge_of_a_single_operation_relay() {
+    let fx = "--cpu FX3U --dialect melsec-list";
+    let report = audit("attack", "fx-m2800.il --table zero-ops.csv --cpu FX3U");
+    assert_eq!(upper_ns(&report), 2000);
+    assert!(lower_ns(&report) <= 2000);
+    for (list, lower, upper) in [
+        // The first contact alone is known to see it.
+        ("LDP M2800; Op4; LDP M2800; Op2; LD X0; SET M2800; END", 4, 4),
+        ("LDP M2800; Op1; LDP M2800; Op2; LDP M2800; Op4; LD X0; OUT M2800; END", 1, 4),
+        // Relays beside these: each contact sees it.
+        ("LDP M2799; Op1; LDP M2799; Op2; LD X0; OUT M2799; END", 3, 3),
+        ("LDP M3072; Op1; LDP M3072; Op2; LD X0; OUT M3072; END", 3, 3),
+        // Behind the coil it is seen again.
+        ("LDP M2800; Op1; LD X0; OUT M2800; LDP M2800; Op2; LDP M2800; Op4; END", 2, 5),
+        ("LDP M2800; Op1; LD X0; MOV K5 K4M2800; LDP M2800; Op2; END", 3, 3),
+        // Two relays have an edge each.
+        ("LDP M2800; Op1; LDP M2801; Op2; LD X0; OUT M2800; END", 3, 3),
+        // A contact that is jumped over sees nothing.
+        ("LD X1; CJ P0; LDP M2800; Op1; P0; LDP M2800; Op2; LD X0; OUT M2800; END", 1, 2),
+    ] {
+        let (found, bound) = bounds(list, "", fx);
+        assert_eq!(bound, upper, "{list}");
+        assert!(found >= lower && found <= upper, "{list}: {found}");
+    }
+}

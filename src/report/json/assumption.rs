@@ -27,7 +27,7 @@ pub(super) fn assumption(one: &audit::Assumption) -> Assumption<'_> {
     Assumption {
         name: one.name(),
         range: one.range.map(|(low, high)| [low, high]),
-        values: one.values.iter().map(|value| value.cast_signed().into()).collect(),
+        values: one.values(),
         most_on: (one.range.is_none() && one.most != 1).then_some(one.most),
         written: places(&one.written),
         upper_without_ps: one.without.map(|bound| bound.upper.0),

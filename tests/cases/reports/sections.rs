@@ -452,7 +452,14 @@ impl Report<'_> {
             }
             let one = left.next().unwrap_or_else(|| panic!("no known line: {line}"));
             if let Some([low, high]) = one["range"].as_array().map(Vec::as_slice) {
-                let told = format!(" is {low} to {high} whenever a scan starts: written by ");
+                let values = match one["values"].as_array().map(Vec::as_slice) {
+                    Some([first @ .., last]) if !first.is_empty() => {
+                        let first: Vec<String> = first.iter().map(ToString::to_string).collect();
+                        format!("{} or {last}", first.join(", "))
+                    }
+                    _ => format!("{low} to {high}"),
+                };
+                let told = format!(" is {values} whenever a scan starts: written by ");
                 let single =
                     format!("{{*}} is {low}[[, {{*}}]] or {high} whenever a scan starts: {{*}}");
                 self.must(plain.contains(&told) || fits(&single, &plain).is_some(), line);

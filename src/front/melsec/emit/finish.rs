@@ -37,6 +37,7 @@ impl Emitter<'_> {
             self.connect();
             self.hold_off();
             self.loosen_edges();
+            self.see_edges_once();
             self.note_nesting();
         }
         let mut found = self.resolved.project.warnings.clone();

@@ -50,6 +50,7 @@ impl Emitter<'_> {
             value = match rising {
                 None => bit,
                 Some(rising) => {
+                    self.note_single(&bit);
                     let memory = self.edge_memory(true);
                     effects.push(remember(memory, bit.clone()));
                     edge(rising, bit, memory)
