@@ -193,9 +193,12 @@ fn known(program: &Program, choice: ChoiceId) -> Follow {
         Some(ChoiceKind::Exact(meaning)) if values::follows(program, meaning) => Follow::Range,
         Some(ChoiceKind::Exact(_)) => Follow::RealRuns,
         Some(ChoiceKind::Iterations(_) | ChoiceKind::Unsigned(_)) => Follow::Exactly,
-        Some(ChoiceKind::World | ChoiceKind::Steady(_) | ChoiceKind::Present { .. }) => {
-            Follow::Outside
-        }
+        Some(
+            ChoiceKind::World
+            | ChoiceKind::Steady(_)
+            | ChoiceKind::Present { .. }
+            | ChoiceKind::ScanTicks { .. },
+        ) => Follow::Outside,
         None => Follow::Unknown,
     }
 }

@@ -168,8 +168,8 @@ pub fn fixture() -> Audit {
         ],
         weighed: us(442),
         witness_run: vec![
-            RunScan { inputs: Vec::new(), took: us(40) },
-            RunScan { inputs: vec![("X0".to_owned(), Value::Bit(true))], took: us(185) },
+            RunScan { number: 1, inputs: Vec::new(), took: us(40) },
+            RunScan { number: 2, inputs: vec![("X0".to_owned(), Value::Bit(true))], took: us(185) },
         ],
         stands_between: None,
         path: Vec::new(),

@@ -47,6 +47,7 @@ mod questions;
 mod reachable;
 mod real;
 mod reason;
+mod remembered;
 mod request;
 pub mod response;
 mod rung;
@@ -55,6 +56,7 @@ mod solved_bound;
 mod stated;
 mod table_use;
 mod tasks;
+mod timers;
 mod unbounded;
 mod understood;
 mod unknown;
@@ -565,6 +567,9 @@ pub struct Exclusion {
 /// One scan of a run from power-up.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunScan {
+    /// Its number from 1 at power-up. The scans between two that are shown are like the first of them: the run waits for a
+    /// timer.
+    pub number: u64,
     /// The inputs that are on, or not 0, in it.
     pub inputs: Vec<(String, Value)>,
     /// How long it takes at least.

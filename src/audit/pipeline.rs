@@ -13,10 +13,12 @@ use super::power_up;
 use super::priced::Priced;
 use super::proved::{self, Proved};
 use super::reachable;
+use super::remembered;
 use super::real::{self, Scouted};
 use super::request::{Progress, Request};
 use super::response::Delays;
 use super::stated;
+use super::timers;
 use super::unbounded::{self, Loops};
 use super::understood::Understood;
 use crate::base::budget::{Budget, Cut};
@@ -198,6 +200,7 @@ impl Prepared {
         let executed = fit(&mut program)?;
         // Instructions that summarising appended have no price.
         prices.instructions.resize(program.instructions.len(), None);
+        timers::settle_by_sum(&mut program, &prices);
         Ok(Fitted { start, program, table, prices, executed, open, warnings, cuts })
     }
 }
@@ -220,7 +223,14 @@ impl Fitted {
         let Fitted { start, mut program, table, mut prices, executed, open, warnings, cuts } = self;
         let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
         (request.progress)(Progress::Stage("following the scan"));
-        let (mut model, whole) = model_of(&mut program, &mut prices, executed, &budget)?;
+        let (mut model, mut whole) = model_of(&mut program, &mut prices, executed, &budget)?;
+        if !whole && timers::settle(&mut program, &prices, &model) {
+            (model, whole) = model_of(&mut program, &mut prices, executed, &budget)?;
+        }
+        if !whole {
+            let closer = remembered::exclude(&mut program, &prices, &model, &budget);
+            model = closer.unwrap_or(model);
+        }
         let trusts_relays = trusts_relays(&program, request);
         let mut relays = reachable::Relays::default();
         if trusts_relays && request.relays && !whole {
@@ -425,9 +435,12 @@ impl Sought<'_> {
         let loops = followed.endless_loops(&model, &limits, &budget)?;
         let is_bounded = loops.found.is_empty() && !followed.whole;
         let running = || {
-            let found = closing.longest(program, prices, (&witness, upper), runs)?;
+            let mut found = closing.longest(program, prices, (&witness, upper), runs)?;
             let is_sought = is_bounded && found.best.is_possible();
-            let run = is_sought.then(|| power_up::run(program, prices, &found, &limits));
+            let run = is_sought.then(|| power_up::run(program, prices, &mut found, &limits));
+            let least = prices.least_times();
+            let search = real::Search { program, least: &least, limits };
+            search.within(&found.best, upper).map_err(Failure::Internal)?;
             Ok::<_, Failure>((found, run.unwrap_or_default()))
         };
         let (explained, ran) = rayon::join(|| findings.explain(prepared), running);

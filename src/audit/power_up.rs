@@ -3,7 +3,8 @@
 use super::real::Found;
 use super::{RunScan, Value};
 use crate::base::time::{Picos, Times};
-use crate::program::{AreaKind, Cell, Program};
+use crate::program::{AreaKind, Cell, Program, Witness};
+use crate::replay::Real;
 use crate::replay::run::{Given, Outside, Run};
 use crate::solve::Limits;
 use crate::timing::price::Prices;
@@ -12,8 +13,11 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// The most scans of a run.
+/// The most times that the inputs of a run change.
 const LONGEST: usize = 8;
+/// The most scans with the same inputs before they change, and the most times that a run waits for a timer with them.
+const SAME: usize = 6;
+const MOST_WAITS: usize = 24;
 /// The number of runs that are tried with inputs that change at random.
 const RANDOM: u64 = 64;
 /// So many of them are simulated side by side.
@@ -34,33 +38,76 @@ enum Before {
     Opposite,
     /// Some of them, by this seed.
     Random(u64),
+    /// Each at random off or as in the scan that is looked for, by this seed.
+    Part(u64),
+}
+
+/// How a run is made.
+#[derive(Clone, Copy)]
+struct Plan {
+    before: Before,
+    /// Inputs stay until nothing changes any more and all timers that run are over; else each scan has others.
+    waits: bool,
 }
 
 /// A run of scans that begins at power-up and ends with one that takes as long as the one that was found; none if no
-/// sequence that is tried leads there.
-pub fn run(program: &Program, prices: &Prices, found: &Found, limits: &Limits<'_>) -> Vec<RunScan> {
+/// sequence that is tried leads there. Where that last scan takes longer, it is the longest that was found from then on.
+pub fn run(
+    program: &Program,
+    prices: &Prices,
+    found: &mut Found,
+    limits: &Limits<'_>,
+) -> Vec<RunScan> {
     let late = || limits.deadline.is_some_and(|end| std::time::Instant::now() >= end);
     let times = prices.least_times();
     let outside = Outside::of(program);
-    let simulation = Simulation { times: &times, outside: &outside, found };
-    let mut tried: Vec<Before> = vec![Before::Same, Before::Off, Before::Opposite];
-    tried.extend((0..RANDOM).map(Before::Random));
+    let overhead = prices.overhead_sum();
     let mut executed = 0;
-    for some in tried.chunks(AT_ONCE) {
+    for some in plans(program).chunks(AT_ONCE) {
         if executed >= MOST_EXECUTED || late() || (limits.cancelled)() {
             break;
         }
-        let runs: Vec<Simulated> = some.par_iter().map(|&before| simulation.run(before)).collect();
+        let simulation = Simulation { times: &times, outside: &outside, found, overhead };
+        let runs: Vec<Simulated> = some.par_iter().map(|&plan| simulation.run(plan)).collect();
         executed += runs.iter().map(|run| run.executed).sum::<u64>();
-        if let Some(scans) = runs.into_iter().find_map(|run| run.leads_there.then_some(run.scans)) {
-            let told = |(inputs, took)| RunScan {
-                inputs: on(program, &inputs),
-                took: prices.overhead_sum() + took,
-            };
-            return scans.into_iter().map(told).collect();
+        if let Some(run) = runs.into_iter().find(|run| run.last.is_some()) {
+            if let Some((last, start)) = run.last {
+                found.replace(last, start);
+            }
+            return told(program, overhead, run.scans);
         }
     }
     Vec::new()
+}
+
+/// The runs that are tried, in this order.
+fn plans(program: &Program) -> Vec<Plan> {
+    let first = [Before::Same, Before::Off, Before::Opposite];
+    let timekeeping = &program.timekeeping;
+    let has_timers = !timekeeping.coils.is_empty() || !timekeeping.expiries.is_empty();
+    let mut plans: Vec<Plan> = first.map(|before| Plan { before, waits: false }).into();
+    if has_timers {
+        plans.extend(first.map(|before| Plan { before, waits: true }));
+    }
+    for seed in 0..RANDOM {
+        plans.push(Plan { before: Before::Random(seed), waits: false });
+        if has_timers {
+            plans.push(Plan { before: Before::Part(seed), waits: true });
+        }
+    }
+    plans
+}
+
+/// The scans as reports tell them: those in which a run only waits are left out.
+fn told(program: &Program, overhead: Picos, scans: Vec<Made>) -> Vec<RunScan> {
+    let waits = |at: usize| scans.get(at + 1).is_some_and(|next| next.waited);
+    let shown = scans.iter().enumerate().filter(|&(at, scan)| !(scan.waited && waits(at)));
+    let told = |(_, scan): (usize, &Made)| RunScan {
+        number: scan.number,
+        inputs: on(program, &scan.inputs),
+        took: overhead + scan.took,
+    };
+    shown.map(told).collect()
 }
 
 /// The inputs that are on, or not 0, by their names.
@@ -81,32 +128,44 @@ struct Simulation<'a> {
     times: &'a [Times],
     outside: &'a Outside<'a>,
     found: &'a Found,
+    overhead: Picos,
+}
+
+/// A scan of a run.
+struct Made {
+    /// Its number, from 1 at power-up.
+    number: u64,
+    inputs: BTreeMap<Cell, u16>,
+    /// How long it takes without what each scan costs besides its instructions.
+    took: Picos,
+    /// Whether other scans like the one before lie between.
+    waited: bool,
 }
 
 /// A simulated run.
+#[derive(Default)]
 struct Simulated {
-    /// The inputs of each scan, and how long it takes without what each scan costs besides its instructions.
-    scans: Vec<(BTreeMap<Cell, u16>, Picos)>,
-    /// Whether its last scan takes long enough.
-    leads_there: bool,
+    scans: Vec<Made>,
+    /// Its last scan and the values with which that starts, if it takes long enough.
+    last: Option<(Real, Witness)>,
     /// How many instructions were executed.
     executed: u64,
 }
 
 impl Simulation<'_> {
     /// Makes scans until one takes long enough.
-    fn run(&self, before: Before) -> Simulated {
-        let wanted = self.found.best.replay.total;
-        let mut run = Run::new(self.outside, self.times);
+    fn run(&self, plan: Plan) -> Simulated {
+        let mut run = Run::new(self.outside, self.times, self.overhead);
         let sought = self.found.witness.start.iter().map(|(&cell, &value)| (cell, value));
         let sought: BTreeMap<Cell, u16> =
             sought.filter(|&(cell, _)| self.outside.sets(cell)).collect();
-        let seed = if let Before::Random(seed) = before { seed } else { 0 };
+        let seed = if let Before::Random(seed) | Before::Part(seed) = plan.before { seed } else { 0 };
         let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let mut done = Simulated { scans: Vec::new(), leads_there: false, executed: 0 };
+        let mut done = Simulated::default();
+        let mut number = 0;
         for turn in 0..LONGEST {
             // Inputs that lead there and those of the scan itself take turns.
-            let inputs = match before {
+            let inputs = match plan.before {
                 _ if turn % 2 == 1 => sought.clone(),
                 Before::Same => sought.clone(),
                 Before::Off => BTreeMap::new(),
@@ -114,19 +173,58 @@ impl Simulation<'_> {
                 Before::Random(_) => {
                     sought.keys().map(|&cell| (cell, random.next_u32() as u16)).collect()
                 }
+                Before::Part(_) => {
+                    let some = sought.iter().filter(|_| random.next_u32() & 1 == 1);
+                    some.map(|(&cell, &value)| (cell, value)).collect()
+                }
             };
-            let given = Given { inputs: inputs.clone(), choices: &self.found.witness.choices };
-            let scan = run.scan(given, MOST_OF_ONE - done.executed);
-            done.executed += scan.replay.events.len() as u64;
-            if !scan.is_possible() {
-                break;
-            }
-            done.scans.push((inputs, scan.replay.total));
-            done.leads_there = scan.replay.total >= wanted;
-            if done.leads_there || scan.stopped.is_some() || done.executed >= MOST_OF_ONE {
-                break;
+            let given = Given { inputs, choices: &self.found.witness.choices };
+            let (mut same, mut waits) = (0, 0);
+            let mut waited = 0;
+            loop {
+                number += 1 + waited;
+                if !self.scan(&mut run, &given, (number, waited > 0), &mut done) {
+                    return done;
+                }
+                if !plan.waits {
+                    break;
+                }
+                same += 1;
+                waited = match run.wait() {
+                    Some(scans) if waits < MOST_WAITS => {
+                        (same, waits) = (0, waits + 1);
+                        scans
+                    }
+                    _ if same < SAME && !run.is_steady() => 0,
+                    _ => break,
+                };
             }
         }
         done
+    }
+
+    /// Makes a scan; whether others may follow it.
+    fn scan<'p>(
+        &'p self,
+        run: &mut Run<'p>,
+        given: &Given<'p>,
+        (number, waited): (u64, bool),
+        done: &mut Simulated,
+    ) -> bool {
+        let scan = run.scan(given, MOST_OF_ONE - done.executed);
+        done.executed += scan.replay.events.len() as u64;
+        if !scan.is_possible() {
+            return false;
+        }
+        let took = scan.replay.total;
+        let is_over = scan.stopped.is_some() || done.executed >= MOST_OF_ONE;
+        done.scans.push(Made { number, inputs: given.inputs.clone(), took, waited });
+        let leads_there = took >= self.found.best.replay.total;
+        if leads_there {
+            let choices = given.choices.clone();
+            let start = Witness { start: run.started(), choices, ..Witness::default() };
+            done.last = Some((scan, start));
+        }
+        !leads_there && !is_over
     }
 }

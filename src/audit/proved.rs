@@ -160,11 +160,11 @@ fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
 /// gives.
 fn run_unseen(search: &Search<'_>, found: &mut Found) {
     let outside = Outside::unseen(search.program);
-    let mut run = Run::new(&outside, search.least);
+    let mut run = Run::new(&outside, search.least, Picos::ZERO);
     let (choices, mut executed) = (BTreeMap::new(), 0);
     for number in 1..=SCANS {
         let given = Given { inputs: BTreeMap::new(), choices: &choices };
-        let scan = run.scan(given, MOST_RUN - executed);
+        let scan = run.scan(&given, MOST_RUN - executed);
         executed += scan.replay.events.len() as u64;
         found.broken.note(search.program, &scan, Some(number));
         // What follows a broken fact is not as is stated.

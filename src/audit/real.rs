@@ -65,6 +65,13 @@ impl Found {
         self
     }
 
+    /// Keeps a run that takes longer than the best so far.
+    pub(super) fn replace(&mut self, run: Real, start: Witness) {
+        if run.replay.total > self.best.replay.total {
+            (self.best, self.witness) = (run, start);
+        }
+    }
+
     /// Keeps a run if it is better than the best so far: possible, then longer.
     fn keep_better(&mut self, run: Real, start: Witness) {
         let rank = |run: &Real| (run.is_possible(), run.replay.total);
@@ -255,7 +262,7 @@ impl Search<'_> {
     }
 
     /// `Err` if a run costs more than the bound.
-    fn within(&self, one: &Real, upper: Picos) -> Result<(), String> {
+    pub(super) fn within(&self, one: &Real, upper: Picos) -> Result<(), String> {
         if one.is_possible() && one.replay.total > upper {
             return Err(format!("a scan takes {}, the bound is {upper}", one.replay.total));
         }
@@ -324,7 +331,7 @@ pub(super) fn standing(
             | ChoiceKind::Present { .. }
             | ChoiceKind::Unsigned(_),
         ) => Standing::Free,
-        Some(ChoiceKind::Iterations(_)) => Standing::Zero,
+        Some(ChoiceKind::Iterations(_) | ChoiceKind::ScanTicks { .. }) => Standing::Zero,
         None => Standing::Unknown,
     };
     match &model.variables[variable.0 as usize].origin {

@@ -6,6 +6,7 @@ use crate::base::location::Location;
 use crate::base::time::Picos;
 use crate::program::cell_budget::CellBudget;
 use crate::program::meaning::Meaning;
+use crate::program::timed::Expiry;
 use crate::program::{
     Absent, Approximated, BitSource, ChoiceId, ChoiceKind, Effect, Instruction, Interrupt, Logic,
     Operand, Program, Region, Step, TimingKey, When, WordSource, Write,
@@ -136,6 +137,19 @@ impl Builder {
         let choice = self.choice();
         self.program.kinds.insert(choice, ChoiceKind::World);
         choice
+    }
+
+    /// How many units of time one scan can take, as a word. Each timer has its own, so that none depends on another.
+    pub(crate) fn scan_ticks(&mut self, unit: Picos, is_decimal: bool) -> ChoiceId {
+        let choice = self.choice();
+        self.program.kinds.insert(choice, ChoiceKind::ScanTicks { unit, is_decimal });
+        choice
+    }
+
+    /// Says what decides the choices that tell whether a timer is over and how far it has run.
+    pub(crate) fn expiry(&mut self, [over, elapsed]: [ChoiceId; 2], expiry: Expiry) {
+        self.program.timekeeping.expiries.insert(over, expiry);
+        self.program.timekeeping.elapsed.insert(elapsed, over);
     }
 
     /// A bit of any value.

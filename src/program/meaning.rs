@@ -26,6 +26,7 @@ use super::{
     BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Logic, Number, Region, Source,
     WordSource, WordTarget, reads,
 };
+use crate::base::time::Picos;
 use std::collections::BTreeMap;
 
 /// Where a choice's value comes from in a real run. See the page's head.
@@ -45,6 +46,14 @@ pub enum ChoiceKind {
         contact: Cell,
         /// The setting.
         setting: u16,
+    },
+    /// How many units of time one scan can take, as a word: a timer whose setting is larger cannot be over in the scan that
+    /// starts it. The analysis takes any value until the bound of a scan is known; a real run takes 0.
+    ScanTicks {
+        /// The unit.
+        unit: Picos,
+        /// Whether the word is decimal digits.
+        is_decimal: bool,
     },
     /// How many iterations a loop makes, only for the count of a `ForBegin`: the word's value, signed. Where that is
     /// below 1, manuals do not say whether it makes one or none: the choice's bit 0 decides. A lower bound takes the
@@ -300,9 +309,6 @@ pub enum Operation {
     ToSeconds,
     /// The opposite.
     FromSeconds,
-    /// Whether a running timer is through, of which the inputs are: whether it may be, its value before, its setting.
-    /// Not known for settings below 1, nor where it was through before and may not be.
-    Expired,
     /// What a running timer stands at, of which the inputs are: whether it is through, its value before, its setting,
     /// and the outside's number: that number, kept between what it was and what is below the setting. Not known where it
     /// is through, for settings below 1, and beyond the setting.
@@ -349,7 +355,10 @@ impl ChoiceKind {
     /// Shows every word that is read for the choice.
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
-            ChoiceKind::World | ChoiceKind::Steady(_) | ChoiceKind::Present { .. } => return,
+            ChoiceKind::World
+            | ChoiceKind::Steady(_)
+            | ChoiceKind::Present { .. }
+            | ChoiceKind::ScanTicks { .. } => return,
             ChoiceKind::Iterations(word) | ChoiceKind::Unsigned(word) => return see(*word),
             ChoiceKind::Exact(meaning) => meaning,
         };

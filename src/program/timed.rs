@@ -1,8 +1,9 @@
-//! Timers and counters as an emulated CPU runs them, by its own clock. The analysis goes by effects and choices instead.
+//! How timers and counters go by the clock. The analysis goes by effects and choices; runs that scans make one after another
+//! go by this, and so does an emulated CPU.
 
-use super::{Cell, ChoiceId, WordSource};
+use super::{AreaId, Cell, ChoiceId, WordSource};
 use crate::base::time::Picos;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// How a timer or counter goes.
@@ -39,7 +40,36 @@ pub struct Timed {
     pub parts: Range<usize>,
 }
 
-/// All that an emulated CPU needs to know of timers and counters.
+/// A choice that tells whether a running timer is over, and what decides it in a real run: a timer cannot be over in the
+/// scan that starts it, nor before its time has passed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Expiry {
+    /// The cell that tells whether the timer runs.
+    pub memory: Cell,
+    /// What that holds while the timer is at rest.
+    pub rest: u16,
+    /// The choice's value while the time has not passed.
+    pub running: bool,
+    /// The time that is set, the least word first.
+    pub setting: Vec<WordSource>,
+    /// Whether that is decimal digits.
+    pub is_decimal: bool,
+    /// What one unit of the setting takes.
+    pub unit: Picos,
+    /// Where what it stood at before stands, for timers that settings below 1 and values at the setting leave open.
+    pub stood: Option<Cell>,
+}
+
+impl Expiry {
+    /// Of a timer that is over when it has run for its setting, and whose memory is 0 while it is at rest.
+    #[must_use]
+    pub fn of_on_delay(memory: Cell, setting: WordSource, unit: Picos) -> Expiry {
+        let setting = vec![setting];
+        Expiry { memory, rest: 0, running: false, setting, is_decimal: false, unit, stood: None }
+    }
+}
+
+/// All that is known of the time that timers take.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Timekeeping {
     /// By the instruction, an index into `Program::instructions`.
@@ -47,4 +77,10 @@ pub struct Timekeeping {
     /// Choices that stand for timers which run out between instructions. An emulated CPU's do not: they say 0, or read the
     /// cell of the present value.
     pub between: BTreeMap<ChoiceId, Option<Cell>>,
+    /// Choices that tell whether a timer is over.
+    pub expiries: BTreeMap<ChoiceId, Expiry>,
+    /// Areas of words that hold nothing from one scan to the next.
+    pub scratch: BTreeSet<AreaId>,
+    /// Choices that tell how far a timer has run, and the choice that tells whether it is over.
+    pub elapsed: BTreeMap<ChoiceId, ChoiceId>,
 }

@@ -30,12 +30,55 @@ pub struct Found {
     pub flag: bool,
     /// Its present value's word.
     pub present: u16,
+    /// Whether flag and present value are known.
+    pub is_known: bool,
 }
 
 impl Clockwork {
-    /// The flag and the present value's word that an execution leaves.
-    pub(super) fn execute(&mut self, timed: &Timed, found: &Found) -> (bool, u16) {
+    /// The next moment at which a timer that was running at its last execution comes closer to its end: one tick before
+    /// it, then at its end; at every tick if each of them `matters`. `None` if it does not run or is over. `at` is what its
+    /// setting and its present value say.
+    pub(super) fn next(&self, timed: &Timed, at: [u16; 2], matters: bool) -> Option<Picos> {
+        let (Manner::TimesDown(base) | Manner::TimesUp(base, _) | Manner::AddsUp(base)) =
+            timed.manner
+        else {
+            return None;
+        };
+        let last = *self.ran.get(&timed.flag)?;
+        let [setting, present] = at.map(|word| match timed.is_decimal {
+            true => bcd(&[word]).and_then(|value| u64::try_from(value).ok()),
+            false => Some(u64::from(word)),
+        });
+        let left = match timed.manner {
+            Manner::TimesDown(_) => present?,
+            _ => setting?.saturating_sub(present?),
+        };
+        let ticks = match left {
+            0 => return None,
+            _ if matters => 1,
+            1 => 1,
+            more => more - 1,
+        };
+        base.0.checked_mul(last.checked_add(ticks)?).map(Picos)
+    }
+
+    /// The flag and the present value's word that an execution leaves; `None` where that depends on what they were and that
+    /// is not known.
+    pub(super) fn execute(&mut self, timed: &Timed, found: &Found) -> Option<(bool, u16)> {
         let (flag, present) = (found.flag, found.present);
+        let runs = self.ran.contains_key(&timed.flag);
+        let resets = found.inputs.last() == Some(&true);
+        let left = self.leaves(timed, found, (flag, present));
+        let is_new = match timed.manner {
+            Manner::TimesDown(_) | Manner::TimesUp(_, false) => !found.condition || !runs,
+            Manner::TimesUp(_, true) => false,
+            Manner::AddsUp(_) | Manner::CountsDown | Manner::CountsBothWays => resets,
+        };
+        (found.is_known || is_new).then_some(left)
+    }
+
+    /// The same where that is known.
+    fn leaves(&mut self, timed: &Timed, found: &Found, (flag, present): (bool, u16)) -> (bool, u16) {
         let number = |word: u16| match timed.is_decimal {
             true => bcd(&[word]).and_then(|value| u16::try_from(value).ok()),
             false => Some(word),

@@ -2,13 +2,13 @@
 
 use super::clockwork::{Clockwork, Found};
 use super::machine::Machine;
+use super::memory::{Left, Memory};
 use super::{Free, Mode, Stopped};
 use crate::base::time::{Picos, Times};
 use crate::program::timed::Timed;
-use crate::program::{AreaId, AreaKind, Cell, ChoiceId, ChoiceKey, Program, Region};
-use rustc_hash::FxHashMap;
+use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program};
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// A CPU whose memory was cleared, and the scans that it has made.
 pub struct Emulated<'p> {
@@ -22,15 +22,6 @@ pub struct Emulated<'p> {
     /// How long it was running when the scan began.
     now: Picos,
     clockwork: RefCell<Clockwork>,
-}
-
-/// What the cells hold between two scans.
-#[derive(Default)]
-struct Memory {
-    /// Each cell's value, and which of its bits are not known. Others hold 0.
-    cells: FxHashMap<Cell, (u16, u16)>,
-    /// Areas of which nothing is known but what stands in `cells`.
-    lost: BTreeSet<AreaId>,
 }
 
 /// One scan of an emulated CPU.
@@ -62,7 +53,7 @@ impl<'p> Emulated<'p> {
 
     /// Sets a cell from outside.
     pub fn set(&mut self, cell: Cell, value: u16) {
-        self.memory.cells.insert(cell, (value, 0));
+        self.memory.set(cell, value);
     }
 
     /// Sets a register that the CPU keeps by itself.
@@ -79,7 +70,7 @@ impl<'p> Emulated<'p> {
     /// What a cell holds.
     #[must_use]
     pub fn value(&self, cell: Cell) -> u16 {
-        self.memory.cells.get(&cell).map_or(0, |(value, _)| *value)
+        self.memory.get(cell).map_or(0, |(value, _)| value)
     }
 
     /// Says how long it has been running when the next scan begins.
@@ -92,36 +83,11 @@ impl<'p> Emulated<'p> {
         let start = Start { cpu: self };
         let machine = Machine::new(self.program, self.times, start, Mode::Real).summing();
         let (total, executed, stopped, unbounded, mut state) = machine.summed(most);
-        let (lost, touched) = (state.lost(), state.touched());
+        let left = Left::by(&mut state);
         drop(state);
-        for region in lost {
-            self.lose(region);
-        }
-        for (cell, value, unknown) in touched {
-            self.memory.cells.insert(cell, (value, unknown));
-        }
+        self.memory.take(self.program, left);
         self.first = false;
         Scan { total, executed, stopped, unbounded }
-    }
-
-    /// Nothing is known of a region any more.
-    fn lose(&mut self, region: Region) {
-        let cells = &mut self.memory.cells;
-        match region {
-            Region::Range { first, count } => {
-                cells.extend((0..count).map(|n| (first.plus(n), (0, u16::MAX))));
-            }
-            Region::Area(area) => {
-                cells.retain(|cell, _| cell.area != area);
-                self.memory.lost.insert(area);
-            }
-            Region::Everything => {
-                cells.clear();
-                // No program has as many areas as that.
-                let areas = 0..u16::try_from(self.program.areas.len()).unwrap_or(u16::MAX);
-                self.memory.lost.extend(areas.map(AreaId));
-            }
-        }
     }
 }
 
@@ -137,11 +103,7 @@ impl Free for Start<'_, '_> {
         if self.cpu.program.power_up.first_scan.contains(&cell) {
             return 0;
         }
-        match self.cpu.memory.cells.get(&cell) {
-            Some((_, unknown)) => *unknown,
-            None if self.cpu.memory.lost.contains(&cell.area) => u16::MAX,
-            None => 0,
-        }
+        self.cpu.memory.get(cell).map_or(0, |(_, unknown)| unknown)
     }
 
     fn choice(&mut self, _key: &ChoiceKey, _kind: AreaKind) -> u16 {
@@ -151,7 +113,7 @@ impl Free for Start<'_, '_> {
     fn timed(&mut self, timed: &Timed, found: &Found) -> Option<(bool, u16)> {
         let now = self.cpu.now + found.now;
         let found = Found { now, ..found.clone() };
-        Some(self.cpu.clockwork.borrow_mut().execute(timed, &found))
+        self.cpu.clockwork.borrow_mut().execute(timed, &found)
     }
 
     fn keeps_time(&self) -> bool {
@@ -169,6 +131,7 @@ mod tests {
     use super::*;
     use crate::base::facts::Facts;
     use crate::front::{self, Input, Options};
+    use crate::program::AreaId;
 
     /// Runs a program for so many scans, each instruction taking a nanosecond, and gives each scan's time and what D0
     /// holds then.

@@ -109,11 +109,6 @@ pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<
             let all = signed(0).filter(|all| (0..86_400).contains(all))?;
             vec![(all / 3600) as u16, (all / 60 % 60) as u16, (all % 60) as u16]
         }
-        Operation::Expired => {
-            let (chance, before, setting) = (first.first()? & 1, signed(1)?, signed(2)?);
-            let is_settled = setting >= 1 && before >= 0 && (before < setting || chance == 1);
-            is_settled.then_some(vec![chance])?
-        }
         Operation::Elapsed => {
             let (before, setting) = (signed(1)?, signed(2)?);
             if first.first()? & 1 == 1 || setting < 1 || !(0..setting).contains(&before) {

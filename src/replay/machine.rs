@@ -250,6 +250,7 @@ impl<'p, F: Free> Machine<'p, F> {
         }
         self.left -= 1;
         self.state.at = at;
+        self.state.now = self.total;
         let instruction = &self.program.instructions[at];
         let condition = self.condition(&instruction.step);
         self.state.condition = condition;

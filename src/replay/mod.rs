@@ -8,6 +8,7 @@ pub mod emulated;
 mod exact;
 mod lists;
 mod machine;
+mod memory;
 mod operation;
 pub mod run;
 mod state;
@@ -81,6 +82,11 @@ pub trait Free {
     /// Whether time goes by: then timers and counters are executed, and nothing runs out between instructions.
     fn keeps_time(&self) -> bool {
         false
+    }
+    /// How long the timer with this memory has been running when the scan begins, at least and at most, where time passes
+    /// from scan to scan. `None` where only one scan is looked at.
+    fn ran_for(&mut self, _memory: Cell) -> Option<(Picos, Picos)> {
+        None
     }
     /// What the analysis settled in a scan that it found.
     fn settled(&self) -> Option<&Settled> {

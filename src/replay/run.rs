@@ -1,10 +1,14 @@
 //! Scans that follow each other from power-up on: real runs, each in the state that the one before has left.
 
+use super::clockwork::{Clockwork, Found};
 use super::machine::{MOST_ASKED, Machine};
-use super::state::State;
+use super::memory::{Left, Memory};
 use super::{Free, Mode, Real};
-use crate::base::time::Times;
-use crate::program::{AreaKind, Cell, ChoiceKey, Program, Region, flow};
+use crate::base::time::{Picos, Times};
+use crate::program::meaning::Operand;
+use crate::program::timed::Timed;
+use crate::program::{AreaId, AreaKind, Cell, ChoiceKind, ChoiceKey, Program, Region, WordSource, flow};
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What the outside gives in one scan.
@@ -76,61 +80,161 @@ pub struct Run<'p> {
     outside: &'p Outside<'p>,
     /// What each instruction costs at least.
     times: &'p [Times],
-    last: Option<State<'p, Start<'p>>>,
+    /// What a scan takes besides its instructions.
+    overhead: Picos,
+    memory: Memory,
+    /// Whether no scan was made yet.
+    is_first: bool,
+    /// How long it was running when the next scan begins.
+    now: Picos,
+    clockwork: RefCell<Clockwork>,
+    /// When timers that run began to, by their memories: at the earliest and at the latest.
+    began: BTreeMap<Cell, (Picos, Picos)>,
+    /// The values with which the last scan began, as far as it asked for them.
+    asked: RefCell<BTreeMap<Cell, u16>>,
+    /// What the last scan took, if a further one with the same inputs does the same until some timer is over.
+    steady: Option<Picos>,
+    /// The words of timers' present values, and whether the program reads one.
+    presents: BTreeSet<Cell>,
+    reads_presents: bool,
 }
 
 /// The values with which a scan of a run starts.
-struct Start<'p> {
-    outside: &'p Outside<'p>,
-    given: Given<'p>,
-    /// The scan before; none at power-up.
-    before: Option<Box<State<'p, Start<'p>>>>,
+struct Start<'r, 'p> {
+    run: &'r Run<'p>,
+    given: &'r Given<'p>,
 }
 
 impl<'p> Run<'p> {
-    /// Power-up. `times` is parallel to `Program::instructions`.
+    /// Power-up. `times` is parallel to `Program::instructions`, and a scan takes `overhead` besides.
     #[must_use]
-    pub fn new(outside: &'p Outside<'p>, times: &'p [Times]) -> Run<'p> {
-        Run { outside, times, last: None }
+    pub fn new(outside: &'p Outside<'p>, times: &'p [Times], overhead: Picos) -> Run<'p> {
+        let coils = &outside.program.timekeeping.coils;
+        let presents: BTreeSet<Cell> = coils.values().map(|timed| timed.present).collect();
+        Run {
+            outside,
+            times,
+            overhead,
+            memory: Memory::default(),
+            is_first: true,
+            now: Picos::ZERO,
+            clockwork: RefCell::default(),
+            began: BTreeMap::new(),
+            asked: RefCell::default(),
+            steady: None,
+            reads_presents: reads(outside.program, &presents),
+            presents,
+        }
     }
 
     /// Makes the next scan, of at most `most` instructions. After one that was not followed to its end none follows.
-    pub fn scan(&mut self, given: Given<'p>, most: u64) -> Real {
-        let start = Start { outside: self.outside, given, before: self.last.take().map(Box::new) };
-        let machine = Machine::new(self.outside.program, self.times, start, Mode::Real);
+    pub fn scan(&mut self, given: &Given<'p>, most: u64) -> Real {
+        let program = self.outside.program;
+        self.asked.borrow_mut().clear();
+        let start = Start { run: self, given };
+        let machine = Machine::new(program, self.times, start, Mode::Real);
         // One run cannot try both cases of a loop that makes one iteration or none: it ends there.
-        let (real, state) = machine.real_from(most, MOST_ASKED);
-        self.last = Some(state);
+        let (real, mut state) = machine.real_from(most, MOST_ASKED);
+        let left = Left::by(&mut state);
+        let rested = std::mem::take(&mut state.rested);
+        drop(state);
+        let changed = self.memory.take(program, left);
+        let scratch = &program.timekeeping.scratch;
+        let matters = |cell: &Cell| !self.presents.contains(cell) && !scratch.contains(&cell.area);
+        let is_steady = !self.is_first && !changed.iter().any(matters);
+        let took = self.overhead + real.replay.total;
+        self.steady = is_steady.then_some(took);
+        for expiry in program.timekeeping.expiries.values() {
+            let memory = expiry.memory;
+            if self.memory.get(memory).is_none_or(|(value, _)| value == expiry.rest) {
+                self.began.remove(&memory);
+            } else if rested.contains(&memory) || !self.began.contains_key(&memory) {
+                self.began.insert(memory, (self.now, self.now + took));
+            }
+        }
+        self.now += took;
+        self.is_first = false;
         real
+    }
+
+    /// The values with which the last scan began, as far as they matter.
+    #[must_use]
+    pub fn started(&self) -> BTreeMap<Cell, u16> {
+        self.asked.borrow().clone()
+    }
+
+    /// Whether the last scan changed nothing.
+    #[must_use]
+    pub fn is_steady(&self) -> bool {
+        self.steady.is_some()
+    }
+
+    /// Lets scans like the last one follow, until the next one may differ since time has passed for a timer: how many.
+    /// `None` if the last scan changed something, or no timer runs.
+    pub fn wait(&mut self) -> Option<u64> {
+        let took = self.steady?;
+        let program = self.outside.program;
+        let clockwork = self.clockwork.borrow();
+        let known = |cell: Cell| self.memory.get(cell).filter(|(_, unknown)| *unknown == 0);
+        let coils = program.timekeeping.coils.values().filter_map(|timed| {
+            let setting = match timed.setting {
+                WordSource::Const(value) => value,
+                WordSource::Cell(cell) => known(cell)?.0,
+                WordSource::Bits { .. } | WordSource::Free(_) => return None,
+            };
+            clockwork.next(timed, [setting, known(timed.present)?.0], self.reads_presents)
+        });
+        let expiries = program.timekeeping.expiries.values().filter_map(|expiry| {
+            let &(_, latest) = self.began.get(&expiry.memory)?;
+            let words = expiry.setting.iter().rev().try_fold(0u64, |all, word| match *word {
+                WordSource::Const(value) => Some(all << 16 | u64::from(value)),
+                WordSource::Cell(cell) => Some(all << 16 | u64::from(known(cell)?.0)),
+                WordSource::Bits { .. } | WordSource::Free(_) => None,
+            })?;
+            // The next moment from which on it is over for certain.
+            let is_followed = !expiry.is_decimal;
+            let end = expiry.unit.0.checked_mul(words.checked_add(2)?)?;
+            latest.0.checked_add(end).filter(|_| is_followed).map(Picos)
+        });
+        let expiries = expiries.filter(|&moment| moment > self.now);
+        let next = coils.chain(expiries).min()?;
+        drop(clockwork);
+        let scans = next.0.saturating_sub(self.now.0).div_ceil(took.0.max(1));
+        self.now += Picos(took.0.checked_mul(scans)?);
+        Some(scans)
     }
 }
 
-impl Free for Start<'_> {
+impl Free for Start<'_, '_> {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
-        if self.outside.own.is_none() && self.outside.sets(cell) {
-            return self.given.inputs.get(&cell).copied().unwrap_or(0);
-        }
-        match &mut self.before {
-            _ if self.outside.program.power_up.first_scan.contains(&cell) => {
-                u16::from(self.before.is_none())
+        let Run { outside, memory, is_first, .. } = self.run;
+        let value = if outside.own.is_none() && outside.sets(cell) {
+            self.given.inputs.get(&cell).copied().unwrap_or(0)
+        } else if outside.program.power_up.first_scan.contains(&cell) {
+            u16::from(*is_first)
+        } else {
+            match memory.get(cell) {
+                Some((value, _)) => value,
+                None if outside.hides(cell, true) => outside.stated(cell),
+                None => outside.program.power_up.word(cell),
             }
-            Some(before) => before.after(cell).0,
-            None if self.outside.hides(cell, true) => self.outside.stated(cell),
-            None => self.outside.program.power_up.word(cell),
-        }
+        };
+        self.run.asked.borrow_mut().insert(cell, value);
+        value
     }
 
     fn unknown(&mut self, cell: Cell) -> u16 {
-        let program = self.outside.program;
+        let outside = self.run.outside;
+        let program = outside.program;
         let power_up = &program.power_up;
         let is_in = |regions: &[Region]| regions.iter().any(|region| region.holds(cell));
         if power_up.first_scan.contains(&cell) {
             return 0;
         }
-        if self.outside.hides(cell, self.before.is_none()) {
+        if outside.hides(cell, self.run.is_first) {
             return u16::MAX;
         }
-        if self.outside.sets(cell) {
+        if outside.sets(cell) {
             return 0;
         }
         // What others write comes to the program as they please.
@@ -138,20 +242,71 @@ impl Free for Start<'_> {
         {
             return u16::MAX;
         }
-        match &mut self.before {
-            Some(before) => before.after(cell).1,
+        match self.run.memory.get(cell) {
+            Some((_, unknown)) => unknown,
             None if is_in(&power_up.cleared) => 0,
             None => u16::MAX,
         }
     }
 
     fn is_unseen(&self) -> bool {
-        self.outside.own.is_some()
+        self.run.outside.own.is_some()
     }
 
     fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
         self.given.choices.get(key).copied().unwrap_or(0)
     }
+
+    fn timed(&mut self, timed: &Timed, found: &Found) -> Option<(bool, u16)> {
+        let found = Found { now: self.run.now + found.now, ..found.clone() };
+        self.run.clockwork.borrow_mut().execute(timed, &found)
+    }
+
+    fn keeps_time(&self) -> bool {
+        // Where nothing is known of the outside, scans may also take longer.
+        !self.is_unseen()
+    }
+
+    fn ran_for(&mut self, memory: Cell) -> Option<(Picos, Picos)> {
+        if !self.keeps_time() {
+            return None;
+        }
+        let (earliest, latest) = self.run.began.get(&memory).copied().unwrap_or_default();
+        let since = |moment: Picos| self.run.now.checked_sub(moment).unwrap_or_default();
+        Some((since(latest), since(earliest)))
+    }
+}
+
+/// Whether the program reads one of these cells but where it executes a timer or counter.
+fn reads(program: &Program, cells: &BTreeSet<Cell>) -> bool {
+    let mut found = false;
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        if program.timekeeping.coils.contains_key(&at) {
+            continue;
+        }
+        instruction.each_read(&mut |source| {
+            if let Some(Region::Range { first, count }) = source.region() {
+                found |= (0..count).any(|n| cells.contains(&first.plus(n)));
+            }
+        });
+    }
+    let areas: BTreeSet<AreaId> = cells.iter().map(|cell| cell.area).collect();
+    for kind in program.kinds.values() {
+        kind.each_word(&mut |word| {
+            if let WordSource::Cell(cell) = word {
+                found |= cells.contains(&cell);
+            }
+        });
+        if let ChoiceKind::Exact(meaning) = kind {
+            found |= meaning.inputs.iter().any(|input| match input {
+                Operand::Run(address, ..) => {
+                    address.stretches.iter().any(|one| areas.contains(&one.first.area))
+                }
+                _ => false,
+            });
+        }
+    }
+    found
 }
 
 /// What the program may write where inputs are; words of which a bit is written count whole.

@@ -1,17 +1,18 @@
 //! The memory of one scan and the values worked out from it, and which of these a real run does not know.
 
 use super::clockwork::Found;
+use super::words::bcd;
 use super::{Free, Mode};
 use crate::base::time::Picos;
 use crate::program::meaning::{ChoiceKind, Knowledge, Read};
-use crate::program::timed::Timed;
+use crate::program::timed::{Expiry, Timed};
 use crate::program::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic, Number,
     Program, Reading, Region, Relation, Settling, StartRange, WordSource, WordTarget, Write,
 };
 use rustc_hash::FxHashMap;
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// The instruction because of which a value is not known; `None` for a value that is.
@@ -109,6 +110,12 @@ pub(super) struct State<'p, F> {
     pub(super) learned: Knowledge,
     /// Writes of operations beyond what their effects allow.
     pub(super) beyond: Vec<(usize, Cell)>,
+    /// How long the scan has been running.
+    pub(super) now: Picos,
+    /// The memories of timers, and the value of each while its timer is at rest.
+    memories: FxHashMap<Cell, u16>,
+    /// Those of them whose timer was at rest at some moment of this scan.
+    pub(super) rested: BTreeSet<Cell>,
     /// How often a cell was changed, or something asked that need not be the same the next time.
     pub(super) changes: u64,
 }
@@ -116,6 +123,7 @@ pub(super) struct State<'p, F> {
 impl<'p, F: Free> State<'p, F> {
     pub(super) fn new(program: &'p Program, free: F, mode: Mode) -> Self {
         let ranged = program.ranges.iter().flat_map(|range| &range.cells);
+        let expiries = program.timekeeping.expiries.values();
         State {
             program,
             free,
@@ -133,6 +141,9 @@ impl<'p, F: Free> State<'p, F> {
             known: Known::new(),
             learned: Knowledge::new(),
             beyond: Vec::new(),
+            now: Picos::ZERO,
+            memories: expiries.map(|one| (one.memory, one.rest)).collect(),
+            rested: BTreeSet::new(),
             changes: 0,
         }
     }
@@ -173,7 +184,10 @@ impl<'p, F: Free> State<'p, F> {
             };
         }
         let value = match self.program.kinds.get(&choice) {
-            Some(ChoiceKind::World) => self.given(&key, kind),
+            Some(ChoiceKind::World) => {
+                let given = self.given(&key, kind);
+                self.expiry(choice, given)
+            }
             Some(&ChoiceKind::Steady(cell)) => self.read(cell),
             Some(&ChoiceKind::Present { contact, setting }) => {
                 if self.read(contact) & 1 == 1 {
@@ -182,6 +196,8 @@ impl<'p, F: Free> State<'p, F> {
                     Some(self.given(&key, kind)).filter(|&value| value < setting).unwrap_or(0)
                 }
             }
+            // A timer that starts in this scan is not over in it, unless its setting is 0.
+            Some(ChoiceKind::ScanTicks { .. }) => 0,
             // It is asked only as a loop's count.
             None | Some(ChoiceKind::Iterations(_) | ChoiceKind::Unsigned(_)) => {
                 self.doubt = self.doubt.or(Some(self.at));
@@ -206,6 +222,73 @@ impl<'p, F: Free> State<'p, F> {
         self.free.choice(key, kind)
     }
 
+    /// A choice of the outside's that tells how far a timer has run, which can be no more than time has passed.
+    fn expiry(&mut self, choice: ChoiceId, given: u16) -> u16 {
+        let timekeeping = &self.program.timekeeping;
+        if let Some(over) = timekeeping.elapsed.get(&choice) {
+            // A timer that starts in this scan has not run yet.
+            let expiry = timekeeping.expiries.get(over);
+            let starts = expiry.is_some_and(|expiry| self.has_rested(expiry.memory));
+            return if starts { 0 } else { given };
+        }
+        let Some(expiry) = timekeeping.expiries.get(&choice) else { return given };
+        let Some(setting) = self.setting(expiry) else {
+            self.doubt = self.doubt.or(Some(self.at));
+            return given;
+        };
+        let given = self.by_time(expiry, setting).unwrap_or(given);
+        let is_open = |state: &mut Self, stood: Cell| {
+            let stood = state.read(stood).cast_signed();
+            let setting = i64::from((setting as u16).cast_signed());
+            setting < 1 || stood < 0 || (i64::from(stood) >= setting && given & 1 == 0)
+        };
+        if expiry.stood.is_some_and(|stood| is_open(self, stood)) {
+            self.doubt = self.doubt.or(Some(self.at));
+        }
+        given
+    }
+
+    /// A timer's setting; `None` if it is not known.
+    fn setting(&mut self, expiry: &Expiry) -> Option<u64> {
+        let program = self.program;
+        let changes = |word: &WordSource| match *word {
+            WordSource::Cell(cell) => program.volatile.iter().any(|region| region.holds(cell)),
+            _ => false,
+        };
+        let outer = self.doubt.take();
+        let words: Vec<u16> = expiry.setting.iter().map(|&word| self.word(word)).collect();
+        let doubt = std::mem::replace(&mut self.doubt, outer);
+        let is_known = doubt.is_none() && !expiry.setting.iter().any(changes);
+        let setting = match expiry.is_decimal {
+            true => bcd(&words).and_then(|value| u64::try_from(value).ok()),
+            false => Some(words.iter().rev().fold(0, |all, &word| all << 16 | u64::from(word))),
+        };
+        setting.filter(|_| is_known)
+    }
+
+    /// What tells whether a timer is over that cannot have run for its setting, or has run for longer.
+    fn by_time(&mut self, expiry: &Expiry, setting: u64) -> Option<u16> {
+        let (least, most) = match self.has_rested(expiry.memory) {
+            true => (Picos::ZERO, self.now),
+            false => {
+                let (least, most) = self.free.ran_for(expiry.memory)?;
+                (least + self.now, most + self.now)
+            }
+        };
+        let time = |units: u64| u128::from(expiry.unit.0) * u128::from(units);
+        if u128::from(most.0) < time(setting.saturating_sub(1)) {
+            return Some(u16::from(expiry.running));
+        }
+        let is_over = u128::from(least.0) > time(setting.saturating_add(1));
+        is_over.then_some(u16::from(!expiry.running))
+    }
+
+    /// Whether a timer was at rest at some moment of this scan, by its memory.
+    fn has_rested(&mut self, memory: Cell) -> bool {
+        let started = self.free.start(memory, AreaKind::Word);
+        self.rested.contains(&memory) || self.memories.get(&memory) == Some(&started)
+    }
+
     pub(super) fn choose_bit(&mut self, choice: ChoiceId) -> bool {
         self.choose(choice, AreaKind::Bit) & 1 == 1
     }
@@ -223,10 +306,12 @@ impl<'p, F: Free> State<'p, F> {
         }
         let outer = self.doubt.take();
         let setting = self.word(timed.setting);
+        let setting_doubt = self.doubt.take();
         let (flag, present) = (self.read(timed.flag) & 1 == 1, self.read(timed.present));
         let doubt = std::mem::replace(&mut self.doubt, outer);
-        let found = Found { now, condition, inputs, setting, flag, present };
-        if doubt.is_some() { None } else { self.free.timed(timed, &found) }
+        let is_known = doubt.is_none();
+        let found = Found { now, condition, inputs, setting, flag, present, is_known };
+        if setting_doubt.is_some() { None } else { self.free.timed(timed, &found) }
     }
 
     /// How the analysis settled a choice in this call context.
@@ -314,6 +399,9 @@ impl<'p, F: Free> State<'p, F> {
         let number = |index: usize| u32::try_from(index).unwrap_or(KNOWN - 1);
         let because = doubt.filter(|_| unknown != 0).map_or(KNOWN, number);
         let held = Held { value, unknown, havocs: number(havocs), because };
+        if self.memories.get(&cell) == Some(&value) {
+            self.rested.insert(cell);
+        }
         let before = self.cells.insert(cell, held);
         let same = |before: Held| {
             (before.value, before.unknown, before.because) == (value, unknown, because)

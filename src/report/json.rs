@@ -362,13 +362,15 @@ struct Overhead<'a> {
 /// One scan of the run from power-up.
 #[derive(Serialize, JsonSchema)]
 struct RunScan<'a> {
+    /// Its number from 1 at power-up; scans that are left out are like the one before: the run waits for a timer.
+    scan: u64,
     inputs: Values<'a>,
     took_ps: u64,
 }
 
 fn run_scan(scan: &audit::RunScan) -> RunScan<'_> {
     let inputs = scan.inputs.iter().map(|(name, value)| (name.as_str(), *value));
-    RunScan { inputs: Values(inputs.collect()), took_ps: scan.took.0 }
+    RunScan { scan: scan.number, inputs: Values(inputs.collect()), took_ps: scan.took.0 }
 }
 
 /// Values by their names as one object, in this order.

@@ -214,6 +214,11 @@ impl Run<'_> {
         {
             return self.present(choice, contact, setting, at);
         }
+        if let (Some(ChoiceKind::ScanTicks { .. }), Purpose::LowerBound) =
+            (program.kinds.get(&choice), self.purpose)
+        {
+            return self.memory.words.constant(0);
+        }
         if let Some(word) = self.settled(choice, at) {
             return word;
         }

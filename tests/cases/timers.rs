@@ -1,1 +1,157 @@
 //! Timers, runs from power-up and real scans.
+
+use super::{Run, audit, lower_ns, scanbound, upper_ns};
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// Runs the command on a list with the table of `timer-same-scan`.
+fn on_list(name: &str, list: &str, arguments: &str) -> Run {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cases-timers");
+    std::fs::create_dir_all(&directory).expect("a directory");
+    let file = directory.join(name);
+    std::fs::write(&file, list).expect("a file");
+    let (command, rest) = arguments.split_once(' ').expect("a command and its arguments");
+    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        .arg(command)
+        .arg(&file)
+        .args(rest.split_whitespace())
+        .current_dir(super::case("timer-same-scan"))
+        .env("NO_COLOR", "1")
+        .output()
+        .expect("the command runs");
+    Run::of(&output)
+}
+
+/// The JSON report on a list for Q26UDV with the table of `timer-same-scan`.
+fn q(name: &str, list: &str, more: &str) -> Value {
+    let run =
+        on_list(name, list, &format!("audit --table table.csv --cpu Q26UDV --format json {more}"));
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    run.json()
+}
+
+/// Upper and lower bound in nanoseconds, and whether a run from power-up leads to the lower one.
+fn bounds(report: &Value) -> (u64, u64, bool) {
+    (upper_ns(report), lower_ns(report), report["scan"]["lower_kind"] == "reached")
+}
+
+/// The scans of the run from power-up: number and time in nanoseconds.
+fn run_of(report: &Value) -> Vec<(u64, u64)> {
+    let number = |value: &Value| value.as_u64().expect("a number");
+    let scans = report["witness_run"].as_array().expect("a run");
+    scans.iter().map(|scan| (number(&scan["scan"]), number(&scan["took_ps"]) / 1000)).collect()
+}
+
+#[test]
+fn a_timer_is_not_over_in_the_scan_in_which_its_coil_comes_on() {
+    for trust in ["none", "counts", "all"] {
+        let arguments = format!("edge.il --table table.csv --cpu Q26UDV --trust {trust}");
+        let report = audit("timer-same-scan", &arguments);
+        assert_eq!(bounds(&report), (6_800, 6_800, true), "{trust}");
+    }
+    let check =
+        "check edge.il --table table.csv --cpu Q26UDV --limit 10us --refute reached --format json";
+    assert_eq!(scanbound("timer-same-scan", check).code, Some(0));
+}
+
+#[test]
+fn a_run_waits_for_timers_as_long_as_its_scans_take() {
+    let report = audit("timer-same-scan", "chained.il --table table.csv --cpu Q26UDV");
+    assert_eq!(bounds(&report), (57_300, 57_300, true));
+    let run = run_of(&report);
+    let (last, scans) = run.split_last().expect("scans");
+    assert_eq!(last.1, 57_300);
+    // T0 takes 1 s, T1 60 s: at 7.8 us a scan.
+    assert!(last.0 > 7_000_000 && run.len() < 8, "{run:?}");
+    assert!(scans.iter().all(|scan| scan.1 < 57_300), "{run:?}");
+    let text = scanbound("timer-same-scan", "audit chained.il --table table.csv --cpu Q26UDV");
+    assert!(text.stdout.contains(" scans later"), "{}", text.stdout);
+
+    let report = audit("timer-same-scan", "held.il --table table.csv --cpu Q26UDV");
+    assert_eq!(bounds(&report), (57_300, 57_300, true));
+    assert!(run_of(&report).last().is_some_and(|last| last.0 > 100_000));
+    let check = "check held.il --table table.csv --cpu Q26UDV --limit 50us --refute reached";
+    assert_eq!(scanbound("timer-same-scan", check).code, Some(1));
+}
+
+#[test]
+fn an_omron_timer_is_not_over_in_the_scan_that_starts_it() {
+    let report = audit("timer-same-scan", "c200h.il --cpu C200H");
+    let run = run_of(&report);
+    // 1 s at 3.9 ms a scan, and the tick by which a timer may be early.
+    assert!(run.last().is_some_and(|last| last.0 > 200), "{run:?}");
+    assert!(run[0].1 < run[run.len() - 1].1, "{run:?}");
+}
+
+#[test]
+fn what_one_scan_can_take_decides_which_settings_are_long_enough() {
+    let list = |setting: &str| {
+        format!("LD X5\nOUT T0 {setting}\nLD T0\nANDP X5\nSwD D4\nEND\n")
+    };
+    // 0 and 1 may be over at once: a unit of 100 ms may be as good as over.
+    for setting in ["K0", "K1", "D100"] {
+        let report = q("open.il", &list(setting), "");
+        assert_eq!(upper_ns(&report), 56_300, "{setting}");
+    }
+    for setting in ["K2", "K32767"] {
+        let report = q("short.il", &list(setting), "");
+        assert_eq!(bounds(&report), (6_800, 6_800, true), "{setting}");
+    }
+    // A word counts by what it can be.
+    let stated = format!("LD SM400\nMOV K20 D100\n{}", list("D100"));
+    let report = q("moved.il", &stated, "--time MOV=0us");
+    assert_eq!(upper_ns(&report), 6_900);
+    // A loop that takes longer than the timer.
+    let long = format!("FOR K32000\nLD X0\nSwD D9\nNEXT\n{}", list("K10"));
+    let report = q("long.il", &long, "--time FOR=0us --time NEXT=0us");
+    assert_eq!(upper_ns(&report), 32_000 * 50_100 + 56_300);
+}
+
+#[test]
+fn a_timer_whose_value_others_write_may_be_over_at_any_moment() {
+    let list = "LD X5\nMOV K10 T0\nLD X5\nOUT T0 K10\nLD T0\nANDP X5\nSwD D4\nEND\n";
+    let report = q("written.il", list, "--time MOV=0us");
+    assert_eq!(upper_ns(&report), 56_400);
+}
+
+#[test]
+fn a_reset_makes_a_timer_start_anew() {
+    // Reset in every scan before its coil: it never runs for longer than a scan.
+    let list = "LD SM400\nRST T0\nLD X5\nOUT T0 K10\nLD T0\nSwD D4\nEND\n";
+    let report = q("reset.il", list, "--time RST=0us");
+    assert_eq!(bounds(&report), (6_800, 6_800, true));
+    let retentive = list.replace("T0", "ST0");
+    let report = q("retentive.il", &retentive, "--time RST=0us --time OUT:ST=1us");
+    assert_eq!(upper_ns(&report), lower_ns(&report));
+    assert!(upper_ns(&report) < 50_000);
+}
+
+#[test]
+fn a_retentive_timer_goes_on_where_it_stood() {
+    // X5 comes and goes: the time adds up.
+    let list = "LD X5\nOUT ST0 K10\nLD ST0\nANI X5\nSwD D4\nEND\n";
+    let report = q("adds.il", list, "--time OUT:ST=1us --time ANI=0.1us");
+    assert_eq!(bounds(&report), (56_300, 56_300, true));
+    let run = run_of(&report);
+    assert!(run.last().is_some_and(|last| last.0 > 100_000), "{run:?}");
+}
+
+#[test]
+fn a_timer_that_is_executed_twice_in_a_scan_is_not_over_in_it() {
+    let list = "LD X5\nOUT T0 K10\nLD X5\nOUT T0 K10\nLD T0\nANDP X5\nSwD D4\nEND\n";
+    let report = q("twice.il", list, "");
+    // The second execution finds that the timer ran before; that this was in the same scan only real runs know.
+    assert!(lower_ns(&report) < 10_000, "{report}");
+}
+
+#[test]
+fn a_report_shows_no_run_that_takes_longer_than_its_lower_bound() {
+    let arguments = "witness-run-longer.il --table witness-run-longer.csv --cpu Q26UDV";
+    let report = audit("attack", arguments);
+    let run = run_of(&report);
+    assert_eq!(run.iter().map(|scan| scan.1).max(), Some(lower_ns(&report)));
+    assert_eq!(lower_ns(&report), 14_176_000);
+    let check = scanbound("attack", &format!("check {arguments} --limit 10ms"));
+    assert_eq!(check.code, Some(1), "{}{}", check.stdout, check.stderr);
+}

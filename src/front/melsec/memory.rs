@@ -110,8 +110,23 @@ pub struct Timed {
     pub retentive: bool,
 }
 
+impl Timed {
+    /// The areas that change where it is not known what becomes of one of these devices.
+    pub fn areas(self) -> impl Iterator<Item = AreaId> {
+        let memory = (self.contact == TIMER.contact).then_some(const { area("T ran ") });
+        [self.value, self.contact, self.coil].into_iter().chain(memory)
+    }
+
+    /// The bit in which a timer that is not retentive remembers whether its coil was on when it was executed last. Nobody
+    /// but its own instructions writes it.
+    pub fn ran(self, index: u32) -> Option<Cell> {
+        let is_plain = self.contact == TIMER.contact && !self.retentive;
+        is_plain.then_some(Cell { area: const { area("T ran ") }, index })
+    }
+}
+
 /// Every area a MELSEC program can have, by its place here.
-const AREAS: [(&str, AreaKind); 42] = [
+const AREAS: [(&str, AreaKind); 43] = [
     ("X", AreaKind::Bit),
     ("Y", AreaKind::Bit),
     ("M", AreaKind::Bit),
@@ -154,6 +169,7 @@ const AREAS: [(&str, AreaKind); 42] = [
     ("LST value ", AreaKind::Word),
     ("LC value ", AreaKind::Word),
     ("stood at ", AreaKind::Word),
+    ("T ran ", AreaKind::Bit),
 ];
 
 /// Cells that a network refreshes where one is fitted, and what they are.
@@ -193,6 +209,7 @@ pub fn power_up(family: Family) -> PowerUp {
         "C",
         "C coil ",
         "C value ",
+        "T ran ",
     ];
     // By the CPUs' parameters as they come; those of FX have latched ranges in all kinds of device.
     let latched: &[&str] = match family {
@@ -253,7 +270,7 @@ fn role(name: &str) -> Role {
     match name {
         "X" => Role::Input,
         "Y" => Role::Output,
-        "edge " | "stood at " => Role::Hidden,
+        "edge " | "stood at " | "T ran " => Role::Hidden,
         _ => Role::Memory,
     }
 }

@@ -1,7 +1,9 @@
 //! The memory of OMRON PLCs: areas and their letters, what the system changes by itself, the condition flags.
 
 use super::source::Family;
-use crate::program::{Area, AreaId, AreaKind, BitTarget, Cell, PowerUp, Radix, Region};
+use crate::program::{
+    Area, AreaId, AreaKind, BitTarget, Cell, PowerUp, Radix, Region, Role,
+};
 
 /// What an area serves for besides holding values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,6 +16,8 @@ pub(super) enum Use {
     Values,
     /// The condition flags and clock pulses.
     Conditions,
+    /// What instructions remember by themselves.
+    Memories,
 }
 
 struct Known {
@@ -49,7 +53,7 @@ const C_AREAS: [Known; 9] = [
     words("EM", &["EM"], 6_144),
     other("TC", &["TIM", "CNT", "TC", "T", "C"], 512, Use::Flags(7)),
     other("TCPV", &[], 512, Use::Values),
-    other("TIMER-RUNS-", &[], 512, Use::Conditions),
+    other("TIMER-RUNS-", &[], 512, Use::Memories),
 ];
 
 /// CIO, W, H, A, D; the banks of E follow as further areas.
@@ -65,7 +69,7 @@ const CS_AREAS: [Known; 14] = [
     other("CPV", &[], 4_096, Use::Values),
     other("CF", &["CF"], 128, Use::Conditions),
     words("TK", &["TK"], 128),
-    other("TIMER-RUNS-", &[], 4_096, Use::Conditions),
+    other("TIMER-RUNS-", &[], 4_096, Use::Memories),
     // Index registers have two words each.
     words("IR-word ", &[], 32),
     words("DR", &[], 16),
@@ -156,9 +160,11 @@ impl Memory {
             .map(|known| {
                 let kind = match known.role {
                     Use::Words | Use::Values => AreaKind::Word,
-                    Use::Flags(_) | Use::Conditions => AreaKind::Bit,
+                    Use::Flags(_) | Use::Conditions | Use::Memories => AreaKind::Bit,
                 };
-                Area::new(known.name, kind, Radix::Decimal)
+                let is_hidden = known.role == Use::Memories;
+                let role = if is_hidden { Role::Hidden } else { Role::Memory };
+                Area { role, ..Area::new(known.name, kind, Radix::Decimal) }
             })
             .collect();
         if self.family == Family::Cs {
@@ -318,7 +324,10 @@ impl Memory {
         let words = words.iter().map(|&area| Region::Area(AreaId(area)));
         // Behind these, special units have their words in DM.
         let data = if self.family == Family::C { 1_000 } else { 20_000 };
-        let cleared = [io, cells(4, 0, data)].into_iter().chain(words).collect();
+        // When a program begins to run, timers are reset.
+        let timers = self.timers().map(|flag| self.runs(flag)).next();
+        let timers = timers.map(|runs| Region::Area(runs.area));
+        let cleared = [io, cells(4, 0, data)].into_iter().chain(words).chain(timers).collect();
         // Holding relays and DM.
         let held = if self.family == Family::C { [1, 4] } else { [2, 4] };
         let latched = held.map(|area| Region::Area(AreaId(area))).into();
@@ -338,7 +347,7 @@ impl Memory {
         PowerUp { inputs: vec![inputs], cleared, latched, fresh, holds, ..PowerUp::default() }
     }
 
-    /// Whether a timer's condition was on when it ran last, for timers that run out between instructions.
+    /// Whether a timer's condition was on when it was executed last. Nobody but its own instructions writes it.
     pub(super) fn runs(self, flag: Cell) -> Cell {
         let area = match self.family {
             Family::C => 8,

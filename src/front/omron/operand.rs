@@ -273,7 +273,9 @@ impl Reader<'_> {
                     _ => Ok(Operand::Flag(cell)),
                 }
             }
-            Use::Conditions => self.checked(area, index, letters).map(Operand::Flag),
+            Use::Conditions | Use::Memories => {
+                self.checked(area, index, letters).map(Operand::Flag)
+            }
         }
     }
 

@@ -165,9 +165,12 @@ fn branches_are_kept_in_branch_registers() {
 #[test]
 fn timers_are_done_at_some_time_and_only_with_their_condition() {
     let program = cx("LD 0.00\nTIM 0001 #0010\nLD T0001\nMOV(021) #1 D0\nEND(001)");
-    assert_eq!(fired(&program, "MOV(021) #1 D0", &[("CIO0", 1)], 1), Some(true));
-    assert_eq!(fired(&program, "MOV(021) #1 D0", &[("CIO0", 1)], 0), Some(false));
-    assert_eq!(fired(&program, "MOV(021) #1 D0", &[("T1", 1)], 1), Some(false));
+    let moves = |on: &[(&str, u16)], choices| fired(&program, "MOV(021) #1 D0", on, choices);
+    assert_eq!(moves(&[("CIO0", 1), ("TIMER-RUNS-1", 1)], 1), Some(true));
+    assert_eq!(moves(&[("CIO0", 1), ("TIMER-RUNS-1", 1)], 0), Some(false));
+    assert_eq!(moves(&[("T1", 1), ("TIMER-RUNS-1", 1)], 1), Some(false));
+    // It did not run before, and one scan takes no more than one of its ten units.
+    assert_eq!(moves(&[("CIO0", 1)], 1), Some(false));
 }
 
 #[test]

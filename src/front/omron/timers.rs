@@ -8,9 +8,10 @@ use super::resolve::Item;
 use super::source::RawInstruction;
 use crate::base::time::Picos;
 use crate::front::builder::{always, fired};
-use crate::program::timed::{Manner, Timed};
+use crate::program::timed::{Expiry, Manner, Timed};
 use crate::program::{
-    AreaId, BitSource, BitTarget, Cell, ChoiceId, Effect, Logic, Region, WordSource, Write,
+    AreaId, BitSource, BitTarget, Cell, ChoiceId, Compare, Effect, Logic, Number, Reading, Region,
+    Relation, WordSource, Write,
 };
 
 /// The present value's word behind a completion flag: its area follows that of the flags.
@@ -31,6 +32,10 @@ pub(super) fn is_fast(raw: &RawInstruction) -> bool {
 
 /// What a timer's or counter's setting may be.
 struct Setting {
+    /// Where it stands, if that is known.
+    source: Option<WordSource>,
+    /// Whether it is decimal digits.
+    is_decimal: bool,
     /// It is no decimal number where one is asked for: the instruction may end in an error, which leaves the flag.
     wrong: Logic,
     /// That, or it is 0: what becomes of the flag then is not the outside's.
@@ -58,21 +63,49 @@ fn setting(asm: &mut Assembly, item: &Item<'_>) -> Setting {
     };
     let wrong = if binary { Logic::Const(false) } else { wrong };
     let odd = Logic::Any(vec![wrong.clone(), zero]);
-    Setting { wrong, odd }
+    Setting { source, is_decimal: !binary, wrong, odd }
 }
 
 impl Setting {
     /// Whether the time or count is over, which the outside says.
     fn over(&self, asm: &mut Assembly) -> Logic {
+        let over = asm.world();
+        self.over_by(asm, over)
+    }
+
+    /// The same by this choice.
+    fn over_by(&self, asm: &mut Assembly, over: ChoiceId) -> Logic {
+        let over = Logic::Bit(BitSource::Free(over));
         match self.odd {
-            Logic::Any(ref parts) if parts.iter().all(|part| *part == Logic::Const(false)) => {
-                asm.any()
-            }
+            Logic::Any(ref parts) if parts.iter().all(|part| *part == Logic::Const(false)) => over,
             ref odd => Logic::Any(vec![
-                Logic::All(vec![asm.any(), odd.clone().not()]),
+                Logic::All(vec![over, odd.clone().not()]),
                 Logic::All(vec![asm.free(), odd.clone()]),
             ]),
         }
+    }
+
+    /// Whether a timer is over that runs: not in the scan that starts it, unless it is set to no more than what one scan
+    /// can take.
+    fn elapsed(&self, asm: &mut Assembly, item: &Item<'_>, flag: Cell) -> Logic {
+        let (Some(unit), Some(setting)) = (step(item), self.source) else { return self.over(asm) };
+        let runs = asm.memory.runs(flag);
+        let over = asm.world();
+        if !asm.repeated {
+            let on_delay = Expiry::of_on_delay(runs, setting, unit);
+            let expiry = Expiry { is_decimal: self.is_decimal, ..on_delay };
+            asm.out.program.timekeeping.expiries.insert(over, expiry);
+        }
+        let ticks = asm.out.scan_ticks(unit, self.is_decimal);
+        let number = |word| Number::Words(vec![word]);
+        let at_once = Logic::Compare(Box::new(Compare {
+            relation: Relation::LessOrEqual,
+            reading: Reading::Unsigned,
+            left: number(setting),
+            right: number(WordSource::Free(ticks)),
+        }));
+        let has_started = Logic::Any(vec![Logic::cell(runs), at_once, self.odd.clone()]);
+        Logic::All(vec![self.over_by(asm, over), has_started])
     }
 
     /// The value, or what the bit held where the instruction may end in an error.
@@ -103,15 +136,13 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
         ("timer", Some(Operand::Flag(flag))) => {
             let setting = setting(asm, item);
             // Done only while the condition holds, and then at some time.
-            let done = Logic::All(vec![Logic::Condition, setting.over(asm)]);
+            let done = Logic::All(vec![Logic::Condition, setting.elapsed(asm, item, *flag)]);
             let value = setting.unless_wrong(asm, done, *flag);
             effects.push(always(Write::Bit(BitTarget::Cell(*flag), value)));
             effects.push(always(havoc_present(*flag, choice)));
-            if asm.fast.contains(flag) {
-                let runs = asm.memory.runs(*flag);
-                let value = setting.unless_wrong(asm, Logic::Condition, runs);
-                effects.push(always(Write::Bit(BitTarget::Cell(runs), value)));
-            }
+            let runs = asm.memory.runs(*flag);
+            let value = setting.unless_wrong(asm, Logic::Condition, runs);
+            effects.push(always(Write::Bit(BitTarget::Cell(runs), value)));
             set = Some(setting);
         }
         ("timer-unknown", Some(Operand::Flag(flag))) => {
@@ -124,8 +155,13 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
             match reset {
                 Some(flags) => {
                     for flag in flags {
-                        effects.push(fired(Write::Bit(BitTarget::Cell(flag), Logic::Const(false))));
+                        let bit = |cell, value| fired(Write::Bit(BitTarget::Cell(cell), value));
+                        effects.push(bit(flag, Logic::Const(false)));
                         effects.push(fired(havoc_present(flag, choice)));
+                        // Whether a timer whose condition stays on begins anew is not known.
+                        let runs = asm.memory.runs(flag);
+                        let value = Logic::All(vec![Logic::cell(runs), asm.free()]);
+                        effects.push(bit(runs, value));
                     }
                 }
                 None => effects.push(fired(Write::Havoc(Region::Everything, choice))),

@@ -67,7 +67,13 @@ pub(super) fn run(audit: &Audit, extent: Extent) -> String {
         return String::new();
     }
     let mut text = heading("How a PLC with cleared memory comes to it, from power-up", extent);
-    for (index, scan) in scans.iter().enumerate() {
+    let mut before = 0;
+    for scan in scans {
+        let label = match scan.number - before {
+            1 => format!("scan {:<2}", scan.number),
+            later => format!("{} scans later", thousands(later)),
+        };
+        before = scan.number;
         let inputs = scan.inputs.iter().map(|(name, value)| match value {
             Value::Word(number) => format!("{name} = {number}"),
             Value::Bit(_) => name.clone(),
@@ -77,8 +83,18 @@ pub(super) fn run(audit: &Audit, extent: Extent) -> String {
             true => vec!["none on".to_owned()],
             false => capped(&inputs, extent.values),
         };
-        let title = format!("  scan {:<2} {}  inputs  ", index + 1, at_least(scan.took));
+        let title = format!("  {label} {}  inputs  ", at_least(scan.took));
         text += &wrapped(&title, &inputs, extent);
     }
     text
+}
+
+/// A number with its thousands apart.
+fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let places = digits.char_indices().flat_map(|(at, digit)| {
+        let comma = at > 0 && (digits.len() - at).is_multiple_of(3);
+        comma.then_some(',').into_iter().chain([digit])
+    });
+    places.collect()
 }

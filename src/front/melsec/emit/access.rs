@@ -485,11 +485,7 @@ impl Emitter<'_> {
             }
             Place::At(Kind::Bit(area) | Kind::Word(area), index) => vec![range(area, index)],
             Place::At(Kind::Timed(timed), index) => {
-                vec![
-                    range(timed.value, index),
-                    range(timed.contact, index),
-                    range(timed.coil, index),
-                ]
+                timed.areas().map(|area| range(area, index)).collect()
             }
             Place::BitOf(Kind::Word(area), index, _) => {
                 // Bits from here on: no more words than bits.
@@ -507,9 +503,7 @@ impl Emitter<'_> {
             },
             Place::Indexed(kind, _) | Place::IndexedDigits(kind, _) => match kind {
                 Kind::Bit(area) | Kind::Word(area) => vec![Region::Area(area)],
-                Kind::Timed(timed) => {
-                    [timed.value, timed.contact, timed.coil].map(Region::Area).to_vec()
-                }
+                Kind::Timed(timed) => timed.areas().map(Region::Area).collect(),
                 Kind::VolatileBit | Kind::VolatileWord => Vec::new(),
             },
             Place::Indirect => vec![Region::Everything],

@@ -459,7 +459,11 @@ fn cleared(place: Place, count: i64) -> Option<Vec<Effect>> {
             (index..index + count).map(|n| word(area, n)).collect()
         }
         Place::At(Kind::Timed(timed), index) => (index..index + count)
-            .flat_map(|n| [bit(timed.contact, n), bit(timed.coil, n), word(timed.value, n)])
+            .flat_map(|n| {
+                let ran = timed.ran(n).map(|ran| bit(ran.area, n));
+                let cells = [bit(timed.contact, n), bit(timed.coil, n), word(timed.value, n)];
+                cells.into_iter().chain(ran)
+            })
             .collect(),
         Place::BitOf(Kind::Word(area), index, from) => (u32::from(from)..u32::from(from) + count)
             .map(|n| {

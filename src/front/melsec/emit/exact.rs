@@ -8,6 +8,8 @@ use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
 };
+use crate::base::time::Picos;
+use crate::program::timed::Expiry;
 use crate::program::{
     AreaId, BitSource, Cell, ChoiceId, Compare, Effect, Indexed, Length, Logic, Number, Reading,
     Relation, When, WordSource, Write,
@@ -46,24 +48,26 @@ impl Emitter<'_> {
         choice
     }
 
-    /// Whether a timer whose coil is on is through, and what it stands at, by what it stood at. How far it has run is the
+    /// Whether a timer whose coil is on is over, and what it stands at, by what it stood at. How far it has run is the
     /// outside's.
-    pub(super) fn elapsed(&mut self, before: Cell, setting: WordSource) -> (ChoiceId, ChoiceId) {
+    pub(super) fn elapsed(
+        &mut self,
+        (memory, before): (Cell, Cell),
+        setting: WordSource,
+        unit: Picos,
+    ) -> (ChoiceId, ChoiceId) {
         let word = |source| Operand::Words(vec![source]);
-        let bit = |choice| Operand::Bits(vec![BitSource::Free(choice)]);
-        let (chance, number) = (self.out.world(), self.world_word());
-        let known = [word(WordSource::Cell(before)), word(setting)];
-        let through = self.exactly(Meaning {
-            operation: Operation::Expired,
-            inputs: [&[bit(chance)], &known[..]].concat(),
-            outputs: Vec::new(),
-        });
-        let now = self.exactly(Meaning {
-            operation: Operation::Elapsed,
-            inputs: [&[bit(through)], &known[..], &[word(number)]].concat(),
-            outputs: Vec::new(),
-        });
-        (through, now)
+        let (over, number) = (self.out.world(), self.out.world());
+        let on_delay = Expiry::of_on_delay(memory, setting, unit);
+        self.out.expiry([over, number], Expiry { stood: Some(before), ..on_delay });
+        let inputs = vec![
+            Operand::Bits(vec![BitSource::Free(over)]),
+            word(WordSource::Cell(before)),
+            word(setting),
+            word(WordSource::Free(number)),
+        ];
+        let now = self.exactly(Meaning { operation: Operation::Elapsed, inputs, outputs: vec![] });
+        (over, now)
     }
 
     /// The same of a counter, by its contact, coil and value.

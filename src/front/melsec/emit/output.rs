@@ -5,14 +5,14 @@ use super::rungs::{letters, remember};
 use super::{Emitter, edge, timing};
 use crate::base::time::Picos;
 use crate::front::builder::{always, fired};
-use crate::front::melsec::memory::{Family, Kind, Timed, area};
+use crate::front::melsec::memory::{Family, Kind, area};
 use crate::front::melsec::operand::{Device, Operand, Place};
 use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning;
 use crate::program::timed::Manner;
 use crate::program::{
-    BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Units, When,
-    WordSource, WordTarget, Write,
+    BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Region, Relation, Step,
+    TimingKey, Units, When, WordSource, WordTarget, Write,
 };
 
 impl Emitter<'_> {
@@ -61,7 +61,7 @@ impl Emitter<'_> {
             let Some(setting) = self.read_words(&raw.operands[1], words) else { return };
             let setting = Some(setting[0]).filter(|_| !is_long);
             times = setting;
-            self.timed_effects(target, &device, setting)
+            self.timed_effects(target, &device, setting, mnemonic)
         } else {
             let value = match self.parsed(target) {
                 // In a step ladder OUT moves on to another state as SET does; whether it can clear that state is
@@ -95,21 +95,15 @@ impl Emitter<'_> {
 
     /// Says how an emulated CPU runs the timer at an instruction. Counters it works out as the analysis does.
     fn keep_time(&mut self, mnemonic: &str, text: &str, setting: Option<WordSource>, at: usize) {
-        const MS: u64 = 1_000_000_000;
         let (Some(device), Some(setting)) = (self.device(text), setting) else { return };
         let Place::At(Kind::Timed(timed), index) = device.place else { return };
         if !matches!(device.name, "T" | "ST") || self.runs_in_interrupts(&device) {
             return;
         }
-        // As CPUs come: parameters may set other steps.
-        let step = match (self.family, mnemonic) {
-            (Family::Fx, _) if index >= 200 => 10 * MS,
-            (_, "OUTH") => 10 * MS,
-            _ => 100 * MS,
-        };
+        let step = self.step_of(mnemonic, index);
         let cell = |area| Cell { area, index };
         let keeps = crate::program::timed::Timed {
-            manner: Manner::TimesUp(Picos(step), timed.retentive),
+            manner: Manner::TimesUp(step, timed.retentive),
             flag: cell(timed.contact),
             present: cell(timed.value),
             setting,
@@ -117,7 +111,19 @@ impl Emitter<'_> {
             inputs: Vec::new(),
             parts: at + 1..at + 1,
         };
-        self.out.program.timekeeping.coils.insert(at, keeps);
+        let timekeeping = &mut self.out.program.timekeeping;
+        timekeeping.scratch.insert(const { area("stood at ") });
+        timekeeping.coils.insert(at, keeps);
+    }
+
+    /// In what steps a timer runs, as CPUs come: parameters may set other steps.
+    fn step_of(&self, mnemonic: &str, index: u32) -> Picos {
+        const MS: u64 = 1_000_000_000;
+        Picos(match (self.family, mnemonic) {
+            (Family::Fx, _) if index >= 200 => 10 * MS,
+            (_, "OUTH") => 10 * MS,
+            _ => 100 * MS,
+        })
     }
 
     /// Looks for a row of its own where the operand is a special relay of the FX: they are numbered among the plain
@@ -137,33 +143,42 @@ impl Emitter<'_> {
         text: &str,
         device: &Device,
         setting: Option<WordSource>,
+        mnemonic: &str,
     ) -> Vec<Effect> {
         let (timed, index) = match device.place {
             Place::At(Kind::Timed(timed), index) => (timed, index),
-            Place::Indexed(Kind::Timed(Timed { contact, coil, value, .. }), _) => {
+            Place::Indexed(Kind::Timed(timed), _) => {
                 self.approximate(format!(
                     "{text} is one of many: any {} may have changed",
                     device.name
                 ));
                 let choice = self.choice();
-                return [contact, coil, value]
-                    .map(|area| always(Write::Havoc(Region::Area(area), choice)))
-                    .to_vec();
+                let havoc = |area| always(Write::Havoc(Region::Area(area), choice));
+                return timed.areas().map(havoc).collect();
             }
             _ => return Vec::new(),
         };
         let cell = |area| Cell { area, index };
         let (contact, value) = (cell(timed.contact), cell(timed.value));
         let is_counter = device.name == "C";
+        let ran = timed.ran(index);
         let setting = setting.filter(|_| !self.runs_in_interrupts(device));
         let (through, now) = match setting {
             Some(setting) if is_counter => {
                 self.counted([timed.contact, timed.coil, timed.value].map(cell), setting)
             }
-            Some(setting) => self.elapsed(self.stood_at(value), setting),
+            Some(setting) => {
+                let unit = self.step_of(mnemonic, index);
+                self.elapsed((ran.unwrap_or(value), self.stood_at(value)), setting, unit)
+            }
             None => (self.choice(), self.choice()),
         };
-        let done = Logic::All(vec![Logic::Condition, Logic::Bit(BitSource::Free(through))]);
+        let mut done = vec![Logic::Condition, Logic::Bit(BitSource::Free(through))];
+        if let Some(setting) = setting.filter(|_| !is_counter) {
+            let stood = self.stood_at(value);
+            done.push(self.has_started(ran, stood, setting, self.step_of(mnemonic, index)));
+        }
+        let done = Logic::All(done);
         let coil = always(Write::Bit(BitTarget::Cell(cell(timed.coil)), Logic::Condition));
         let mut effects = Vec::new();
         if setting.is_some() && !is_counter {
@@ -181,15 +196,38 @@ impl Emitter<'_> {
                 .push(always(Write::Bit(BitTarget::Cell(contact), Logic::Any(vec![done, held]))));
         } else {
             effects.push(always(Write::Bit(BitTarget::Cell(contact), done)));
-            effects.push(always(Write::Words(
-                vec![WordTarget::Cell(value)],
-                Number::Words(vec![WordSource::Const(0)]),
-            )));
+            effects.push(always(Write::Words(vec![WordTarget::Cell(value)], zero())));
+        }
+        if let Some(ran) = ran {
+            effects.push(always(Write::Bit(BitTarget::Cell(ran), Logic::Condition)));
         }
         effects.push(fired(present));
         // What a counter counts depends on what its coil was.
         effects.push(coil);
         effects
+    }
+
+    /// Whether a timer may be over at its instruction as far as it can have run: it ran when it was executed last, or its
+    /// setting is not larger than what one scan can take. A retentive timer goes on from where it stood.
+    fn has_started(
+        &mut self,
+        ran: Option<Cell>,
+        stood: Cell,
+        setting: WordSource,
+        unit: Picos,
+    ) -> Logic {
+        let compared = |relation, left, right| {
+            let [left, right] = [left, right].map(|word| Number::Words(vec![word]));
+            Logic::Compare(Box::new(Compare { relation, reading: Reading::Signed, left, right }))
+        };
+        let ticks = WordSource::Free(self.out.scan_ticks(unit, false));
+        let at_once = compared(Relation::LessOrEqual, setting, ticks);
+        let stands = WordSource::Cell(stood);
+        let ran = match ran {
+            Some(ran) => Logic::cell(ran),
+            None => compared(Relation::NotEqual, stands, WordSource::Const(0)),
+        };
+        Logic::Any(vec![ran, at_once])
     }
 
     /// The hidden word in which the timer under way keeps what it stood at.
@@ -209,16 +247,16 @@ impl Emitter<'_> {
                 let bit = |area| {
                     fired(Write::Bit(BitTarget::Cell(Cell { area, index }), Logic::Const(false)))
                 };
+                let ran = timed.ran(index).map(|ran| bit(ran.area));
                 // Whether an input that stays on counts anew behind it is not known.
                 let coil = BitTarget::Cell(Cell { area: timed.coil, index });
-                vec![
+                let value = WordTarget::Cell(Cell { area: timed.value, index });
+                let reset = [
                     bit(timed.contact),
                     fired(Write::Bit(coil, self.free_bit())),
-                    fired(Write::Words(
-                        vec![WordTarget::Cell(Cell { area: timed.value, index })],
-                        zero(),
-                    )),
-                ]
+                    fired(Write::Words(vec![value], zero())),
+                ];
+                reset.into_iter().chain(ran).collect()
             }
             Place::Indexed(Kind::Timed(timed), false) if mnemonic == "RST" => {
                 self.approximate(format!(
@@ -226,8 +264,8 @@ impl Emitter<'_> {
                     device.name
                 ));
                 let choice = self.choice();
-                let areas = [timed.contact, timed.coil, timed.value];
-                areas.map(|area| fired(Write::Havoc(Region::Area(area), choice))).to_vec()
+                let havoc = |area| fired(Write::Havoc(Region::Area(area), choice));
+                timed.areas().map(havoc).collect()
             }
             Place::At(Kind::Word(_) | Kind::VolatileWord, _)
             | Place::Indexed(Kind::Word(_) | Kind::VolatileWord, false)

@@ -24,7 +24,7 @@ pub(super) fn written(text: &str, family: Family, switches: bool) -> Option<Vec<
     };
     Some(match kind {
         Kind::Bit(area) | Kind::Word(area) => vec![region(area)],
-        Kind::Timed(timed) => [timed.value, timed.contact, timed.coil].map(region).to_vec(),
+        Kind::Timed(timed) => timed.areas().map(region).collect(),
         // Some of the FX's special registers are its index registers.
         Kind::VolatileWord if family == Family::Fx => {
             [area("Z"), area("V index ")].map(Region::Area).to_vec()
