@@ -13,8 +13,8 @@ use super::power_up;
 use super::priced::Priced;
 use super::proved::{self, Proved};
 use super::reachable;
-use super::remembered;
 use super::real::{self, Scouted};
+use super::remembered;
 use super::request::{Progress, Request};
 use super::response::Delays;
 use super::stated;
@@ -436,10 +436,13 @@ impl Sought<'_> {
         let is_bounded = loops.found.is_empty() && !followed.whole;
         let running = || {
             let mut found = closing.longest(program, prices, (&witness, upper), runs)?;
-            let is_sought = is_bounded && found.best.is_possible();
-            let run = is_sought.then(|| power_up::run(program, prices, &mut found, &limits));
             let least = prices.least_times();
             let search = real::Search { program, least: &least, limits };
+            let is_sought = is_bounded && found.best.is_possible();
+            let run = is_sought.then(|| power_up::run(&search, prices, &mut found));
+            let least = prices.least_times();
+            let search = real::Search { program, least: &least, limits };
+            let run = is_bounded.then(|| power_up::run(&search, prices, &mut found));
             search.within(&found.best, upper).map_err(Failure::Internal)?;
             Ok::<_, Failure>((found, run.unwrap_or_default()))
         };

@@ -1,12 +1,11 @@
 //! The search for a run from power-up to a scan: a few sequences of inputs are simulated.
 
-use super::real::Found;
+use super::real::{Found, Search};
 use super::{RunScan, Value};
 use crate::base::time::{Picos, Times};
 use crate::program::{AreaKind, Cell, Program, Witness};
 use crate::replay::Real;
 use crate::replay::run::{Given, Outside, Run};
-use crate::solve::Limits;
 use crate::timing::price::Prices;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -38,6 +37,8 @@ enum Before {
     Opposite,
     /// Some of them, by this seed.
     Random(u64),
+    /// Those of the longest first scan, and all else that the outside gives as there.
+    First,
     /// Each at random off or as in the scan that is looked for, by this seed.
     Part(u64),
 }
@@ -52,22 +53,27 @@ struct Plan {
 
 /// A run of scans that begins at power-up and ends with one that takes as long as the one that was found; none if no
 /// sequence that is tried leads there. Where that last scan takes longer, it is the longest that was found from then on.
-pub fn run(
-    program: &Program,
-    prices: &Prices,
-    found: &mut Found,
-    limits: &Limits<'_>,
-) -> Vec<RunScan> {
+pub fn run(search: &Search<'_>, prices: &Prices, found: &mut Found) -> Vec<RunScan> {
+    let (program, limits) = (search.program, search.limits);
     let late = || limits.deadline.is_some_and(|end| std::time::Instant::now() >= end);
-    let times = prices.least_times();
     let outside = Outside::of(program);
     let overhead = prices.overhead_sum();
     let mut executed = 0;
-    for some in plans(program).chunks(AT_ONCE) {
+    // Where the longest first scan starts, once the simplest runs have led nowhere.
+    let mut first = Witness::default();
+    for (round, some) in plans(program).chunks(AT_ONCE).enumerate() {
         if executed >= MOST_EXECUTED || late() || (limits.cancelled)() {
             break;
         }
-        let simulation = Simulation { times: &times, outside: &outside, found, overhead };
+        let mut some = some.to_vec();
+        if round == 1
+            && let Some(start) = search.first_scan(&found.knowledge, &outside)
+        {
+            first = start;
+            some.insert(0, Plan { before: Before::First, waits: false });
+        }
+        let times = search.least;
+        let simulation = Simulation { times, outside: &outside, found, overhead, first: &first };
         let runs: Vec<Simulated> = some.par_iter().map(|&plan| simulation.run(plan)).collect();
         executed += runs.iter().map(|run| run.executed).sum::<u64>();
         if let Some(run) = runs.into_iter().find(|run| run.last.is_some()) {
@@ -129,6 +135,8 @@ struct Simulation<'a> {
     outside: &'a Outside<'a>,
     found: &'a Found,
     overhead: Picos,
+    /// Where the longest first scan starts.
+    first: &'a Witness,
 }
 
 /// A scan of a run.
@@ -156,10 +164,13 @@ impl Simulation<'_> {
     /// Makes scans until one takes long enough.
     fn run(&self, plan: Plan) -> Simulated {
         let mut run = Run::new(self.outside, self.times, self.overhead);
-        let sought = self.found.witness.start.iter().map(|(&cell, &value)| (cell, value));
-        let sought: BTreeMap<Cell, u16> =
-            sought.filter(|&(cell, _)| self.outside.sets(cell)).collect();
-        let seed = if let Before::Random(seed) | Before::Part(seed) = plan.before { seed } else { 0 };
+        let inputs_of = |witness: &Witness| -> BTreeMap<Cell, u16> {
+            let all = witness.start.iter().map(|(&cell, &value)| (cell, value));
+            all.filter(|&(cell, _)| self.outside.sets(cell)).collect()
+        };
+        let sought = inputs_of(&self.found.witness);
+        let seed =
+            if let Before::Random(seed) | Before::Part(seed) = plan.before { seed } else { 0 };
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut done = Simulated::default();
         let mut number = 0;
@@ -168,6 +179,7 @@ impl Simulation<'_> {
             let inputs = match plan.before {
                 _ if turn % 2 == 1 => sought.clone(),
                 Before::Same => sought.clone(),
+                Before::First => inputs_of(self.first),
                 Before::Off => BTreeMap::new(),
                 Before::Opposite => sought.iter().map(|(&cell, value)| (cell, !value)).collect(),
                 Before::Random(_) => {
@@ -178,7 +190,14 @@ impl Simulation<'_> {
                     some.map(|(&cell, &value)| (cell, value)).collect()
                 }
             };
-            let given = Given { inputs, choices: &self.found.witness.choices };
+            let is_first = match plan.before {
+                Before::First => turn % 2 == 0,
+                // What is tested directly is none of the inputs.
+                Before::Part(seed) => turn % 2 == 0 && seed % 2 == 1,
+                _ => false,
+            };
+            let giver = if is_first { self.first } else { &self.found.witness };
+            let given = Given { inputs, choices: &giver.choices };
             let (mut same, mut waits) = (0, 0);
             let mut waited = 0;
             loop {

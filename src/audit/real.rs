@@ -5,11 +5,12 @@ use super::modelling::LONGEST_SCAN;
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::{ChoiceKind, Knowledge};
 use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
+use crate::replay::run::Outside;
 use crate::replay::{Free, Real, Why, real};
 use crate::scan::fit::SizeLimits;
 use crate::scan::groups::{groups, unpriced, witness};
 use crate::scan::model::certain::{Standing, certain};
-use crate::scan::model::{Assignment, Lit, Origin, ScanModel, VarId};
+use crate::scan::model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
 use crate::scan::{Purpose, scan_model_knowing};
 use crate::solve::{Decisions, Limits, Method, maxima, maximum};
 use std::collections::BTreeSet;
@@ -20,6 +21,8 @@ const MOST_RUN: u64 = 400_000;
 const LARGEST: usize = 2_000_000;
 const MOST_GATES: usize = 1_000_000;
 const MOST_ROUNDS: usize = 400;
+/// The largest model in which the longest scan after power-up is looked for by itself.
+const LARGEST_FIRST: usize = 100_000;
 /// Models of more gates take as long as a good part of the bound's search: rounds go on only as long as each makes the run
 /// longer by one part in so many.
 const DEAR: usize = 300_000;
@@ -220,6 +223,44 @@ impl Search<'_> {
             dearest = self.dearest(&model);
         }
         dearest.map(|(assignment, most)| (witness(&model, &assignment), most))
+    }
+
+    /// Where the dearest scan starts of those that surely go as the model has them and in which the CPU comes up; `None` if
+    /// the model is too large, or nothing is known of it.
+    pub(super) fn first_scan(
+        &self,
+        knowledge: &Knowledge,
+        outside: &Outside<'_>,
+    ) -> Option<Witness> {
+        let mut model = self.model_of(knowledge)?;
+        if model.circuit.nodes().len() > LARGEST_FIRST {
+            return None;
+        }
+        let power_up = &self.program.power_up;
+        for at in 0..model.variables.len() {
+            let Origin::Start(cell) = model.variables[at].origin else { continue };
+            let value = match power_up.first_scan.contains(&cell) {
+                true => 1,
+                false if outside.sets(cell) => continue,
+                false if power_up.cleared.iter().any(|region| region.holds(cell)) => {
+                    power_up.word(cell)
+                }
+                false => continue,
+            };
+            let variable = VarId(u32::try_from(at).ok()?);
+            let bits = match model.variables[at].kind {
+                VarKind::Bit => vec![(Atom::Bit(variable), value & 1 == 1)],
+                VarKind::Word => (0..16)
+                    .map(|bit| (Atom::WordBit(variable, bit), value >> bit & 1 == 1))
+                    .collect(),
+            };
+            for (atom, on) in bits {
+                let lit = model.circuit.atom(atom);
+                model.constraints.push(if on { lit } else { !lit });
+            }
+        }
+        let summary = summary_choices(self.program);
+        self.dearest_known(&model, &summary, &mut 0).map(|(start, _)| start)
     }
 
     fn is_late(&self) -> bool {

@@ -108,6 +108,9 @@ pub struct PowerUp {
     pub values: BTreeMap<Cell, u16>,
     /// Those of them that keep what they held when the power fails, or may do so.
     pub latched: Vec<Region>,
+    /// Whether the program declares what is latched, so that all else is cleared when the power fails. Else parameters may
+    /// latch more.
+    pub declares_latched: bool,
     /// Bits that are on in the first scan and off in all others.
     pub first_scan: Vec<Cell>,
     /// A bit that is on in a scan only if all that is not latched was cleared before it. (Where a CPU goes on with what
@@ -118,6 +121,12 @@ pub struct PowerUp {
 }
 
 impl PowerUp {
+    /// Whether a failure of the power in mid-scan leaves nothing of what a word held then.
+    #[must_use]
+    pub fn forgets(&self, cell: Cell) -> bool {
+        self.declares_latched && !self.latched.iter().any(|region| region.holds(cell))
+    }
+
     /// What a word holds that is cleared.
     #[must_use]
     pub fn word(&self, cell: Cell) -> u16 {

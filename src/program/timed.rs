@@ -79,6 +79,9 @@ pub struct Timekeeping {
     pub between: BTreeMap<ChoiceId, Option<Cell>>,
     /// Choices that tell whether a timer is over.
     pub expiries: BTreeMap<ChoiceId, Expiry>,
+    /// Choices that tell how much time has passed in a way that runs from power-up do not count: what they are is not known
+    /// there.
+    pub uncounted: BTreeSet<ChoiceId>,
     /// Areas of words that hold nothing from one scan to the next.
     pub scratch: BTreeSet<AreaId>,
     /// Choices that tell how far a timer has run, and the choice that tells whether it is over.

@@ -78,7 +78,12 @@ impl Clockwork {
     }
 
     /// The same where that is known.
-    fn leaves(&mut self, timed: &Timed, found: &Found, (flag, present): (bool, u16)) -> (bool, u16) {
+    fn leaves(
+        &mut self,
+        timed: &Timed,
+        found: &Found,
+        (flag, present): (bool, u16),
+    ) -> (bool, u16) {
         let number = |word: u16| match timed.is_decimal {
             true => bcd(&[word]).and_then(|value| u16::try_from(value).ok()),
             false => Some(word),

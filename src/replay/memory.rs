@@ -55,9 +55,8 @@ impl Memory {
 
     /// Takes over what a scan leaves; the cells that it changed.
     pub(super) fn take(&mut self, program: &Program, left: Left) -> Vec<Cell> {
-        let is_new = |&&(cell, value, unknown): &&(Cell, u16, u16)| {
-            self.get(cell) != Some((value, unknown))
-        };
+        let is_new =
+            |&&(cell, value, unknown): &&(Cell, u16, u16)| self.get(cell) != Some((value, unknown));
         let changed = left.touched.iter().filter(is_new).map(|&(cell, ..)| cell).collect();
         for region in left.lost {
             self.lose(program, region);

@@ -83,6 +83,10 @@ pub trait Free {
     fn keeps_time(&self) -> bool {
         false
     }
+    /// Whether a timer is over, and how long it has run, follows from the scans before.
+    fn counts_time(&self) -> bool {
+        false
+    }
     /// How long the timer with this memory has been running when the scan begins, at least and at most, where time passes
     /// from scan to scan. `None` where only one scan is looked at.
     fn ran_for(&mut self, _memory: Cell) -> Option<(Picos, Picos)> {

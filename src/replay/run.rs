@@ -7,7 +7,9 @@ use super::{Free, Mode, Real};
 use crate::base::time::{Picos, Times};
 use crate::program::meaning::Operand;
 use crate::program::timed::Timed;
-use crate::program::{AreaId, AreaKind, Cell, ChoiceKind, ChoiceKey, Program, Region, WordSource, flow};
+use crate::program::{
+    AreaId, AreaKind, Cell, ChoiceKey, ChoiceKind, Program, Region, WordSource, flow,
+};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -265,6 +267,10 @@ impl Free for Start<'_, '_> {
     fn keeps_time(&self) -> bool {
         // Where nothing is known of the outside, scans may also take longer.
         !self.is_unseen()
+    }
+
+    fn counts_time(&self) -> bool {
+        self.keeps_time()
     }
 
     fn ran_for(&mut self, memory: Cell) -> Option<(Picos, Picos)> {

@@ -186,6 +186,9 @@ impl<'p, F: Free> State<'p, F> {
         let value = match self.program.kinds.get(&choice) {
             Some(ChoiceKind::World) => {
                 let given = self.given(&key, kind);
+                if self.is_uncounted(choice) {
+                    self.doubt = self.doubt.or(Some(self.at));
+                }
                 self.expiry(choice, given)
             }
             Some(&ChoiceKind::Steady(cell)) => self.read(cell),
@@ -246,6 +249,11 @@ impl<'p, F: Free> State<'p, F> {
             self.doubt = self.doubt.or(Some(self.at));
         }
         given
+    }
+
+    /// Whether a choice tells of time that is not counted where time passes from scan to scan.
+    fn is_uncounted(&self, choice: ChoiceId) -> bool {
+        self.free.counts_time() && self.program.timekeeping.uncounted.contains(&choice)
     }
 
     /// A timer's setting; `None` if it is not known.
@@ -574,7 +582,7 @@ impl<'p, F: Free> State<'p, F> {
         let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::World);
         let doubt = match self.mode {
             Mode::Model => None,
-            Mode::Real if world => fired.doubt,
+            Mode::Real if world && !self.is_uncounted(choice) => fired.doubt,
             Mode::Real => fired.doubt.or(Some(self.at)),
         };
         let regions = match self.settling(choice) {

@@ -89,7 +89,8 @@ pub fn scan_model_staying(
         let watched = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();
         let stay = |(place, one): (usize, &Stays)| {
             let mut found = stay(memory, one);
-            if matches!(one, Stays::Within(..)) {
+            let forgets = |cell: &Cell| program.power_up.forgets(*cell);
+            if matches!(one, Stays::Within(cells, ..) if !cells.iter().all(forgets)) {
                 // What is not watched may be anything by then.
                 let midst = watched.get(&Breach::Word(place)).copied().unwrap_or(Lit::TRUE);
                 found.breaks = memory.circuit().or(found.ends, midst);

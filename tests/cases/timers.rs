@@ -86,9 +86,7 @@ fn an_omron_timer_is_not_over_in_the_scan_that_starts_it() {
 
 #[test]
 fn what_one_scan_can_take_decides_which_settings_are_long_enough() {
-    let list = |setting: &str| {
-        format!("LD X5\nOUT T0 {setting}\nLD T0\nANDP X5\nSwD D4\nEND\n")
-    };
+    let list = |setting: &str| format!("LD X5\nOUT T0 {setting}\nLD T0\nANDP X5\nSwD D4\nEND\n");
     // 0 and 1 may be over at once: a unit of 100 ms may be as good as over.
     for setting in ["K0", "K1", "D100"] {
         let report = q("open.il", &list(setting), "");

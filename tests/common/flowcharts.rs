@@ -136,6 +136,9 @@ impl Every {
 }
 
 impl Plant for Every {
+    fn keeps_rest(&mut self, _: u32) -> bool {
+        self.answer(2) == 1
+    }
     fn bit(&mut self, _: u32) -> bool {
         self.answer(2) == 1
     }
@@ -165,6 +168,9 @@ impl Weather {
 }
 
 impl Plant for Weather {
+    fn keeps_rest(&mut self, _: u32) -> bool {
+        self.next(2) == 1
+    }
     fn bit(&mut self, _: u32) -> bool {
         self.next(2) == 1
     }

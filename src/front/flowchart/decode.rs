@@ -8,6 +8,8 @@
 //!
 //! An input is any value wherever it is tested, unless the user states an image of the inputs: then it has one
 //! value through the pass. A timer is one bit: whether it was started in an earlier pass. Only then may it have run out.
+//! CNR TIM may reset it, or stop it and leave it the rest of its time, as the document has it of a timer that is used again
+//! before it was over (3.2.1 (1)): either may be, so after it the timer may still be over in the pass that starts it again.
 
 use super::beginning::{Beginning, Stands, invariants};
 use super::pass_starts::pass_starts;
@@ -15,10 +17,11 @@ use super::turn::jumps_back;
 use super::{Op, Routine, Source};
 use crate::base::location::Location;
 use crate::base::time::Picos;
+use crate::program::timed::Expiry;
 use crate::program::{
     Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind, Device, Effect,
-    Instruction, Join, Logic, Operand, Program, Radix, Role, SourceFile, Step, TimingKey, Touched,
-    Units, When, Write,
+    Instruction, Join, Logic, Operand, PowerUp, Program, Radix, Region, Role, SourceFile, Step,
+    TimingKey, Touched, Units, When, WordSource, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -29,8 +32,10 @@ const TIMERS: AreaId = AreaId(2);
 const HEADS: AreaId = AreaId(3);
 const BACK: AreaId = AreaId(4);
 const RUNS: AreaId = AreaId(5);
+/// Timers that this pass has started.
+const STARTED: AreaId = AreaId(6);
 /// The first of the areas of WAITs, one a routine.
-const WAITS: u16 = 6;
+const WAITS: u16 = 7;
 /// No group is laid out with more instructions than this, unless a single copy of it has more.
 const MOST_LAID: usize = 100_000;
 
@@ -41,10 +46,11 @@ const TENTH: u64 = 100_000_000_000;
 #[must_use]
 pub fn decode(source: &Source, latched: bool) -> Program {
     let area = |name: String| Area::new(name, AreaKind::Bit, Radix::Decimal);
-    let fixed = ["IN", "OUT", "TIM", "Head of GN", "Main at LBL", "Run of GN"];
+    let fixed = ["IN", "OUT", "TIM", "Head of GN", "Main at LBL", "Run of GN", "Started TIM"];
     let mut fixed = fixed.map(|name| area(name.to_owned()));
     fixed[usize::from(INPUTS.0)].role = Role::Input;
     fixed[usize::from(OUTPUTS.0)].role = Role::Output;
+    fixed[usize::from(STARTED.0)].role = Role::Hidden;
     let waits = source.routines.iter().map(|routine| area(format!("{} in line ", name(routine))));
     let outputs = source.outputs();
     let comments = source.comments.iter().map(|(&bit, comment)| {
@@ -52,17 +58,26 @@ pub fn decode(source: &Source, latched: bool) -> Program {
         (Device { cell: Cell { area, index: bit }, bit: None }, comment.clone())
     });
     let blocks = blocks(source);
+    let areas: Vec<Area> = fixed.into_iter().chain(waits).collect();
+    let cleared = (0..areas.len()).filter_map(|at| u16::try_from(at).ok());
+    let power_up = PowerUp {
+        inputs: vec![Region::Area(INPUTS)],
+        cleared: cleared.map(|at| Region::Area(AreaId(at))).collect(),
+        ..PowerUp::default()
+    };
     let program = Program {
+        power_up,
         dialect: super::NAME.to_owned(),
         shows_path: true,
         shortest_timer: source.shortest_timer().map(|tenths| Picos(TENTH).times(u64::from(tenths))),
-        areas: fixed.into_iter().chain(waits).collect(),
+        areas,
         blocks: blocks.last().copied().unwrap_or(0),
         comments: comments.collect(),
         ..Program::default()
     };
     let (calls, told) = (Vec::new(), BTreeSet::new());
-    let mut layout = Layout { source, latched, outputs, blocks, program, calls, told };
+    let timers = timers(source);
+    let mut layout = Layout { source, latched, outputs, blocks, timers, program, calls, told };
     for (index, routine) in source.routines.iter().enumerate() {
         layout.routine(index, routine);
     }
@@ -92,6 +107,21 @@ fn operands(one: &super::Instruction, outputs: &BTreeSet<u32>) -> Arc<[Operand]>
 
 fn name(routine: &Routine) -> String {
     routine.group.map_or("Main".to_owned(), |group| format!("GN{group}"))
+}
+
+/// The timers, as long as all of them together with all ends of passes are few enough to be carried from pass to pass.
+fn timers(source: &Source) -> BTreeSet<u32> {
+    const MOST: usize = 20_000;
+    let all: BTreeSet<u32> = source
+        .instructions
+        .iter()
+        .filter_map(|one| match one.op {
+            Op::Timer { timer, .. } => Some(timer),
+            _ => None,
+        })
+        .collect();
+    let ends = source.instructions.iter().filter(|one| one.op.leaves() || one.op.asks()).count();
+    if all.len().saturating_mul(ends) <= MOST { all } else { BTreeSet::new() }
 }
 
 /// The flowchart's boxes, numbered from 1: for each instruction the box in which it stands.
@@ -129,6 +159,8 @@ struct Layout<'s> {
     latched: bool,
     outputs: BTreeSet<u32>,
     blocks: Vec<u32>,
+    /// The timers whose state is carried from pass to pass.
+    timers: BTreeSet<u32>,
     program: Program,
     /// Calls of groups whose place is not yet known: the instruction and the group.
     calls: Vec<(usize, u32)>,
@@ -191,7 +223,7 @@ impl Layout<'_> {
             let step = Step::Jump { fires: Logic::cell(cell), target: 0 };
             let head = place == routine.body.start;
             // At its head a group also clears the places where it stood when it was stopped.
-            let left = places.iter().filter(|other| !is_main && (head || other.0 == place));
+            let left = places.iter().filter(|other| (!is_main && head) || other.0 == place);
             let left = left.map(|&(_, cell)| Effect { when: When::Fired, write: set(cell, false) });
             let effects = left.collect();
             let at = self.put(place, None, step, effects);
@@ -261,23 +293,32 @@ impl Layout<'_> {
             }
             Op::Timer { timer, tenths } => {
                 self.tell(at, "a timer of an earlier pass may or may not have run out");
-                let elapsed = self.any();
                 let cell = Cell { area: TIMERS, index: timer };
+                let elapsed = self.elapsed(cell, tenths);
                 let value = match tenths {
                     0 => elapsed,
                     _ => Logic::All(vec![Logic::cell(cell), elapsed]),
                 };
                 let step = Step::Logic { join: self.join(at), value };
-                let idle = Effect { when: When::Fired, write: set(cell, false) };
-                self.put(at, Some(("timer", false)), step, vec![idle]);
+                let started = Cell { area: STARTED, index: timer };
+                let idle = |cell| Effect { when: When::Fired, write: set(cell, false) };
+                let effects = vec![always(started, true), idle(started), idle(cell)];
+                self.put(at, Some(("timer", false)), step, effects);
             }
             Op::Out { bit, on } => {
                 let effect = always(self.bit(bit), on);
                 self.put(at, Some(("coil", true)), Step::Act { fires: whenever }, vec![effect]);
             }
             Op::ResetTimer(timer) => {
-                let effect = always(Cell { area: TIMERS, index: timer }, false);
-                self.put(at, Some(("timer", true)), Step::Act { fires: whenever }, vec![effect]);
+                self.tell(at, "CNR TIM may reset a timer or leave it the rest of its time");
+                let rest = self.unknown();
+                let effects = [TIMERS, STARTED].map(|area| {
+                    let cell = Cell { area, index: timer };
+                    let stays = Logic::All(vec![Logic::cell(cell), rest.clone()]);
+                    Effect { when: When::Always, write: Write::Bit(BitTarget::Cell(cell), stays) }
+                });
+                let step = Step::Act { fires: whenever };
+                self.put(at, Some(("timer", true)), step, effects.into());
             }
             Op::Jump(to) => self.jump(spot, to, whenever, open),
             Op::JumpIf(to) => self.jump(spot, to, Logic::Condition, open),
@@ -286,7 +327,8 @@ impl Layout<'_> {
                 let jump = self.put(at, Some(("jump", false)), step, vec![]);
                 open.jumps.push((jump, (copy, at + 1)));
                 if open.is_main {
-                    self.put(at, None, Step::Stop { fires: whenever }, vec![]);
+                    let effects = self.ends(open.routine, self.source.condition(at));
+                    self.put(at, None, Step::Stop { fires: whenever }, effects);
                 } else {
                     let here = self.stands(open.routine, self.source.condition(at));
                     let here = here.into_iter().map(|cell| always(cell, true)).collect();
@@ -332,7 +374,8 @@ impl Layout<'_> {
 
     fn jump(&mut self, (copy, at): Spot, to: usize, fires: Logic, open: &mut Open) {
         if to <= at && open.is_main {
-            self.put(at, Some(("jump", false)), Step::Stop { fires }, vec![]);
+            let effects = self.ends(open.routine, to);
+            self.put(at, Some(("jump", false)), Step::Stop { fires }, effects);
             return;
         }
         let jump = self.put(at, Some(("jump", false)), Step::Jump { fires, target: 0 }, vec![]);
@@ -343,6 +386,30 @@ impl Layout<'_> {
         } else {
             open.rounds.push((jump, at, to));
         }
+    }
+
+    /// What the end of a pass leaves: where the main routine goes on, and the timers that the pass has started.
+    fn ends(&self, routine: usize, place: usize) -> Vec<Effect> {
+        let fired = |write| Effect { when: When::Fired, write };
+        let place = self.stands(routine, place).map(|cell| fired(set(cell, true)));
+        let timers = self.timers.iter().flat_map(|&index| {
+            let [old, started] = [TIMERS, STARTED].map(|area| Cell { area, index });
+            let runs = Logic::Any(vec![Logic::cell(old), Logic::cell(started)]);
+            [fired(Write::Bit(BitTarget::Cell(old), runs)), fired(set(started, false))]
+        });
+        place.into_iter().chain(timers).collect()
+    }
+
+    /// Whether a timer that was started in an earlier pass is over, which the outside decides.
+    fn elapsed(&mut self, memory: Cell, tenths: u32) -> Logic {
+        let over = ChoiceId(self.program.choices);
+        let words = [tenths as u16, (tenths >> 16) as u16].map(WordSource::Const);
+        let expiry = Expiry {
+            setting: words.into(),
+            ..Expiry::of_on_delay(memory, WordSource::Const(0), Picos(TENTH))
+        };
+        self.program.timekeeping.expiries.insert(over, expiry);
+        self.any()
     }
 
     /// How a test joins the condition: the first begins a new one.

@@ -12,6 +12,8 @@ pub trait Plant {
     fn started(&mut self, timer: u32) -> bool;
     /// Whether a timer that was started in an earlier pass has run out by now.
     fn elapsed(&mut self, timer: u32) -> bool;
+    /// Whether CNR TIM leaves a timer the rest of its time, so that it goes on when it is asked again.
+    fn keeps_rest(&mut self, timer: u32) -> bool;
     /// Which of so many places the routine stands at when nothing has moved it before. For a group the
     /// first means that it is stopped.
     fn stands(&mut self, group: Option<u32>, places: usize) -> usize;
@@ -167,7 +169,9 @@ impl<'s> Machine<'s> {
                     self.state.bits.insert(bit, on);
                 }
                 Op::ResetTimer(timer) => {
-                    self.state.timers.insert(timer, Timer::Idle);
+                    if !plant.keeps_rest(timer) {
+                        self.state.timers.insert(timer, Timer::Idle);
+                    }
                 }
                 Op::Jump(to) | Op::JumpIf(to) => {
                     let taken = std::mem::replace(&mut holds, true);

@@ -145,6 +145,13 @@ impl Walk {
             Op::And { bit, negated } => self.test(bit, negated, view),
             Op::Timer { timer, tenths } => self.timer(timer, tenths, view),
             Op::Start(group) => self.start(source, group),
+            // A timer that is reset may keep the rest of its time.
+            Op::ResetTimer(timer) => {
+                let mut reset = self.clone().step();
+                reset.state.timers.remove(&timer);
+                reset.fresh.remove(&timer);
+                vec![Next::On(reset), Next::On(self.step())]
+            }
             op => vec![self.act(source, view, op)],
         }
     }
@@ -219,10 +226,6 @@ impl Walk {
                 } else {
                     self.state.outputs.remove(&bit);
                 }
-            }
-            Op::ResetTimer(timer) => {
-                self.state.timers.remove(&timer);
-                self.fresh.remove(&timer);
             }
             Op::Jump(to) => return self.jump(to),
             Op::JumpIf(to) if holds => return self.jump(to),

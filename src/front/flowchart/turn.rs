@@ -153,9 +153,10 @@ fn nexts(
             vec![next]
         }
         Op::ResetTimer(timer) => {
-            let mut next = step(state.clone());
-            next.timers.insert(timer, false);
-            vec![next]
+            // It may keep the rest of its time.
+            let mut reset = step(state.clone());
+            reset.timers.insert(timer, false);
+            vec![reset, step(state.clone())]
         }
         Op::Jump(to) => vec![goes(to)],
         Op::JumpIf(to) if state.holds => vec![goes(to)],

@@ -175,7 +175,7 @@ impl Emit<'_> {
         let anew = all([now(input.was), active.clone(), entered(memory, steps), apart.clone()]);
         let ran = self.keep_bit(all([now(input.was), anew.not()]));
         let free = match feed.qualifier.is_timed() {
-            true => self.world_bit(),
+            true => self.uncounted_bit(),
             false => Logic::Const(false),
         };
         // A timer that runs may be over at any moment, and stays so; in the scan in which it begins only if its time is 0.

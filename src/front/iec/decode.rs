@@ -354,6 +354,7 @@ fn program(emit: &mut Emit<'_>, task: &Task, name: &str, of: &str) {
 /// What is known of the state after power-up.
 fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
     let mut known = PowerUp {
+        declares_latched: true,
         cleared: vec![Region::Area(AreaId(2)), Region::Area(AreaId(3))],
         ..PowerUp::default()
     };

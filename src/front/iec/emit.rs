@@ -413,6 +413,13 @@ impl<'p> Emit<'p> {
         kept
     }
 
+    /// A bit of how much time has passed, which a run from power-up does not count.
+    pub(super) fn uncounted_bit(&mut self) -> Logic {
+        let choice = self.builder.world();
+        self.builder.program.timekeeping.uncounted.insert(choice);
+        Logic::Bit(crate::program::BitSource::Free(choice))
+    }
+
     /// A bit that the outside gives.
     pub(super) fn world_bit(&mut self) -> Logic {
         Logic::Bit(crate::program::BitSource::Free(self.builder.world()))

@@ -3,11 +3,16 @@
 use super::emit::{Emit, OpenEnd, Place};
 use super::memory::{all, any, set};
 use super::value::constant;
+use crate::base::time::Picos;
 use crate::front::builder::always;
+use crate::program::timed::Expiry;
 use crate::program::{
-    BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, Step, WordSource,
-    WordTarget, Write,
+    BitSource, BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, Step,
+    WordSource, WordTarget, Write,
 };
+
+/// The unit of times.
+const MILLISECOND: Picos = Picos(1_000_000_000);
 
 /// A number of two words that lies here.
 pub(super) fn double(first: Cell) -> Number {
@@ -28,6 +33,8 @@ impl Emit<'_> {
     pub(super) fn later_than(&mut self, before: Cell) -> (Cell, [usize; 2]) {
         let time = self.words_between(2);
         let choice = self.builder.world();
+        // A run from power-up does not count it.
+        self.builder.program.timekeeping.uncounted.insert(choice);
         // A time is not below 0.
         let sign = BitTarget::WordBit(time.plus(1), 15);
         let any_time = Write::Havoc(Region::Range { first: time, count: 2 }, choice);
@@ -47,7 +54,18 @@ impl Emit<'_> {
             return;
         };
         let input = Logic::cell(input);
-        let runs_out = self.world_bit();
+        // TON rests while its input is off, TOF while it is on, TP while its output is off.
+        let (memory, rest, running) = match kind {
+            "TON" => (was, 0, false),
+            "TOF" => (was, 1, true),
+            _ => (q, 0, true),
+        };
+        let runs_out = self.builder.world();
+        let setting = [preset, preset.plus(1)].map(WordSource::Cell).into();
+        let on_delay = Expiry::of_on_delay(memory, WordSource::Const(0), MILLISECOND);
+        let expiry = Expiry { rest, running, setting, ..on_delay };
+        self.builder.program.timekeeping.expiries.insert(runs_out, expiry);
+        let runs_out = Logic::Bit(BitSource::Free(runs_out));
         // A time that is 0 may be one below a millisecond.
         let short = self.world_bit();
         let zero = || compared(Relation::LessOrEqual, double(preset), constant(0, 2));

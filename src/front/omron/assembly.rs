@@ -14,8 +14,8 @@ use crate::front::builder::{Builder, always};
 use crate::front::shown;
 use crate::program::meaning::Meaning;
 use crate::program::{
-    Approximated, BitSource, Cell, ChoiceId, Effect, Join, Logic, Program, Region, Step, TimingKey,
-    Units, Write,
+    Approximated, BitSource, BitTarget, Cell, ChoiceId, Effect, Join, Logic, Program, Region, Step,
+    TimingKey, Units, Write,
 };
 
 /// Slots from here on hold an instruction's branches; those below are TR0 to TR15.
@@ -39,6 +39,12 @@ pub(super) struct Assembly {
     pub(super) fast: BTreeSet<Cell>,
     /// Whether the instruction may run more than once a scan.
     pub(super) repeated: bool,
+    /// Whether the instruction stands within an interlock: what it sees of edges there, families differ in.
+    pub(super) interlocked: bool,
+    /// How many instructions remember what they saw.
+    edges: u32,
+    /// What the instruction remembers when all else is done, until it is put in.
+    remembered: Vec<Effect>,
     /// Loops whose count stands in a word: their begin, and the word where it is a known one.
     pub(super) counted: Vec<(usize, Option<Cell>)>,
     /// Index registers that the instruction's operands move, until it is put in.
@@ -59,6 +65,9 @@ impl Assembly {
             branches: BTreeSet::new(),
             fast: BTreeSet::new(),
             repeated: false,
+            interlocked: false,
+            edges: 0,
+            remembered: Vec::new(),
             counted: Vec::new(),
             moved: Vec::new(),
         }
@@ -68,6 +77,7 @@ impl Assembly {
     pub(super) fn at(&mut self, item: &Item<'_>) {
         let place = Location { file: self.file, line: item.raw.line, step: item.raw.step };
         self.out.at(place, item.raw.text.clone(), named::operands(item));
+        self.remembered.clear();
         let memory = self.memory;
         let operands = item.raw.operands.iter();
         self.moved = operands.filter_map(|text| moved_register(text, memory)).collect();
@@ -133,6 +143,7 @@ impl Assembly {
         timing: Option<TimingKey>,
     ) -> usize {
         if timing.is_some() {
+            effects.append(&mut self.remembered);
             for first in std::mem::take(&mut self.moved) {
                 let choice = self.choice();
                 effects.push(always(Write::Havoc(Region::Range { first, count: 2 }, choice)));
@@ -152,13 +163,44 @@ impl Assembly {
         self.out.exactly(choice, meaning);
     }
 
-    /// When an instruction runs whose condition stands on the stack, by its mark.
+    /// When an instruction runs whose condition stands on the stack, by its mark. It is put in as one.
     pub(super) fn fires(&mut self, edge: Option<Edge>) -> Logic {
         match edge {
             None => Logic::Condition,
-            Some(Edge::Rising) => Logic::All(vec![Logic::Condition, self.any()]),
-            Some(Edge::Falling) => Logic::All(vec![Logic::Condition.not(), self.any()]),
+            Some(edge) => self.edge(Logic::Condition, edge),
         }
+    }
+
+    /// The same of an instruction that is put in as several.
+    pub(super) fn fires_at_will(&mut self, edge: Option<Edge>) -> Logic {
+        match edge {
+            None => Logic::Condition,
+            Some(edge) => self.edge_at_will(Logic::Condition, edge),
+        }
+    }
+
+    /// Whether a value has changed since the next instruction saw it last. Where it may run more than once a scan, or not be
+    /// carried out in an interlock, that is not followed.
+    pub(super) fn edge(&mut self, value: Logic, edge: Edge) -> Logic {
+        if self.repeated || self.interlocked {
+            return self.edge_at_will(value, edge);
+        }
+        let memory = self.memory.edge(self.edges);
+        self.edges += 1;
+        self.remembered.push(always(Write::Bit(BitTarget::Cell(memory), value.clone())));
+        let was = Logic::cell(memory);
+        Logic::All(match edge {
+            Edge::Rising => vec![value, was.not()],
+            Edge::Falling => vec![value.not(), was],
+        })
+    }
+
+    fn edge_at_will(&mut self, value: Logic, edge: Edge) -> Logic {
+        let changed = self.any();
+        Logic::All(match edge {
+            Edge::Rising => vec![value, changed],
+            Edge::Falling => vec![value.not(), changed],
+        })
     }
 
     /// A coil or application instruction.

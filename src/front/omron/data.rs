@@ -352,8 +352,7 @@ pub(super) fn condition(asm: &mut Assembly, item: &Item<'_>) -> Logic {
     match item.raw.edge {
         // An edge of a comparison: only while it holds, or while it does not.
         None => value,
-        Some(super::source::Edge::Rising) => Logic::All(vec![value, asm.any()]),
-        Some(super::source::Edge::Falling) => Logic::All(vec![value.not(), asm.any()]),
+        Some(edge) => asm.edge(value, edge),
     }
 }
 

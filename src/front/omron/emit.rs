@@ -84,6 +84,7 @@ impl<'a> Emitter<'a> {
                 ));
             }
             self.asm.repeated = self.frame.repeated[at];
+            self.asm.interlocked = !self.interlocks.is_empty();
             if !self.frame.dead[at] {
                 self.item(at);
             }
@@ -249,8 +250,7 @@ impl<'a> Emitter<'a> {
         value = match (item.raw.edge, negated) {
             (None, false) => value,
             (None, true) => value.not(),
-            (Some(Edge::Rising), false) => Logic::All(vec![value, self.asm.any()]),
-            (Some(Edge::Falling), false) => Logic::All(vec![value.not(), self.asm.any()]),
+            (Some(edge), false) => self.asm.edge(value, edge),
             (Some(_), true) => self.asm.free(),
         };
         let lead = match item.meaning() {
@@ -316,8 +316,8 @@ impl<'a> Emitter<'a> {
         self.asm.closed = false;
         let value = match item.meaning() {
             "invert" => Logic::Condition.not(),
-            "rise" => Logic::All(vec![Logic::Condition, self.asm.any()]),
-            _ => Logic::All(vec![Logic::Condition.not(), self.asm.any()]),
+            "rise" => self.asm.edge(Logic::Condition, Edge::Rising),
+            _ => self.asm.edge(Logic::Condition, Edge::Falling),
         };
         let key = self.asm.key(item, true);
         self.asm.push(Step::Logic { join: Join::Replace, value }, Vec::new(), Some(key));
@@ -413,7 +413,7 @@ impl<'a> Emitter<'a> {
                 }
             }
             "call" => {
-                let fires = self.asm.fires(item.raw.edge);
+                let fires = self.asm.fires_at_will(item.raw.edge);
                 let key = self.asm.key(item, false);
                 self.call(at, item, fires, Vec::new(), key);
             }
@@ -480,16 +480,12 @@ impl<'a> Emitter<'a> {
                 let value = Logic::Const(item.meaning() == "set");
                 self.asm.act(fires, vec![fired(bit(value))], Some(key));
             }
+            meaning if interlocked => self.interlocked_pulse(meaning, target, key),
             meaning => {
-                let free = self.asm.any();
-                let on =
-                    if meaning == "pulse-rise" { Logic::Condition } else { Logic::Condition.not() };
-                let value = Logic::All(vec![on, free]);
-                if interlocked {
-                    self.interlocked_pulse(meaning, target, key);
-                } else {
-                    self.asm.act(value.clone(), vec![always(bit(value))], Some(key));
-                }
+                let is_rising = meaning == "pulse-rise";
+                let edge = if is_rising { Edge::Rising } else { Edge::Falling };
+                let value = self.asm.edge(Logic::Condition, edge);
+                self.asm.act(value.clone(), vec![always(bit(value))], Some(key));
             }
         }
     }
@@ -594,7 +590,7 @@ impl<'a> Emitter<'a> {
     /// MCRO: parameters in, the subroutine, results out.
     fn r#macro(&mut self, at: usize, item: &Item<'_>) {
         let memory = self.asm.memory;
-        let fires = self.asm.fires(item.raw.edge);
+        let fires = self.asm.fires_at_will(item.raw.edge);
         let key = self.asm.key(item, false);
         let mut effects: Vec<Effect> = data::flags(self.asm, item).into_iter().map(fired).collect();
         // The words for parameters and results differ by CPU: all that it may be take any value.

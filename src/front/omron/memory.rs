@@ -1,9 +1,7 @@
 //! The memory of OMRON PLCs: areas and their letters, what the system changes by itself, the condition flags.
 
 use super::source::Family;
-use crate::program::{
-    Area, AreaId, AreaKind, BitTarget, Cell, PowerUp, Radix, Region, Role,
-};
+use crate::program::{Area, AreaId, AreaKind, BitTarget, Cell, PowerUp, Radix, Region, Role};
 
 /// What an area serves for besides holding values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +42,7 @@ const fn other(
 }
 
 /// IR with SR, HR, AR, LR, DM; timers and counters share their numbers.
-const C_AREAS: [Known; 9] = [
+const C_AREAS: [Known; 10] = [
     words("IR", &["", "IR", "SR", "CIO"], 512),
     words("HR", &["HR", "H"], 100),
     words("AR", &["AR", "A"], 28),
@@ -54,10 +52,11 @@ const C_AREAS: [Known; 9] = [
     other("TC", &["TIM", "CNT", "TC", "T", "C"], 512, Use::Flags(7)),
     other("TCPV", &[], 512, Use::Values),
     other("TIMER-RUNS-", &[], 512, Use::Memories),
+    other("EDGE-", &[], u32::MAX, Use::Memories),
 ];
 
 /// CIO, W, H, A, D; the banks of E follow as further areas.
-const CS_AREAS: [Known; 14] = [
+const CS_AREAS: [Known; 15] = [
     words("CIO", &["", "CIO"], 6_144),
     words("W", &["W"], 512),
     words("H", &["H"], 1_536),
@@ -73,6 +72,7 @@ const CS_AREAS: [Known; 14] = [
     // Index registers have two words each.
     words("IR-word ", &[], 32),
     words("DR", &[], 16),
+    other("EDGE-", &[], u32::MAX, Use::Memories),
 ];
 
 /// Banks of the E area, and the words of each.
@@ -354,6 +354,15 @@ impl Memory {
             Family::Cs => 11,
         };
         Cell { area: AreaId(area), index: flag.index }
+    }
+
+    /// The bit in which an instruction remembers what it saw, numbered apart from those of the others.
+    pub(super) fn edge(self, index: u32) -> Cell {
+        let area = match self.family {
+            Family::C => 9,
+            Family::Cs => 14,
+        };
+        Cell { area: AreaId(area), index }
     }
 
     /// The areas of timers and counters: their flags, present values, and what is remembered of them.

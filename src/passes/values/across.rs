@@ -118,15 +118,16 @@ impl Across<'_> {
     }
 
     /// A scan that starts so: what is found in it, and what it may leave in each of the trusted words for the next one: what
-    /// stands there at its end, or what it wrote at any moment before, should the power fail and parameters latch the word.
+    /// stands there at its end, or what it wrote at any moment before, should the power fail and the word be latched.
     fn scan(&self, start: &[Value], trusted: &[usize], work: &mut u64) -> Option<Scanned> {
         let Across { program, followed, is_over, .. } = *self;
         let mut run = Run::new(program, followed, is_over);
         let end = run.scan(followed.holding(start.to_vec())).ok()??;
         *work += run.work;
+        let forgets = |slot: usize| program.power_up.forgets(followed.words.cells()[slot]);
         let left = |&slot: &usize| match run.written[slot] {
-            Some(written) => end.value(slot).join(written),
-            None => end.value(slot),
+            Some(written) if !forgets(slot) => end.value(slot).join(written),
+            _ => end.value(slot),
         };
         Some(Scanned { left: trusted.iter().map(left).collect(), found: run.found })
     }

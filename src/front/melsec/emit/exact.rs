@@ -1,6 +1,7 @@
 //! What MELSEC instructions really do where the effects say any value: kinds of choices, indexed places, operations.
 
 use super::Emitter;
+use crate::base::time::Picos;
 use crate::front::melsec::catalog::{Amount, Entry, Extent, Role};
 use crate::front::melsec::memory::{Family, Kind, area};
 use crate::front::melsec::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK};
@@ -8,7 +9,6 @@ use crate::front::melsec::source::RawInstruction;
 use crate::program::meaning::{
     Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
 };
-use crate::base::time::Picos;
 use crate::program::timed::Expiry;
 use crate::program::{
     AreaId, BitSource, Cell, ChoiceId, Compare, Effect, Indexed, Length, Logic, Number, Reading,
