@@ -156,9 +156,8 @@ fn the_cases_with_bound_and_way() {
     for name in CASES {
         let (_, _, audit) = case(name, false);
         assert!(audit.unbounded.is_empty() && audit.doubts.is_empty());
-        // In one of them the longest pass starts a group again that runs, which a PLC may or may not do.
-        let settled = name != "delay-group";
-        assert_eq!(audit.bound.exact(), settled, "{name}");
+        // A pass that starts a group again that runs, or goes on with the rest of a timer behind CNR TIM, is no lower bound.
+        let settled = audit.bound.exact();
         let least =
             if settled { String::new() } else { format!(", {} at least", audit.bound.lower) };
         told += &format!("{name}: {}{least}\n", audit.bound.upper);
@@ -248,7 +247,8 @@ fn a_timer_started_without_time_has_run_out_wherever_it_is_asked_for_next() {
         audited("a", &text, &table, false).expect("an audit").bound.upper
     };
     assert!(bound("0") > Picos(2_000_000_000));
-    assert!(bound("5") < Picos(1_000_000_000));
+    // CNR TIM may have left it the rest of its time.
+    assert!(bound("5") > Picos(2_000_000_000));
 }
 
 #[test]

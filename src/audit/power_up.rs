@@ -190,14 +190,17 @@ impl Simulation<'_> {
                     some.map(|(&cell, &value)| (cell, value)).collect()
                 }
             };
-            let is_first = match plan.before {
-                Before::First => turn % 2 == 0,
-                // What is tested directly is none of the inputs.
-                Before::Part(seed) => turn % 2 == 0 && seed % 2 == 1,
-                _ => false,
+            let leads = turn % 2 == 0;
+            let choices = match plan.before {
+                Before::First if leads => &self.first.choices,
+                _ => &self.found.witness.choices,
             };
-            let giver = if is_first { self.first } else { &self.found.witness };
-            let given = Given { inputs, choices: &giver.choices };
+            // Of what is tested directly nothing is among the inputs.
+            let chance = match plan.before {
+                Before::Part(seed) if leads && seed % 2 == 1 => Some(random.next_u64()),
+                _ => None,
+            };
+            let given = Given { inputs, choices, chance };
             let (mut same, mut waits) = (0, 0);
             let mut waited = 0;
             loop {
@@ -238,7 +241,12 @@ impl Simulation<'_> {
         let took = scan.replay.total;
         let is_over = scan.stopped.is_some() || done.executed >= MOST_OF_ONE;
         done.scans.push(Made { number, inputs: given.inputs.clone(), took, waited });
-        let leads_there = took >= self.found.best.replay.total;
+        let best = self.found.best.replay.total;
+        if given.chance.is_some() && took > best {
+            // What it was given at random no report can tell.
+            return false;
+        }
+        let leads_there = took >= best;
         if leads_there {
             let choices = given.choices.clone();
             let start = Witness { start: run.started(), choices, ..Witness::default() };

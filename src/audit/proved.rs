@@ -163,7 +163,7 @@ fn run_unseen(search: &Search<'_>, found: &mut Found) {
     let mut run = Run::new(&outside, search.least, Picos::ZERO);
     let (choices, mut executed) = (BTreeMap::new(), 0);
     for number in 1..=SCANS {
-        let given = Given { inputs: BTreeMap::new(), choices: &choices };
+        let given = Given { inputs: BTreeMap::new(), choices: &choices, chance: None };
         let scan = run.scan(&given, MOST_RUN - executed);
         executed += scan.replay.events.len() as u64;
         found.broken.note(search.program, &scan, Some(number));

@@ -1,6 +1,6 @@
 //! What is known of the state in which a scan starts.
 
-use super::{BitTarget, Cell, Region};
+use super::{BitTarget, Cell, Logic, Region};
 use std::collections::BTreeMap;
 
 /// A stated range of a word, or of two words read as one number, at the start of the scan.
@@ -108,6 +108,8 @@ pub struct PowerUp {
     pub values: BTreeMap<Cell, u16>,
     /// Those of them that keep what they held when the power fails, or may do so.
     pub latched: Vec<Region>,
+    /// What holds whenever a scan starts, however what manuals leave open is read: real scans keep to it, too.
+    pub in_every_reading: Vec<Logic>,
     /// Whether the program declares what is latched, so that all else is cleared when the power fails. Else parameters may
     /// latch more.
     pub declares_latched: bool,

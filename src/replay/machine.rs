@@ -168,7 +168,11 @@ impl<'p, F: Free> Machine<'p, F> {
 
     pub(super) fn scan(&mut self) -> Replay {
         let program = self.program;
-        let broken = program.invariants.iter().enumerate();
+        let readings = match self.state.mode {
+            Mode::Real => &program.power_up.in_every_reading[..],
+            Mode::Model => &[],
+        };
+        let broken = program.invariants.iter().chain(readings).enumerate();
         let broken = broken.filter(|(_, holds)| !self.state.logic(holds, Truth::TRUE).value);
         let broken_invariants: Vec<usize> = broken.map(|(index, _)| index).collect();
         for main in &program.mains {

@@ -51,7 +51,8 @@ pub struct Replay {
     /// Indices into `Program::ranges` that the start values which the scan read cannot meet: such a scan is
     /// not one of those that the user's statements allow.
     pub broken_ranges: Vec<usize>,
-    /// Indices into `Program::invariants` that the start values do not meet: no scan starts so.
+    /// Indices into `Program::invariants` that the start values do not meet: no scan starts so. In a real run what holds in
+    /// every reading of the manuals is counted behind them.
     pub broken_invariants: Vec<usize>,
     /// The `Step::Unbounded` at which the scan was given up, if it came to one.
     pub unbounded: Option<usize>,

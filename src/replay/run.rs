@@ -20,6 +20,8 @@ pub struct Given<'p> {
     pub inputs: BTreeMap<Cell, u16>,
     /// Choices in the scan; 0 where one is not named.
     pub choices: &'p BTreeMap<ChoiceKey, u16>,
+    /// Choices that the outside makes are at random instead, by this seed.
+    pub chance: Option<u64>,
 }
 
 /// What the outside of a program sets.
@@ -256,6 +258,11 @@ impl Free for Start<'_, '_> {
     }
 
     fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
+        if let Some(seed) = self.given.chance
+            && self.run.outside.program.kinds.get(&key.choice) == Some(&ChoiceKind::World)
+        {
+            return at_random(seed, key);
+        }
         self.given.choices.get(key).copied().unwrap_or(0)
     }
 
@@ -281,6 +288,15 @@ impl Free for Start<'_, '_> {
         let since = |moment: Picos| self.run.now.checked_sub(moment).unwrap_or_default();
         Some((since(latest), since(earliest)))
     }
+}
+
+/// A value that depends on nothing but the seed and what is asked.
+fn at_random(seed: u64, key: &ChoiceKey) -> u16 {
+    const ODD: u64 = 0x9E37_79B9_7F4A_7C15;
+    let frames = key.frames.iter().flat_map(|frame| [frame.at as u64, frame.iteration.into()]);
+    let all = [u64::from(key.choice.0)].into_iter().chain(frames);
+    let mixed = all.fold(seed, |mixed, part| (mixed ^ part).wrapping_mul(ODD).rotate_left(29));
+    (mixed.wrapping_mul(ODD) >> 48) as u16
 }
 
 /// Whether the program reads one of these cells but where it executes a timer or counter.

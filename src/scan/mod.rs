@@ -199,7 +199,11 @@ fn run<T>(
         run.constrain(&range.cells, range.low, range.high);
         run.constrain_to(&range.cells, &range.values);
     }
-    for invariant in &program.invariants {
+    let readings = match purpose {
+        Purpose::LowerBound => &program.power_up.in_every_reading[..],
+        Purpose::UpperBound => &[],
+    };
+    for invariant in program.invariants.iter().chain(readings) {
         let holds = run.logic(invariant, Lit::TRUE, 0);
         if holds != Lit::TRUE {
             run.memory.model.constraints.push(holds);

@@ -153,3 +153,94 @@ fn a_report_shows_no_run_that_takes_longer_than_its_lower_bound() {
     let check = scanbound("attack", &format!("check {arguments} --limit 10ms"));
     assert_eq!(check.code, Some(1), "{}{}", check.stdout, check.stderr);
 }
+
+#[test]
+fn the_first_pass_of_a_flowchart_is_a_run_from_power_up() {
+    let check = "check first-pass.lst --limit 200us --refute reached";
+    let run = scanbound("flowchart-power-up", check);
+    assert_eq!(run.code, Some(1), "{}{}", run.stdout, run.stderr);
+    let report = audit("flowchart-power-up", "first-pass.lst");
+    assert_eq!(bounds(&report), (245_000, 245_000, true));
+    assert_eq!(run_of(&report), [(1, 245_000)]);
+}
+
+#[test]
+fn cnr_tim_may_leave_a_timer_the_rest_of_its_time() {
+    let report = audit("cnr-tim", "restart.lst");
+    assert_eq!(upper_ns(&report), 350_000);
+    // Which of both a PLC does no lower bound rests on.
+    assert_eq!((lower_ns(&report), &report["scan"]["exact"]), (240_000, &Value::Bool(false)));
+    let told = report["approximations"].as_array().expect("a list");
+    let about_reset =
+        |one: &&Value| one["what"].as_str().is_some_and(|what| what.contains("CNR TIM"));
+    assert_eq!(told.iter().filter(about_reset).count(), 1, "{report}");
+    let check = scanbound("cnr-tim", "check restart.lst --limit 300us");
+    assert_eq!(check.code, Some(3), "{}{}", check.stdout, check.stderr);
+}
+
+#[test]
+fn a_flowchart_timer_takes_its_time_in_a_run() {
+    // 3 s of passes between the one that starts the timer and the one that finds it over.
+    let list = "LBL0: AND 0\nCJP LBL1\nJMP LBL0\nLBL1: TIM 10 #30\nCJP LBL2\nJMP LBL1\n\
+                LBL2: OUT 200\nOUT 201\nOUT 202\nOUT 203\nOUT 204\nOUT 205\nOUT 206\nJMP LBL0\n";
+    let run = on_list("waits.lst", list, "audit --format json");
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    let report = run.json();
+    assert_eq!(report["scan"]["lower_kind"], "reached", "{report}");
+    assert!(run_of(&report).last().is_some_and(|last| last.0 > 5_000), "{report}");
+}
+
+#[test]
+fn iec_timers_take_their_time_in_a_run() {
+    let body = |kind: &str, condition: &str| {
+        format!(
+            "PROGRAM p\nVAR x AT %IX0.0 : BOOL; y : BOOL; i : INT; t : {kind}; END_VAR\n\
+             t(IN := x, PT := T#10s);\nIF t.Q AND NOT x THEN y := TRUE; END_IF;\n\
+             IF {condition} THEN i := 1; i := 2; i := 3; i := 4; i := 5; i := 6; END_IF;\n\
+             END_PROGRAM\n"
+        )
+    };
+    for (kind, condition) in [("TON", "t.Q"), ("TP", "x AND NOT t.Q"), ("TOF", "y AND NOT t.Q")] {
+        let run = on_list(&format!("{kind}.st"), &body(kind, condition), "audit --format json");
+        assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+        let report = run.json();
+        assert_eq!(report["scan"]["lower_kind"], "reached", "{kind}: {report}");
+        // 10 s at some 55 us a scan.
+        let last = run_of(&report).last().copied();
+        assert!(last.is_some_and(|last| last.0 > 150_000), "{kind}: {last:?}");
+    }
+}
+
+#[test]
+fn an_omron_instruction_sees_an_edge_once() {
+    // DM0 counts edges of 00000: a run to 3 of them takes at least six scans, or five after one that was on.
+    let list = "LD 00000\n@ADD(30) DM0000 #0001 DM0000\nLD 25313\nCMP(20) DM0000 #0003\n\
+                LD 25506\nMOV(21) #0001 DM0010\nMOV(21) #0002 DM0011\nEND(01)\n";
+    let run = on_list("edges.il", list, "audit --cpu C200H --format json --trust all");
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    let report = run.json();
+    if report["scan"]["lower_kind"] == "reached" {
+        assert!(run_of(&report).len() >= 5, "{report}");
+    }
+}
+
+#[test]
+fn repeat_begins_where_the_statement_behind_it_left_its_counter() {
+    let body =
+        |loops: &str| format!("PROGRAM p\nVAR i : INT; END_VAR\n{loops}\ni := 0;\nEND_PROGRAM\n");
+    for (name, loops) in [
+        ("repeat.st", "REPEAT i := i + 1; UNTIL i >= 10 END_REPEAT;"),
+        ("down.st", "REPEAT i := i - 2; UNTIL i <= -20 END_REPEAT;"),
+    ] {
+        let run = on_list(name, &body(loops), "audit --format json");
+        assert_eq!(run.code, Some(0), "{name}: {}{}", run.stdout, run.stderr);
+        let report = run.json();
+        assert_eq!(report["scan"]["exact"], true, "{name}: {report}");
+        assert!(upper_ns(&report) < 70_000, "{name}: {report}");
+    }
+    // A counter that survives a failure of the power may be anywhere: nothing is proved of it.
+    let retained =
+        body("REPEAT i := i + 1; UNTIL i >= 10 END_REPEAT;").replace("VAR i", "VAR RETAIN i");
+    let run = on_list("retained.st", &retained, "check --limit 1ms");
+    assert_ne!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+}

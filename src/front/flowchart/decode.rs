@@ -12,7 +12,7 @@
 //! before it was over (3.2.1 (1)): either may be, so after it the timer may still be over in the pass that starts it again.
 
 use super::beginning::{Beginning, Stands, invariants};
-use super::pass_starts::pass_starts;
+use super::pass_starts::{Reset, pass_starts};
 use super::turn::jumps_back;
 use super::{Op, Routine, Source};
 use crate::base::location::Location;
@@ -492,9 +492,20 @@ impl Layout<'_> {
         }
     }
 
-    /// Holds the start of a pass to the states in which one can begin.
+    /// Holds the start of a pass to the states in which one can begin. A real pass begins where one can whatever CNR TIM
+    /// leaves.
     fn invariant(&mut self) {
-        let Some(begun) = pass_starts(self.source, self.latched) else { return };
+        self.program.invariants = self.starts(Reset::Either);
+        let is_reset = |one: &super::Instruction| matches!(one.op, Op::ResetTimer(_));
+        if self.source.instructions.iter().any(is_reset) {
+            let readings = [Reset::Nothing, Reset::Rest].map(|reset| self.starts(reset));
+            self.program.power_up.in_every_reading = readings.concat();
+        }
+    }
+
+    /// What holds in the states in which a pass can begin; nothing if these are too many.
+    fn starts(&self, reset: Reset) -> Vec<Logic> {
+        let Some(begun) = pass_starts(self.source, self.latched, reset) else { return Vec::new() };
         let bits = |area, of: &BTreeSet<u32>| -> Vec<Cell> {
             of.iter().map(|&index| Cell { area, index }).collect()
         };
@@ -516,7 +527,7 @@ impl Layout<'_> {
         });
         let cells = [bits(TIMERS, &begun.timers), bits(OUTPUTS, &begun.outputs)].concat();
         let states: Vec<Beginning> = states.collect();
-        self.program.invariants = invariants(&routines, &states, &cells);
+        invariants(&routines, &states, &cells)
     }
 
     fn finish(mut self) -> Program {

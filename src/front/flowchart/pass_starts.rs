@@ -37,12 +37,25 @@ pub struct PassStarts {
     pub outputs: BTreeSet<u32>,
     /// The inputs that are read anew at each test.
     direct: BTreeSet<u32>,
+    /// What CNR TIM leaves.
+    reset: Reset,
+}
+
+/// What CNR TIM leaves of a timer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reset {
+    /// Nothing: it begins anew.
+    Nothing,
+    /// The rest of its time.
+    Rest,
+    /// Either.
+    Either,
 }
 
 /// The states in which a pass can begin; `None` if there are too many to follow. `latched`: an input has one value
 /// through a pass.
 #[must_use]
-pub fn pass_starts(source: &Source, latched: bool) -> Option<PassStarts> {
+pub fn pass_starts(source: &Source, latched: bool, reset: Reset) -> Option<PassStarts> {
     let every = |pick: &dyn Fn(Op) -> Option<u32>| -> BTreeSet<u32> {
         source.instructions.iter().filter_map(|one| pick(one.op)).collect()
     };
@@ -66,7 +79,7 @@ pub fn pass_starts(source: &Source, latched: bool) -> Option<PassStarts> {
         .find_map(|(timers, outputs)| {
             let (starts, direct) = (BTreeSet::new(), direct.clone());
             let (timers, outputs) = (timers.clone(), outputs.clone());
-            follow(source, PassStarts { starts, timers, outputs, direct })
+            follow(source, PassStarts { starts, timers, outputs, direct, reset })
         })
 }
 
@@ -150,7 +163,11 @@ impl Walk {
                 let mut reset = self.clone().step();
                 reset.state.timers.remove(&timer);
                 reset.fresh.remove(&timer);
-                vec![Next::On(reset), Next::On(self.step())]
+                match view.reset {
+                    Reset::Nothing => vec![Next::On(reset)],
+                    Reset::Rest => vec![Next::On(self.step())],
+                    Reset::Either => vec![Next::On(reset), Next::On(self.step())],
+                }
             }
             op => vec![self.act(source, view, op)],
         }
