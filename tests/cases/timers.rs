@@ -230,7 +230,7 @@ fn repeat_begins_where_the_statement_behind_it_left_its_counter() {
         |loops: &str| format!("PROGRAM p\nVAR i : INT; END_VAR\n{loops}\ni := 0;\nEND_PROGRAM\n");
     for (name, loops) in [
         ("repeat.st", "REPEAT i := i + 1; UNTIL i >= 10 END_REPEAT;"),
-        ("down.st", "REPEAT i := i - 2; UNTIL i <= -20 END_REPEAT;"),
+        ("down.st", "REPEAT i := i - 1; UNTIL i <= -12 END_REPEAT;"),
     ] {
         let run = on_list(name, &body(loops), "audit --format json");
         assert_eq!(run.code, Some(0), "{name}: {}{}", run.stdout, run.stderr);
