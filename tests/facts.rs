@@ -264,8 +264,8 @@ fn what_is_trusted_and_what_else_could_be_is_offered_with_what_it_is_worth() {
     std::fs::write(&file, format!("[internal]\ndevices{stated}\n")).expect("written");
     let file = file.to_str().expect("a name");
     let then = offered(&["samples/filler", "--facts", file]);
-    assert!(then.starts_with(&format!("## A scan takes at most {bound}.\n")), "{bound}: {then}");
-    assert!(!text.starts_with(&format!("## A scan takes at most {bound}.\n")), "it is lower");
+    assert!(then.starts_with(&format!("## The bound is {bound}.\n")), "{bound}: {then}");
+    assert!(!text.starts_with(&format!("## The bound is {bound}.\n")), "it is lower");
 }
 
 #[test]

@@ -45,10 +45,10 @@ fn head(audit: &Audit, offers: &[Offer], absent: &[Absent]) -> String {
     let missing = absent.iter().any(|one| !one.stated);
     text += &told(&match missing {
         true => format!(
-            "Routines are not there: without their times a scan takes at most {}.",
+            "Routines are not there: without their times the bound is {}.",
             audit.bound.upper
         ),
-        false => format!("A scan takes at most {}.", audit.bound.upper),
+        false => format!("The bound is {}.", audit.bound.upper),
     });
     text += &told(match offers.is_empty() {
         true => "Nothing is worth stating: what the bound rests on is known.",

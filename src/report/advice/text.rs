@@ -64,7 +64,7 @@ pub fn answer(advice: &Advice) -> String {
     let Some(upper) = advice.upper else {
         return "Nothing bounds the scan, whatever is stated: a loop in it may never end (scanbound audit).".to_owned();
     };
-    let now = format!("No scan takes longer than {}", at_most(upper));
+    let now = format!("The bound is {}", at_most(upper));
     match advice.found.first() {
         None if advice.untried > 0 => {
             format!("{now}; nothing that was asked about in the time allowed lowers that.")

@@ -87,12 +87,12 @@ pub(in crate::report) fn figure_rows(found: &Comparison) -> Vec<Figure> {
         share: of_bound(time),
         note,
     };
-    let exact = if bounds.upper == bounds.lower { ", exact" } else { "" };
-    let mut rows = vec![row(
-        "bound",
-        bounds.upper,
-        format!("no scan takes longer, by the table {}{exact}", bounds.table),
-    )];
+    let told = match (bounds.doubts.is_empty(), bounds.upper == bounds.lower) {
+        (false, _) => "may be too low, since not all that it needs is stated; by the table",
+        (true, true) => "no scan takes longer, exact, by the table",
+        (true, false) => "no scan takes longer, by the table",
+    };
+    let mut rows = vec![row("bound", bounds.upper, format!("{told} {}", bounds.table))];
     if bounds.upper != bounds.lower {
         rows.push(row("", bounds.lower, "some scan takes as long, by the table".to_owned()));
     }
