@@ -49,6 +49,9 @@ impl Project {
     }
 }
 
+/// What must hold of the figures of a line.
+type Holds<'a> = &'a dyn Fn(&Found) -> bool;
+
 /// A report: what JSON says, what the text says, and what it was made of.
 pub(super) struct Report<'a> {
     pub(super) audit: &'a Audit,
@@ -318,7 +321,7 @@ impl<'a> Report<'a> {
     }
 
     /// Each line by the first pattern that fits, and what must hold of it.
-    pub(super) fn each(&self, lines: &[String], known: &[(&str, &dyn Fn(&Found) -> bool)]) {
+    pub(super) fn each(&self, lines: &[String], known: &[(&str, Holds<'_>)]) {
         for line in lines {
             let plain = normal(line);
             let fitting =
@@ -361,9 +364,7 @@ impl<'a> Report<'a> {
         let over = format!(
             "watchdog {{t:limit}} by default: not proved to be kept: the bound is {{p:share}} of it{all}"
         );
-        let times = format!(
-            "watchdog {{t:limit}} by default: not proved to be kept: the bound is {{n:times}} times it{{*}}"
-        );
+        let times = "watchdog {t:limit} by default: not proved to be kept: the bound is {n:times} times it{*}";
         let instructions = ps(&self.json["program"]["instructions"]);
         self.each(&lines, &[
             ("program {*}: {n:n} instruction[[s]]; {*}table {*}", &|found| number(found, "n") == instructions),
@@ -371,7 +372,7 @@ impl<'a> Report<'a> {
             (&kept, &watchdog),
             (&open, &watchdog),
             (&over, &watchdog),
-            (&times, &|found| {
+            (times, &|found| {
                 let limit = ps(&self.json["table"]["watchdog_ps"]);
                 number(found, "times") == self.all_points() / limit
             }),
@@ -403,7 +404,7 @@ impl<'a> Report<'a> {
             let all = list(&json["unknowns"]).iter();
             all.filter(|one| (one["kind"] == "count") == is_count).count() as u64
         };
-        let known: [(&str, &dyn Fn(&Found) -> bool); 6] = [
+        let known: [(&str, Holds<'_>); 6] = [
             ("assumed times ([[at most ]]{p:share})", &|found| {
                 found["share"] == share(assumed, self.scan("upper_ps"))
             }),
@@ -441,7 +442,7 @@ impl<'a> Report<'a> {
         };
         let table = "[[ (table {*}, all times assumed, no controller named)]].";
         let of_points = "No scan takes longer than {t:all} with all the points that the CPU can have; with the [[{n:inputs} input]][[ and ]][[{n:outputs} output]] points that the program names, ";
-        let known: [(String, &dyn Fn(&Found) -> bool); 7] = [
+        let known: [(String, Holds<'_>); 7] = [
             (format!("The longest scan takes {{t:upper}}: none takes longer{table}"), &|found| {
                 up(&found["upper"], upper) && proved == Some(upper) && refuted == upper
             }),
@@ -494,7 +495,7 @@ impl<'a> Report<'a> {
                 &|_| proved.is_none(),
             ),
         ];
-        let known: Vec<(&str, &dyn Fn(&Found) -> bool)> =
+        let known: Vec<(&str, Holds<'_>)> =
             known.iter().map(|(pattern, holds)| (pattern.as_str(), *holds)).collect();
         self.each(&[answer.to_owned()], &known);
     }
@@ -527,7 +528,7 @@ impl<'a> Report<'a> {
         let table = "[[ (table {*}, all times assumed, no controller named)]]";
         let both = |found: &Found| least(found) && most(found);
         let is = |verdict: &str| told["verdict"] == verdict;
-        let known: [(String, &dyn Fn(&Found) -> bool); 7] = [
+        let known: [(String, Holds<'_>); 7] = [
             (
                 format!(
                     "PROVED: no scan takes longer than {upper}, the limit is {{t:limit}}{rests}{table}"
@@ -566,7 +567,7 @@ impl<'a> Report<'a> {
                 &|found| is("undecided") && up(&found["limit"], limit),
             ),
         ];
-        let known: Vec<(&str, &dyn Fn(&Found) -> bool)> =
+        let known: Vec<(&str, Holds<'_>)> =
             known.iter().map(|(pattern, holds)| (pattern.as_str(), *holds)).collect();
         self.each(&[answer.to_owned()], &known);
     }

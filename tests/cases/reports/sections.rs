@@ -160,7 +160,7 @@ impl Report<'_> {
             }
             let rest = left.len() as u64;
             self.each(
-                &[line.clone()],
+                std::slice::from_ref(line),
                 &[
                     ("and {n:n} count[[s]] (-v)", &|found| number(found, "n") == rest),
                     ("say in a facts file (--facts) what they are, such as at most 20:", &|_| true),
@@ -285,7 +285,8 @@ impl Report<'_> {
                 panic!("no known line: {line}")
             };
             let saved = shown(&found["time"]);
-            let of_line = rungs.iter().filter(|row| row["line"].to_string() == found["line"]);
+            let of_line =
+                rungs.iter().filter(|row| row["line"].as_u64() == found["line"].parse().ok());
             let most = of_line.map(|row| ps(&row["most_ps"]) - ps(&row["ps"])).max();
             // A rung is told by the dearest of its instructions, which need not be the same one.
             let most = most.unwrap_or_else(|| {
