@@ -21,8 +21,8 @@ use super::unknown::Unknown;
 use super::unknown_writes;
 use super::weight::weights;
 use super::{
-    ApproximationUse, Audit, Bound, ChargeUse, Exclusion, FreeValue, GroupUse, NetworkUse,
-    OverheadUse, PathStep, RunScan, RungUse, Tie, Value, possible,
+    ApproximationUse, Audit, Bound, ChargeUse, Cycle, Exclusion, FreeValue, GroupUse, NetworkUse,
+    OverheadUse, PathStep, RunScan, RungUse, Tie, Value, Watchdog, possible,
 };
 use crate::base::budget::Cut;
 use crate::base::diagnostic::Diagnostic;
@@ -93,6 +93,8 @@ pub struct Finished<'a> {
     pub delays: Option<Delays>,
     /// The facts that the program keeps.
     pub proved: Proved,
+    pub watchdog: Watchdog,
+    pub cycle: Cycle,
 }
 
 impl<'a> Findings<'a> {
@@ -162,6 +164,8 @@ impl<'a> Findings<'a> {
             run,
             delays,
             proved,
+            watchdog,
+            cycle,
         } = finished;
         let Explained { overhead, mut always, mut groups } = explained;
         // The scan that is shown, where it is not that of the assignment.
@@ -201,7 +205,10 @@ impl<'a> Findings<'a> {
             blocks: self.program.blocks,
             clocked,
             table,
-            doubts: Doubt::all(self.program, &networks, &loops.found, &loops.open, bound.upper),
+            doubts: Doubt::all(self.program, &networks, &loops.found, &loops.open, bound.upper)
+                .into_iter()
+                .chain(Doubt::of_cycle(&cycle))
+                .collect(),
             assumptions: Assumption::all(self.program),
             unknowns: self.unknowns(bound.upper),
             what_if: None,
@@ -210,6 +217,8 @@ impl<'a> Findings<'a> {
             net: None,
             ladder: None,
             bound,
+            cycle,
+            watchdog,
             overhead,
             always,
             groups,

@@ -1,6 +1,6 @@
 //! One program by every table of its family: on which CPU it keeps to a limit.
 
-use super::pipeline::{Followed, Prepared, conclude};
+use super::pipeline::{Prepared, conclude};
 use super::request::Request;
 use super::verdict::{Check, Margin, MostAssumed, Verdict};
 use super::{Audit, Doubt, Failure, Share};
@@ -14,7 +14,7 @@ use std::cmp::Reverse;
 pub enum Limit {
     /// The same for every CPU.
     Time(Picos),
-    /// Each CPU's watchdog time by default.
+    /// Each CPU's watchdog.
     Watchdog,
 }
 
@@ -114,10 +114,7 @@ pub fn choose(request: &Request<'_>, condition: Condition) -> Result<Choice, Fai
         let named = request.cpu.or(prepared.program().cpu.as_deref());
         let cpu = named.filter(|_| is_own).map(str::to_owned);
         let outcome = match prepared.with_table(table, request).priced(request) {
-            Ok(followed) => {
-                let (audit, limit) = concluded(followed, request, condition.limit)?;
-                Ok(found(&audit, limit, condition))
-            }
+            Ok(followed) => Ok(found(&conclude(followed, request)?.audit, condition)),
             Err(Failure::Input(faults)) => Err(faults),
             Err(why) => return Err(why),
         };
@@ -131,27 +128,15 @@ pub fn choose(request: &Request<'_>, condition: Condition) -> Result<Choice, Fai
     Ok(choice)
 }
 
-/// The audit by a table, and the limit on that CPU.
-fn concluded(
-    followed: Followed,
-    request: &Request<'_>,
-    limit: Option<Limit>,
-) -> Result<(Audit, Option<Picos>), Failure> {
-    let limit = match limit {
-        Some(Limit::Time(time)) => Some(time),
-        Some(Limit::Watchdog) => followed.table.watchdog(),
+fn found(audit: &Audit, condition: Condition) -> Found {
+    let check = match condition.limit {
         None => None,
+        Some(Limit::Time(limit)) => Some(Check::new(audit, limit, condition.margin)),
+        Some(Limit::Watchdog) => Check::of_watchdog(audit, condition.margin),
     };
-    Ok((conclude(followed, request)?.audit, limit))
-}
-
-fn found(audit: &Audit, limit: Option<Picos>, condition: Condition) -> Found {
-    let check = limit.map(|limit| {
-        let check = Check::new(audit, limit, condition.margin);
-        match condition.max_assumed {
-            Some(most) => check.if_assumed_at_most(audit, most),
-            None => check,
-        }
+    let check = check.map(|check| match condition.max_assumed {
+        Some(most) => check.if_assumed_at_most(audit, most),
+        None => check,
     });
     Found {
         upper: audit.unbounded.is_empty().then_some(audit.bound.upper),

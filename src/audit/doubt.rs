@@ -1,6 +1,6 @@
 //! Why a bound may be too low all the same: what it needs and nobody stated. The words for each stand here.
 
-use super::{Audit, LoopUse, NetworkUse};
+use super::{Audit, Cycle, LoopUse, NetworkUse};
 use crate::base::time::Picos;
 use crate::program::Program;
 use crate::timing::price::{MorePoints, Prices, UnstatedPoints};
@@ -51,6 +51,13 @@ pub enum Doubt {
     },
     /// A scan may last longer than a timer that it starts, and that is taken not to run out within it.
     OutlastsTimer(Picos),
+    /// The program may switch a constant scan on, and for how long is not known.
+    ConstantScan {
+        /// The register of its time.
+        device: &'static str,
+        /// What is taken from there, and is not known.
+        from: Option<String>,
+    },
 }
 
 impl Doubt {
@@ -91,6 +98,14 @@ impl Doubt {
     }
 }
 
+impl Doubt {
+    /// That the program may make scans last for a time that is not known.
+    pub(super) fn of_cycle(cycle: &Cycle) -> Option<Doubt> {
+        let from = cycle.settings.iter().find_map(|one| one.from.clone());
+        cycle.is_unknown.then_some(Doubt::ConstantScan { device: cycle.devices[0], from })
+    }
+}
+
 /// What a bound needs and nobody states, as far as that is known before any scan is followed.
 #[must_use]
 pub(super) fn before(program: &Program, prices: &Prices) -> Vec<Doubt> {
@@ -114,6 +129,7 @@ impl Doubt {
                 "whether loops end"
             }
             Doubt::Bodiless { .. } => "times of units without a body",
+            Doubt::ConstantScan { .. } => "the constant scan time",
             Doubt::OutlastsTimer(_) => "timers that run out within a scan",
         }
     }
@@ -178,6 +194,16 @@ impl fmt::Display for Doubt {
                 names.join(", "),
                 names.first().map_or("NAME", |name| name)
             ),
+            Doubt::ConstantScan { device, from } => {
+                write!(
+                    f,
+                    "the program may switch a constant scan on, and nothing says what {device} holds then"
+                )?;
+                if let Some(from) = from {
+                    write!(f, " (it is set from {from})")?;
+                }
+                f.write_str(": state the scan time ([scan] constant = \"100ms\", or \"none\")")
+            }
             Doubt::OutlastsTimer(shortest) => write!(
                 f,
                 "a scan may last longer than the shortest timer ({shortest}), which is taken not to run out within the scan that starts it"

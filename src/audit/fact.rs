@@ -124,6 +124,10 @@ pub enum Fact {
     Network(Picos),
     /// A factor on the whole scan.
     Factor(String),
+    /// A constant or minimum scan time; none if it is zero.
+    ConstantScan(Picos),
+    /// The watchdog's time.
+    Watchdog(Picos),
     /// A clock.
     Clock(StatedClock),
 }
@@ -199,6 +203,8 @@ impl Fact {
             .chain(facts.base.iter().cloned().map(Fact::Base))
             .chain(facts.network.map(Fact::Network))
             .chain(factor.map(Fact::Factor))
+            .chain(facts.constant_scan.map(Fact::ConstantScan))
+            .chain(facts.watchdog.map(Fact::Watchdog))
             .chain(request.clock.cloned().map(Fact::Clock))
             .collect()
     }
@@ -289,6 +295,11 @@ impl fmt::Display for Fact {
             Fact::Factor(text) => {
                 write!(f, "what else the CPU serves lengthens a scan by the factor {text} at most")
             }
+            Fact::ConstantScan(Picos::ZERO) => {
+                f.write_str("no constant or minimum scan time is set")
+            }
+            Fact::ConstantScan(time) => write!(f, "each scan lasts {time} at least"),
+            Fact::Watchdog(time) => write!(f, "the watchdog is set to {time}"),
             Fact::Clock(clock) => clock.fmt(f),
         }
     }

@@ -125,6 +125,12 @@ pub fn fixture() -> Audit {
             overhead: us(200),
             groups: Picos(240_500_000),
         },
+        cycle: super::Cycle::default(),
+        watchdog: super::Watchdog {
+            default: Some(us(200_000)),
+            least: Some(us(200_000)),
+            ..super::Watchdog::default()
+        },
         overhead: vec![OverheadUse {
             name: "@end".to_owned(),
             time: us(200),

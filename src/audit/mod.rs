@@ -54,6 +54,7 @@ mod rung;
 mod search;
 mod solved_bound;
 mod stated;
+mod stretch;
 mod table_use;
 mod tasks;
 mod timers;
@@ -62,6 +63,7 @@ mod understood;
 mod unknown;
 mod unknown_writes;
 pub mod verdict;
+mod watchdog;
 mod weight;
 mod what_if;
 
@@ -96,6 +98,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 pub use unknown::{Counts, Unknown, UnknownKind};
+pub use watchdog::{Cycle, SettingUse, Stretch, Watchdog};
 pub use what_if::{Minor, Own, Step, WhatIf, what_if, what_if_offered};
 
 /// What is known about one project's longest scan.
@@ -121,6 +124,10 @@ pub struct Audit {
     pub table: TableUse,
     /// The answer.
     pub bound: Bound,
+    /// The least time of each scan, beside what it executes.
+    pub cycle: Cycle,
+    /// The watchdog, and what restarts it.
+    pub watchdog: Watchdog,
     /// What each scan costs besides its instructions.
     pub overhead: Vec<OverheadUse>,
     /// Charges that no assignment changes.

@@ -21,6 +21,7 @@ use super::stated;
 use super::timers;
 use super::unbounded::{self, Loops};
 use super::understood::Understood;
+use super::watchdog::Look;
 use crate::base::budget::{Budget, Cut};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::time::Times;
@@ -452,6 +453,10 @@ impl Sought<'_> {
             proved = proved::proved(&search, request.facts, followed.whole, &mut found)
                 .map_err(Failure::Internal)?;
         }
+        let look = Look { program, prices, table, facts: request.facts };
+        let least = prices.least_times();
+        let search = real::Search { program, least: &least, limits };
+        let (watchdog, cycle) = look.see(&found, &search).map_err(Failure::Internal)?;
         let left = stated::left(program, request.facts, &found.broken)?;
         let warnings = [&*followed.warnings, &*left].concat();
         let mut opinions = None;
@@ -475,6 +480,8 @@ impl Sought<'_> {
             run,
             delays,
             proved,
+            watchdog,
+            cycle,
         };
         let audit = findings.audit(finished);
         let followed = Followed { model, groups, warnings, cuts, ..followed };

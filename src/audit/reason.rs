@@ -46,6 +46,31 @@ pub enum Reason {
         /// How long it takes.
         took: Picos,
     },
+    /// The program may switch a constant scan on that lasts longer.
+    ConstantScan {
+        /// How long it lasts at most.
+        most: Picos,
+        /// The relay that switches it on.
+        device: &'static str,
+    },
+    /// The watchdog is set to what is not known.
+    WatchdogUnknown {
+        /// Its device.
+        device: &'static str,
+        /// What sets it.
+        instruction: String,
+        /// The device that it is set from, where it is one.
+        from: Option<String>,
+    },
+    /// What the program sets the watchdog to is kept, and what it is before that is not.
+    DefaultFirst {
+        /// What it is at power-up.
+        default: Picos,
+        /// What it is set to.
+        set: Picos,
+        /// Its device.
+        device: &'static str,
+    },
     /// More than was allowed rests on assumed times.
     Assumed {
         /// How much does.
@@ -82,6 +107,25 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Reason::Doubt(doubt) => doubt.fmt(f),
+            Reason::ConstantScan { most, device: "" } => write!(
+                f,
+                "a constant or minimum scan time of {most} is stated"
+            ),
+            Reason::ConstantScan { most, device } => write!(
+                f,
+                "a constant scan of {most} may be switched on ({device}): no run was found that surely does, and none is excluded"
+            ),
+            Reason::WatchdogUnknown { device, instruction, from } => {
+                write!(f, "`{instruction}` sets the watchdog ({device}), and nothing says to what: state ")?;
+                if let Some(from) = from {
+                    write!(f, "the range of {from} ([ranges] {from} = [200, 500]), or ")?;
+                }
+                f.write_str("the watchdog's time ([scan] watchdog = \"500ms\")")
+            }
+            Reason::DefaultFirst { default, set, device } => write!(
+                f,
+                "the program sets the watchdog ({device}) to {set}; before that takes effect, at the end of the first scan or at a WDT behind the instruction, it is {default}: restart it (WDT) behind that instruction"
+            ),
             Reason::Between { is_cut, fact } => {
                 f.write_str("the limit lies between the scan that was found and the bound")?;
                 match (fact, is_cut) {

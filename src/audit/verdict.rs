@@ -1,7 +1,8 @@
 //! Whether a program keeps to a limit: proved, refuted by a scan, or undecided with the reasons.
 
-use crate::audit::{Audit, Doubt, Evidence, Reason, Share, UnstatedBase, UnstatedPoints};
+use crate::audit::{Audit, Doubt, Evidence, Reason, Share, Stretch, UnstatedBase, UnstatedPoints};
 use crate::base::time::Picos;
+use std::cmp::Reverse;
 use std::fmt;
 use std::str::FromStr;
 
@@ -162,11 +163,42 @@ impl Verdict {
     }
 }
 
+/// What is held against a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// What a scan executes, and the wait for the constant scan time.
+    Cycle,
+    /// What a scan executes.
+    Execution,
+    /// The longest time in which nothing restarts the watchdog.
+    Stretch,
+}
+
+impl Measure {
+    /// Its name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Measure::Cycle => "cycle",
+            Measure::Execution => "execution",
+            Measure::Stretch => "stretch",
+        }
+    }
+}
+
 /// A limit and what became of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Check {
     /// The limit.
     pub limit: Picos,
+    /// What is held against it.
+    pub measure: Measure,
+    /// The upper bound, and what was found, without the margin.
+    pub longest: Picos,
+    /// What was found; where points are not stated, without any.
+    pub took: Picos,
+    /// Whether a run from power-up to that was found.
+    pub is_reached: bool,
     /// What is added to the scan before it is held against the limit.
     pub margin: Margin,
     /// The upper bound with the margin; where points are not stated, with all that the CPU can have.
@@ -202,32 +234,139 @@ impl Check {
     /// ```
     #[must_use]
     pub fn new(audit: &Audit, limit: Picos, margin: Margin) -> Check {
-        let (upper, lower) =
-            (margin.on(audit.upper_with_all_points()), margin.on(audit.lower_without_points()));
+        let waits = audit.cycle.lower.unwrap_or_default();
+        let lower = audit.cycle_without_points();
+        let check = Check {
+            measure: Measure::Cycle,
+            longest: audit.cycle_with_all_points(),
+            took: lower,
+            is_reached: audit.is_reached() || waits > limit,
+            ..Check::execution(audit, limit, margin)
+        };
+        check.judged(audit, lower)
+    }
+
+    /// Holds an audit against the watchdog: what passes between two restarts of it against the time that it is set to. `None`
+    /// if nothing says what that is.
+    #[must_use]
+    pub fn of_watchdog(audit: &Audit, margin: Margin) -> Option<Check> {
+        let watchdog = &audit.watchdog;
+        let known = watchdog.settings.iter().filter_map(|one| Some(one.times?.0));
+        let limit = watchdog.default.into_iter().chain(known).min()?;
+        let is_plain = watchdog.settings.is_empty() && watchdog.found.is_empty();
+        let check = Check::execution(audit, limit, margin);
+        let longest = watchdog.upper.unwrap_or(audit.upper_with_all_points());
+        if is_plain {
+            return Some(check.judged(audit, audit.lower_without_points()));
+        }
+        let limit = watchdog.least.filter(|&least| least > Picos::ZERO).unwrap_or(limit);
+        let measure = if watchdog.restarts > 0 { Measure::Stretch } else { Measure::Execution };
+        let above = |one: &&Stretch| one.watchdog.is_some_and(|most| margin.on(one.took) > most);
+        let refuting = watchdog.found.iter().filter(above);
+        let refuting = refuting.max_by_key(|one| (one.is_reached, Reverse(one.watchdog), one.took));
+        let check = match refuting {
+            Some(one) => Check {
+                limit: one.watchdog.unwrap_or(limit),
+                took: one.took,
+                is_reached: one.is_reached,
+                ..check
+            },
+            None => {
+                let took = watchdog.found.iter().map(|one| one.took).max();
+                Check { limit, took: took.unwrap_or_default(), ..check }
+            }
+        };
+        let check = Check { measure, longest, ..check };
+        let lower = if refuting.is_some() { check.took } else { Picos::ZERO };
+        let mut check = check.judged(audit, lower);
+        check.lower = margin.on(check.took);
+        if check.verdict == Verdict::Refuted && refuting.is_none() && watchdog.restarts > 0 {
+            // A loop without end may restart the watchdog for ever.
+            check.verdict = Verdict::Undecided(reasons(&audit.doubts));
+        }
+        let unknown = watchdog.settings.iter().find(|one| one.times.is_none());
+        let unknown = unknown.filter(|_| !watchdog.is_stated);
+        if let (true, Some(one)) = (check.verdict != Verdict::Refuted, unknown) {
+            let (device, from) = (watchdog.device, one.from.clone());
+            let instruction = one.instruction.to_string();
+            let reason = Reason::WatchdogUnknown { device, instruction, from };
+            check.verdict = Verdict::Undecided(vec![reason]);
+        }
+        Some(check)
+    }
+
+    /// What a scan executes beside a limit, not judged yet.
+    fn execution(audit: &Audit, limit: Picos, margin: Margin) -> Check {
+        Check {
+            limit,
+            measure: Measure::Execution,
+            longest: audit.upper_with_all_points(),
+            took: audit.lower_without_points(),
+            is_reached: audit.is_reached(),
+            margin,
+            upper: Picos::ZERO,
+            lower: Picos::ZERO,
+            assumed: Assumed::of_upper(audit),
+            most_assumed: None,
+            verdict: Verdict::Proved,
+        }
+    }
+
+    /// The same with the verdict; some scan takes at least `lower`.
+    fn judged(mut self, audit: &Audit, lower: Picos) -> Check {
+        let (limit, margin) = (self.limit, self.margin);
+        (self.upper, self.lower) = (margin.on(self.longest), margin.on(lower));
         let doubts = reasons(&audit.uncounted_doubts());
-        let verdict = if lower > limit || audit.is_endless() {
+        self.verdict = if self.lower > limit || audit.is_endless() {
             Verdict::Refuted
         } else if !audit.unbounded.is_empty() {
             Verdict::Undecided(reasons(&audit.doubts))
-        } else if upper > limit {
+        } else if self.upper > limit {
             let bases = audit.bases.iter().cloned().map(Reason::DearestBase);
-            let found = [open(audit, limit, margin), bases.collect(), reasons(&audit.doubts)];
+            let found = [self.open(audit), bases.collect(), reasons(&audit.doubts)];
             Verdict::Undecided(found.concat())
         } else if doubts.is_empty() {
             Verdict::Proved
         } else {
             Verdict::Undecided(doubts)
         };
-        let refuted = verdict == Verdict::Refuted;
-        let assumed = if refuted { Assumed::of_lower(audit) } else { Assumed::of_upper(audit) };
-        Check { limit, margin, upper, lower, assumed, most_assumed: None, verdict }
+        if self.verdict == Verdict::Refuted {
+            self.assumed = Assumed::of_lower(audit);
+        }
+        self
+    }
+
+    /// Why a limit between the bounds is neither kept nor broken, and what to do.
+    fn open(&self, audit: &Audit) -> Vec<Reason> {
+        let (limit, margin) = (self.limit, self.margin);
+        let most = audit.cycle.upper.filter(|&most| margin.on(most) > limit);
+        match self.measure {
+            Measure::Cycle => match most {
+                Some(most) => vec![Reason::ConstantScan { most, device: audit.cycle.devices[1] }],
+                None => open(audit, limit, margin),
+            },
+            Measure::Execution | Measure::Stretch => {
+                let watchdog = &audit.watchdog;
+                let is_stretch = self.measure == Measure::Stretch;
+                let set = watchdog.settings.iter().filter_map(|one| Some(one.times?.0)).min();
+                match (watchdog.default, set) {
+                    (Some(default), Some(set)) if self.upper <= set => {
+                        vec![Reason::DefaultFirst { default, set, device: watchdog.device }]
+                    }
+                    (_, None) if margin.on(audit.possible()) <= limit && !is_stretch => {
+                        open(audit, limit, margin)
+                    }
+                    _ => vec![Reason::Between { is_cut: !audit.cuts.is_empty(), fact: None }],
+                }
+            }
+        }
     }
 
     /// The same where only a scan refutes to which a run from power-up was found.
     #[must_use]
     pub fn if_reached(mut self, audit: &Audit) -> Check {
-        if self.verdict == Verdict::Refuted && !audit.is_endless() && !audit.is_reached() {
-            let reason = Reason::NotReached { took: audit.lower_without_points() };
+        if self.verdict == Verdict::Refuted && !audit.is_endless() && !self.is_reached {
+            let reason = Reason::NotReached { took: self.took };
             self.verdict = Verdict::Undecided(vec![reason]);
         }
         self

@@ -45,6 +45,10 @@ pub struct Facts {
     pub factor: Option<StatedFactor>,
     /// Whether the CPU stops at an operation error, or goes on with the next instruction: a parameter of some CPUs.
     pub stops_on_error: Option<bool>,
+    /// The constant or minimum scan time that the CPU's parameters set; zero if they set none.
+    pub constant_scan: Option<Picos>,
+    /// The watchdog's time that the CPU's parameters set.
+    pub watchdog: Option<Picos>,
     /// Whether a flowchart PC reads its inputs once a pass, into an image, instead of at each test.
     pub latched: Option<bool>,
     /// How many bits an index to file registers and extended data registers has, 16 or 32: a parameter of some CPUs.
@@ -109,7 +113,8 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
+const SCAN: &str = "write factor = 1.1, by which what else the CPU serves lengthens a scan at most; constant = \"20ms\", the constant or minimum scan time that its parameters set, or \"none\"; watchdog = \"500ms\", the watchdog's time that they set";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 const SELECTION: &str = "write selection = \"all\" where all transitions clear that compete for a step without priorities and are true, else selection = \"first\"";
 const ACTION_ORDER: &str = "write action_order = \"named\" (as the chart first names actions), \"declared\" (Boolean variables, then actions as they are declared: matiec) or \"alphabetical\" (those that have ended first, each by their names: CODESYS, TwinCAT)";
@@ -134,6 +139,8 @@ pub const TABLES: [&str; 13] = [
 const MOST_FAULTS: usize = 100;
 /// No network's refresh takes longer, nor is any scan multiplied by more.
 const LONGEST: Picos = Picos(10_000_000_000_000);
+/// No watchdog and no constant scan is set to more: 60 s.
+const LONGEST_CYCLE: Picos = Picos(60_000_000_000_000);
 const LARGEST_FACTOR: u64 = 10_000_000;
 
 impl Facts {
@@ -490,15 +497,21 @@ impl Reader<'_> {
     }
 
     fn scan(&mut self, key: &Key<'_>, value: &Value<'_>) {
-        let help = "write factor = 1.1, by which what else the CPU serves lengthens a scan at most";
-        match key.get_ref().as_ref() {
-            "factor" => {}
-            "on_error" => return self.on_error(value),
-            other => {
-                let help = meant(other, &["factor", "on_error"], &format!("{help}; {ON_ERROR}"));
-                return self.unknown(key, "scan", &help);
+        let help = match key.get_ref().as_ref() {
+            "factor" => {
+                "write factor = 1.1, by which what else the CPU serves lengthens a scan at most"
             }
-        }
+            "on_error" => return self.on_error(value),
+            "constant" | "watchdog" => return self.scan_time(key.get_ref(), value),
+            other => {
+                let known = ["factor", "constant", "watchdog", "on_error"];
+                return self.unknown(
+                    key,
+                    "scan",
+                    &meant(other, &known, &format!("{SCAN}; {ON_ERROR}")),
+                );
+            }
+        };
         let text = match value.get_ref() {
             DeValue::Float(float) => float.as_str().to_owned(),
             DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().to_owned(),
@@ -525,6 +538,22 @@ impl Reader<'_> {
             _ => {
                 let message = "on_error is \"stop\" or \"continue\"".to_owned();
                 self.fault(Some(value.span()), message, ON_ERROR);
+            }
+        }
+    }
+
+    /// The constant scan time or the watchdog's time.
+    fn scan_time(&mut self, name: &str, value: &Value<'_>) {
+        let text = value.get_ref().as_str().map_or("", str::trim);
+        let is_none = name == "constant" && text.eq_ignore_ascii_case("none");
+        let time = if is_none { Some(Picos::ZERO) } else { text.parse().ok() };
+        let time = time.filter(|&time| time <= LONGEST_CYCLE && (is_none || time > Picos::ZERO));
+        match (name, time) {
+            ("constant", Some(time)) => self.facts.constant_scan = Some(time),
+            (_, Some(time)) => self.facts.watchdog = Some(time),
+            (_, None) => {
+                let message = format!("{name} is not a time above 0 and up to 60 s");
+                self.fault(Some(value.span()), message, SCAN);
             }
         }
     }

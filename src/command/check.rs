@@ -9,10 +9,9 @@ use super::{Failure, Outcome};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use scanbound::audit::verdict::{Check, Margin, MostAssumed, Verdict};
-use scanbound::audit::{Audit, Request, conclude, follow};
+use scanbound::audit::{Audit, Followed, Request, conclude, follow};
 use scanbound::base::time::Picos;
 use scanbound::report::format::{Checked, Project};
-use scanbound::timing::table::Table;
 use std::path::Path;
 
 /// Which scan refutes.
@@ -92,15 +91,27 @@ impl Wanted {
         })
     }
 
-    /// The limit, by the table that prices the program.
-    fn limit_by(&self, table: &Table) -> Result<Picos, Failure> {
+    /// Holds an audit against the limit.
+    fn check(&self, audit: &Audit) -> Result<Check, Failure> {
         match self.limit {
-            Limit::Time(time) => Ok(time),
-            Limit::Watchdog => table.watchdog().ok_or_else(|| {
-                let name = &table.name;
+            Limit::Time(limit) => Ok(Check::new(audit, limit, self.margin)),
+            Limit::Watchdog => Check::of_watchdog(audit, self.margin).ok_or_else(|| {
+                let name = &audit.table.name;
                 anyhow!("--limit watchdog: the table {name} does not say the CPU's watchdog time; give a time such as 200ms").into()
             }),
         }
+    }
+
+    /// When it is decided whether a scan takes longer than the limit, where nothing else counts: the search may end then.
+    fn decided_at(&self, followed: &Followed) -> Option<Picos> {
+        // What a search that ends early leaves open would count as assumed.
+        let limit = match self.limit {
+            _ if self.max_assumed.is_some() => None,
+            Limit::Time(limit) => Some(limit),
+            Limit::Watchdog if followed.program.scan_control.sets_watchdog() => None,
+            Limit::Watchdog => followed.table.watchdog(),
+        };
+        limit.map(|limit| self.margin.room(limit))
     }
 
     /// Audits the project, judges and reports.
@@ -121,22 +132,17 @@ impl Wanted {
         arguments: &Arguments,
         reports: Option<&Reports>,
     ) -> Result<(Audit, Check), Failure> {
-        let (audit, limit) = self.project.with_request(|request| {
+        let audit = self.project.with_request(|request| {
             let request = arguments.search.of(request);
             let followed = follow(&request)?;
-            let limit = self.limit_by(&followed.table)?;
-            let until = match self.max_assumed {
-                None => Some(self.margin.room(limit)),
-                // What a search that ends early leaves open would count as assumed.
-                Some(_) => None,
-            };
+            let until = self.decided_at(&followed);
             let mut concluded = conclude(followed, &Request { limit: until, ..request })?;
             if let Some(reports) = reports {
                 reports.draw(&mut concluded);
             }
-            Ok((concluded.audit, limit))
+            Ok(concluded.audit)
         })?;
-        let mut check = Check::new(&audit, limit, self.margin);
+        let mut check = self.check(&audit)?;
         if arguments.refute == Refute::Reached {
             check = check.if_reached(&audit);
         }

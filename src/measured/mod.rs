@@ -62,8 +62,8 @@ impl Bounds {
     #[must_use]
     pub fn of(audit: &Audit) -> Bounds {
         Bounds {
-            upper: audit.bound.upper,
-            lower: audit.possible(),
+            upper: audit.cycle_upper(),
+            lower: audit.cycle_lower(),
             least: audit.least(),
             table: audit.table.name.clone(),
             assumed: audit.table.assumed_time,

@@ -478,3 +478,16 @@ pub struct Fact {
 
 /// What was learned about choices, by the moment: the call context and the choice.
 pub type Knowledge = BTreeMap<(Vec<Frame>, ChoiceId), Vec<Fact>>;
+
+impl std::fmt::Display for super::Relation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            super::Relation::Equal => "=",
+            super::Relation::NotEqual => "<>",
+            super::Relation::Less => "<",
+            super::Relation::LessOrEqual => "<=",
+            super::Relation::Greater => ">",
+            super::Relation::GreaterOrEqual => ">=",
+        })
+    }
+}

@@ -42,6 +42,7 @@ pub mod meaning;
 pub mod place;
 mod reads;
 mod routines;
+mod scan_control;
 mod settled;
 mod start;
 mod statements;
@@ -59,6 +60,7 @@ pub use indexed::{Indexed, Length};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
 pub use routines::{Absent, Interrupt};
+pub use scan_control::{ScanControl, Setting, Switch};
 pub use settled::{Settled, Settling};
 pub use start::{Apart, PowerUp, StartRange, TrustedRange, range_or_values};
 pub use statements::{Body, Statement, Statements};
@@ -71,7 +73,6 @@ use crate::base::diagnostic::Diagnostic;
 use crate::base::location::Location;
 use crate::base::time::Picos;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -621,6 +622,8 @@ pub struct Program {
     pub indexed: BTreeMap<ChoiceId, Indexed>,
     /// How the CPU comes up.
     pub power_up: PowerUp,
+    /// What it does to the time that a scan may take.
+    pub scan_control: ScanControl,
     /// What may change at any moment: a read of it gives any value (`passes::interrupts`), and no exact choice is worked
     /// out from it.
     pub volatile: Vec<Region>,
@@ -758,17 +761,4 @@ pub struct Witness {
     pub choices: BTreeMap<ChoiceKey, u16>,
     /// What the analysis settled that found the scan.
     pub settled: Arc<Settled>,
-}
-
-impl fmt::Display for Relation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Relation::Equal => "=",
-            Relation::NotEqual => "<>",
-            Relation::Less => "<",
-            Relation::LessOrEqual => "<=",
-            Relation::Greater => ">",
-            Relation::GreaterOrEqual => ">=",
-        })
-    }
 }

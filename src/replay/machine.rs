@@ -293,7 +293,11 @@ impl<'p, F: Free> Machine<'p, F> {
             (None, true) => times.with(self.units(instruction, times)),
             (None, false) => times.off,
         };
-        self.charge(at, fired.value, cost);
+        let has_fired = match fired.doubt {
+            None => fired.value,
+            Some(_) => self.program.scan_control.may_have_fired(at, fired.value),
+        };
+        self.charge(at, has_fired, cost);
         self.change(instruction, condition, fired);
         let decides =
             matches!(instruction.step, Step::Jump { .. } | Step::Call { .. } | Step::Stop { .. });

@@ -6,6 +6,8 @@ mod iec;
 mod made_from;
 mod net;
 mod parts;
+mod response;
+mod watchdog;
 pub(super) mod projects;
 
 use super::format::Format;
@@ -17,6 +19,7 @@ use crate::base::budget::{Cut, End};
 use crate::base::location::Location;
 use check::{CheckResult, result};
 use iec::{Coactivity, Exactness, Task, task};
+use response::{Response, response};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use serde::ser::SerializeMap;
@@ -197,19 +200,6 @@ struct Factor<'a> {
 }
 
 #[derive(Serialize, JsonSchema)]
-struct Response<'a> {
-    input_ps: u64,
-    input_evidence: &'static str,
-    input_why: &'a str,
-    scans: u64,
-    scan_ps: u64,
-    output_ps: u64,
-    output_evidence: &'static str,
-    output_why: &'a str,
-    upper_ps: u64,
-}
-
-#[derive(Serialize, JsonSchema)]
 struct Unverified<'a> {
     name: &'a str,
     row: &'a str,
@@ -234,6 +224,11 @@ struct Scan<'a> {
     naive_ps: u64,
     always_ps: u64,
     overhead_ps: u64,
+    cycle_ps: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    constant_scan: Option<watchdog::Constant<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    watchdog: Option<watchdog::Watchdog<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     coactivity: Option<Coactivity<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -434,8 +429,8 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
         scan: Scan {
             upper_ps: audit.bound.upper.0,
             lower_ps: audit.possible().0,
-            proved_ps: audit.proved().map(|limit| limit.0),
-            refuted_ps: audit.lower_without_points().0,
+            proved_ps: audit.proved().map(|limit| limit.max(audit.cycle_upper()).0),
+            refuted_ps: audit.cycle_without_points().0,
             weighed_ps: audit.weighed.0,
             lower_kind: if audit.is_reached() { "reached" } else { "admissible" },
             model_ps: audit.bound.model.0,
@@ -445,6 +440,9 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
             naive_ps: audit.bound.naive.0,
             always_ps: audit.bound.always.0,
             overhead_ps: audit.bound.overhead.0,
+            cycle_ps: audit.cycle_upper().0,
+            constant_scan: watchdog::constant(audit),
+            watchdog: watchdog::watchdog(audit),
             coactivity: audit.coactivity.as_ref().map(Coactivity::of),
             net: audit.net.as_ref().map(net::Net::of),
         },
@@ -599,20 +597,6 @@ fn points(points: &audit::UnstatedPoints) -> Points<'_> {
         more_ps: most.map(|most| most.more.0),
         most_evidence: most.map(|most| most.evidence.word()),
         most_why: most.map(|most| most.source.as_str()),
-    }
-}
-
-fn response(response: &audit::response::Response) -> Response<'_> {
-    Response {
-        input_ps: response.input.time.0,
-        input_evidence: response.input.evidence.word(),
-        input_why: &response.input.source,
-        scans: audit::response::SCANS,
-        scan_ps: response.scan.0,
-        output_ps: response.output.time.0,
-        output_evidence: response.output.evidence.word(),
-        output_why: &response.output.source,
-        upper_ps: response.total.0,
     }
 }
 

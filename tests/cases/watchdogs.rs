@@ -1,1 +1,256 @@
 //! Watchdogs, constant scans, addresses of lists, nets and emulated CPUs.
+
+use super::{Run, audit, scanbound, upper_ns};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+const POINTS: &str = "[io]\ninputs = 16\noutputs = 16\n";
+
+/// A directory of this test's own with these files.
+fn directory(test: &str, files: &[(&str, &str)]) -> PathBuf {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("watchdogs").join(test);
+    std::fs::create_dir_all(&directory).expect("a directory");
+    for (name, text) in files {
+        std::fs::write(directory.join(name), text).expect("a file");
+    }
+    directory
+}
+
+/// The command in a directory of its own with these files.
+fn run(test: &str, files: &[(&str, &str)], arguments: &str) -> Run {
+    let directory = directory(test, files);
+    scanbound(directory.to_str().expect("a name"), arguments)
+}
+
+/// The check of one program with 16 points a side, as JSON, and its verdict.
+fn check(test: &str, program: &str, facts: &str, arguments: &str) -> (String, Value) {
+    let facts = format!("{POINTS}{facts}");
+    let files = [("p.il", program), ("facts.toml", &facts)];
+    let arguments = format!("check p.il --facts facts.toml --format json {arguments}");
+    let run = run(test, &files, &arguments);
+    assert!(matches!(run.code, Some(0 | 1 | 3)), "{test}: {}{}", run.stdout, run.stderr);
+    let report = run.json();
+    let verdict = report["check"]["verdict"].as_str().expect("a verdict").to_owned();
+    (verdict, report)
+}
+
+#[test]
+fn wdt_restarts_the_watchdog() {
+    let run = scanbound("wdt-in-loop", "check wdt-in-loop.il --cpu Q00U --limit watchdog");
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    let report = audit("wdt-in-loop", "wdt-in-loop.il --cpu Q00U");
+    // The scan itself takes 678 ms; 1.2 ms are END processing with all points that the CPU can have.
+    assert_eq!(upper_ns(&report) / 1_000_000, 678);
+    let stretch = report["scan"]["watchdog"]["stretch_ps"].as_u64().expect("a stretch");
+    assert!((35_000_000..1_300_000_000).contains(&stretch), "{stretch}");
+    assert_eq!(report["scan"]["cycle_ps"], report["scan"]["upper_ps"]);
+}
+
+/// Programs for a Q26UDV in which BMOV takes 1 ms and all else next to nothing, and what becomes of its watchdog of 200 ms.
+const RESTARTED: [(&str, &str, &str); 12] = [
+    ("nested", "FOR K100\nFOR K1000\nLD SM400\nBMOV D0 D100 K10\nWDT\nNEXT\nNEXT\nEND\n", "proved"),
+    (
+        "called",
+        "FOR K1000\nLD SM400\nCALL P1\nNEXT\nFEND\nP1\nLD SM400\nBMOV D0 D100 K10\nWDT\nRET\nEND\n",
+        "proved",
+    ),
+    (
+        "straight",
+        "FOR K150\nLD SM400\nBMOV D0 D100 K10\nNEXT\nLD SM400\nWDT\nFOR K150\nLD SM400\nBMOV D0 D100 K10\nNEXT\nEND\n",
+        "proved",
+    ),
+    // The stretch over the end of the scan counts, too: 150 ms behind the restart.
+    ("pulse", "FOR K1000\nLD SM400\nBMOV D0 D100 K10\nWDTP\nNEXT\nEND\n", "refuted"),
+    ("behind", "FOR K1000\nLD SM400\nBMOV D0 D100 K10\nNEXT\nLD SM400\nWDT\nEND\n", "refuted"),
+    ("before", "LD SM400\nWDT\nFOR K1000\nLD SM400\nBMOV D0 D100 K10\nNEXT\nEND\n", "refuted"),
+    ("condition", "FOR K1000\nLD SM400\nBMOV D0 D100 K10\nLD X0\nWDT\nNEXT\nEND\n", "refuted"),
+    (
+        "jumped",
+        "FOR K1000\nLD SM400\nBMOV D0 D100 K10\nLD X0\nCJ P5\nLD SM400\nWDT\nP5\nNEXT\nEND\n",
+        "refuted",
+    ),
+    (
+        "call-condition",
+        "FOR K1000\nLD SM400\nBMOV D0 D100 K10\nLD X0\nCALL P1\nNEXT\nFEND\nP1\nLD SM400\nWDT\nRET\nEND\n",
+        "refuted",
+    ),
+    (
+        "region",
+        "FOR K1000\nLD SM400\nBMOV D0 D100 K10\nLD X0\nMC N0 M0\nLD SM400\nWDT\nMCR N0\nNEXT\nEND\n",
+        "refuted",
+    ),
+    // A scan in which one input is on and restarts it, and the other makes it long.
+    ("either", "FOR K1000\nLD X1\nBMOV D0 D100 K10\nLD X0\nWDT\nNEXT\nEND\n", "not proved"),
+    ("off", "FOR K1000\nLD SM400\nBMOV D0 D100 K10\nLD SM401\nWDT\nNEXT\nEND\n", "refuted"),
+];
+
+#[test]
+fn only_a_restart_that_surely_comes_counts() {
+    for (name, program, wanted) in RESTARTED {
+        let arguments = "--cpu Q26UDV --limit watchdog --time BMOV=1ms --time WDT=1us";
+        let (verdict, report) = check(name, program, "", arguments);
+        let scan = &report["scan"];
+        match wanted {
+            "not proved" => assert_ne!(verdict, "proved", "{name}"),
+            _ => assert_eq!(verdict, wanted, "{name} {}", report["check"]),
+        }
+        let (found, stretch) = (&scan["watchdog"]["found_ps"], &scan["watchdog"]["stretch_ps"]);
+        assert!(found.as_u64() <= stretch.as_u64(), "{name}");
+        assert!(stretch.as_u64() <= scan["upper_ps"].as_u64(), "{name}");
+    }
+}
+
+#[test]
+fn the_watchdog_of_the_fx_is_what_d8000_sets_it_to() {
+    let low = scanbound(
+        "fx-watchdog",
+        "check fx-watchdog.il --cpu FX3U --limit watchdog --refute reached",
+    );
+    assert_eq!(low.code, Some(1), "{}", low.stdout);
+    assert!(
+        low.stdout.starts_with("REFUTED: a scan takes 49.84 ms, the limit is 10 ms"),
+        "{}",
+        low.stdout
+    );
+    let high = scanbound("fx-watchdog", "check fx-watchdog-high.il --cpu FX3U --limit watchdog");
+    assert_eq!(high.code, Some(1), "{}", high.stdout);
+    assert!(high.stdout.contains("the limit is 500 ms"), "{}", high.stdout);
+    assert!(high.stdout.contains("500 ms (D8000: MOV K500 D8000"), "{}", high.stdout);
+}
+
+/// Programs for an FX3U, before a loop of 300 ms, and what becomes of its watchdog.
+const SET: [(&str, &str, &str, &str); 14] = [
+    ("default", "", "", "refuted"),
+    ("first", "LD M8002\nMOV K500 D8000\nWDT\n", "", "proved"),
+    ("always", "LD M8000\nMOV K400 D8000\nWDT\n", "", "proved"),
+    // Without a restart it takes effect at the end of the first scan.
+    ("late", "LD M8002\nMOV K500 D8000\n", "", "undecided"),
+    ("lower", "LD M8002\nMOV K100 D8000\nWDT\n", "", "refuted"),
+    ("maybe", "LD X0\nMOV K500 D8000\nWDT\n", "", "undecided"),
+    ("maybe-lower", "LD X0\nMOV K100 D8000\n", "", "refuted"),
+    ("one-of-two", "LD M8002\nMOV K500 D8000\nWDT\nLD X0\nMOV K250 D8000\n", "", "undecided"),
+    ("word", "LD M8002\nMOV D5 D8000\nWDT\n", "", "undecided"),
+    ("word-stated", "LD M8002\nMOV D5 D8000\nWDT\n", "[ranges]\nD5 = [400, 600]\n", "proved"),
+    ("block", "LD M8002\nBMOV D10 D7990 K20\nWDT\n", "", "undecided"),
+    ("indexed", "LD M8000\nMOV K1000 Z0\nLD M8002\nMOV K500 D7000Z0\nWDT\n", "", "undecided"),
+    ("by-index", "LD M8002\nMOV K500 D8000Z0\nWDT\n", "", "undecided"),
+    ("stated", "LD X0\nOUT Y0\n", "[scan]\nwatchdog = \"500ms\"\n", "proved"),
+];
+
+#[test]
+fn every_value_that_d8000_can_have_counts() {
+    for (name, begin, facts, wanted) in SET {
+        let program = format!("{begin}FOR K3000\nLD M8000\nBMOV D0 D100 K10\nNEXT\nEND\n");
+        let arguments =
+            "--cpu FX3U --limit watchdog --time BMOV=1us --time NEXT=100us --time FOR=1us";
+        let (verdict, report) = check(name, &program, facts, arguments);
+        assert_eq!(verdict, wanted, "{name} {}", report["check"]);
+        // A limit in time is not about the watchdog.
+        let (verdict, _) = check(name, &program, facts, &arguments.replace("watchdog", "310ms"));
+        assert_eq!(verdict, "proved", "{name}");
+    }
+}
+
+#[test]
+fn the_fx5_has_its_watchdog_and_constant_scan_in_special_registers() {
+    let program = "LD SM402\nMOV K10 SD8000\nMOV K50 SD8039\nLD SM400\nOUT SM8039\nFOR K200\nLD SM400\nBMOV D0 D100 K10\nNEXT\nEND\n";
+    let times = "--cpu FX5U --time BMOV=100us --time FOR=1us --time NEXT=1us";
+    let (verdict, _) = check("fx5", program, "", &format!("{times} --limit watchdog"));
+    assert_eq!(verdict, "refuted");
+    let (verdict, report) = check("fx5", program, "", &format!("{times} --limit 45ms"));
+    assert_eq!(verdict, "refuted");
+    assert_eq!(report["scan"]["cycle_ps"], 50_000_000_000_u64);
+    assert!(report["scan"]["upper_ps"].as_u64() < Some(45_000_000_000));
+}
+
+#[test]
+fn a_constant_scan_lasts_as_long_as_it_is_set() {
+    let limit = |limit: &str| {
+        let arguments =
+            format!("check fx-constant-scan.il --cpu FX3U --limit {limit} --refute reached");
+        scanbound("fx-constant-scan", &arguments).code
+    };
+    assert_eq!((limit("10ms"), limit("99.9ms"), limit("100ms")), (Some(1), Some(1), Some(0)));
+    // The watchdog counts what is executed.
+    assert_eq!(limit("watchdog"), Some(0));
+    let report = audit("fx-constant-scan", "fx-constant-scan.il --cpu FX3U");
+    assert_eq!(report["scan"]["cycle_ps"], 100_000_000_000_u64);
+    assert!(report["scan"]["upper_ps"].as_u64() < Some(1_000_000_000));
+}
+
+/// What a program for an FX3U does, what is stated, and the verdict on 10 ms: its scan takes below 1 ms.
+const CONSTANT: [(&str, &str, &str, &str); 12] = [
+    ("none", "LD X0\nOUT Y0\n", "", "proved"),
+    ("set", "LD M8000\nSET M8039\nMOV K20 D8039\n", "", "refuted"),
+    ("short", "LD M8000\nSET M8039\nMOV K5 D8039\n", "", "proved"),
+    ("by-input", "LD X0\nOUT M8039\nLD M8002\nMOV K20 D8039\n", "", "refuted"),
+    ("never", "LD M0\nANI M0\nOUT M8039\nLD M8002\nMOV K20 D8039\n", "", "undecided"),
+    ("reset", "LD M8000\nMOV K20 D8039\nRST M8039\n", "", "proved"),
+    ("time-alone", "LD M8000\nMOV K20 D8039\n", "", "undecided"),
+    ("switch-alone", "LD M8000\nOUT M8039\n", "", "undecided"),
+    ("word", "LD M8000\nOUT M8039\nMOV D5 D8039\n", "", "undecided"),
+    ("word-stated", "LD M8000\nOUT M8039\nMOV D5 D8039\n", "[ranges]\nD5 = [1, 9]\n", "proved"),
+    ("digits", "LD M8000\nMOV K15 K2M8036\nMOV K20 D8039\n", "", "undecided"),
+    ("stated", "LD X0\nOUT Y0\n", "[scan]\nconstant = \"20ms\"\n", "refuted"),
+];
+
+#[test]
+fn every_constant_scan_that_may_be_switched_on_counts() {
+    for (name, program, facts, wanted) in CONSTANT {
+        let program = format!("{program}END\n");
+        let (verdict, report) =
+            check(&format!("constant-{name}"), &program, facts, "--cpu FX3U --limit 10ms");
+        assert_eq!(verdict, wanted, "{name} {}", report["check"]);
+    }
+}
+
+#[test]
+fn parameters_may_set_a_constant_scan_where_nobody_states_it() {
+    for (cpu, program, name) in [
+        ("Q26UDV", "LD X0\nOUT Y0\nEND\n", "constant scan"),
+        ("R08", "LD X0\nOUT Y0\nEND\n", "constant scan"),
+        ("C200H", "LD 00000\nOUT 00100\nEND(01)\n", "minimum cycle time"),
+    ] {
+        let arguments = format!("--cpu {cpu} --limit 50ms");
+        let (_, report) = check(&format!("parameters-{cpu}"), program, "", &arguments);
+        assert_eq!(report["scan"]["constant_scan"]["by_parameters"], name);
+        let facts = "[scan]\nconstant = \"60ms\"\n";
+        let (verdict, report) = check(&format!("parameters-{cpu}"), program, facts, &arguments);
+        assert_eq!(verdict, "refuted", "{cpu}");
+        assert_eq!(report["scan"]["cycle_ps"], 60_000_000_000_u64);
+        let facts = "[scan]\nconstant = \"none\"\n";
+        let (verdict, report) = check(&format!("parameters-{cpu}"), program, facts, &arguments);
+        assert_eq!((verdict.as_str(), &report["scan"]["constant_scan"]), ("proved", &Value::Null));
+    }
+}
+
+#[test]
+fn measured_cycles_are_held_against_the_cycle() {
+    let times = "scan_ms\n100\n99.9\n";
+    let program = "LD M8000\nOUT M8039\nLD M8002\nMOV K100 D8039\nEND\n";
+    let files = [("p.il", program), ("times.csv", times), ("facts.toml", POINTS)];
+    let run = run("compared", &files, "compare p.il times.csv --cpu FX3U --facts facts.toml");
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+}
+
+#[test]
+fn wdt_of_omron_makes_the_time_longer() {
+    // A scan of 1.05 s; the cycle time monitor of 1 s is extended by so many times 10 ms.
+    for (name, wdt, wanted) in [
+        ("omron-none", "LD P_On\nOUT W0.00\n", "refuted"),
+        ("omron-100ms", "LD P_On\nWDT(094) &10\n", "proved"),
+        ("omron-10ms", "LD P_On\nWDT(094) &1\n", "refuted"),
+        ("omron-input", "LD 0.00\nWDT(094) &10\n", "refuted"),
+    ] {
+        let program =
+            format!("{wdt}FOR(512) &1000\nLD P_On\nMOV(021) D0 D1\nNEXT(513)\nEND(001)\n");
+        let times = "--time MOV=1050us --time NEXT=1ns --time FOR=1ns --time LD=1ns --time WDT=1us";
+        let (verdict, report) = check(
+            name,
+            &program,
+            "[scan]\nfactor = 1\n",
+            &format!("--cpu CJ2M --limit watchdog {times}"),
+        );
+        assert_eq!(verdict, wanted, "{name} {}", report["check"]);
+    }
+}

@@ -15,6 +15,7 @@ use super::resolve::{Item, resolve};
 use super::source::{Family, RawFile, RawProgram, RawProject, Symbols, Task};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::facts::Part;
+use crate::base::time::Picos;
 use crate::front::{Faults, Options, absent};
 use crate::program::{
     BitSource, Cell, Effect, Logic, Program, Region, SourceFile, StartRange, Step, When, Write,
@@ -79,6 +80,7 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
     let inputs = read.difference(&written).count();
     asm.out.program.networks = asm.memory.networks();
     asm.out.program.power_up = asm.memory.power_up();
+    asm.out.program.scan_control.by_parameters = Some("minimum cycle time");
     asm.out.program.points = Some([inputs, written.len()].map(|words| 16 * words as u32));
     faults.append(&mut asm.faults);
     if !faults.is_empty() {
@@ -295,8 +297,33 @@ impl Decoder {
         {
             *target = end;
         }
+        self.note_extensions(&items, &starts);
         self.collect(&items, &frame, &starts, calls, file);
         self.tasks.push((program.task, program.name.clone(), start..self.asm.next(), end));
+    }
+
+    /// Notes by how much each WDT makes the cycle time monitor's time longer: by 10 ms for each unit of its operand on CS, CJ
+    /// and CP. On the C series 100 ms are recalled, and not verified: no bound rests on them.
+    fn note_extensions(&mut self, items: &[Item<'_>], starts: &[Option<usize>]) {
+        const MS: u64 = 1_000_000_000;
+        const MOST: u32 = 0x0F9F;
+        let family = self.asm.memory.family;
+        let program = &mut self.asm.out.program;
+        for (item, &start) in items.iter().zip(starts).filter(|(item, _)| item.name == "WDT") {
+            let Some(start) = start else { continue };
+            let priced = program.instructions[start..].iter().position(|one| one.timing.is_some());
+            let Some(at) = priced.map(|offset| start + offset) else { continue };
+            let count = item.operands.first().and_then(|operand| operand.count(family));
+            let count = count.map(u64::from);
+            let times = match family {
+                Family::C => (Picos::ZERO, Picos(100 * MS).times(count.unwrap_or(99))),
+                _ => {
+                    let unit = Picos(10 * MS);
+                    (unit.times(count.unwrap_or(0)), unit.times(count.unwrap_or(MOST.into())))
+                }
+            };
+            program.scan_control.extensions.insert(at, times);
+        }
     }
 
     /// Counts the words of the input and output area that an instruction names.

@@ -85,7 +85,7 @@ function head() {
     el("h1", {}, document.title.replace(/ - scanbound$/, "")),
     el("p", { class: "faint" }, [report.program.dialect, report.program.cpu, "table " + report.table.name, report.program.instructions + " instructions", report.program.blocks + " rungs"].filter(Boolean).join(" · ")),
     el("div", { class: "answer " + verdict, id: "answer" }, answer.trim()));
-  const all = report.scan.proved_ps > report.scan.upper_ps ? [["with all points that the CPU can have, at most", report.scan.proved_ps, above]] : [];
+  const all = report.scan.proved_ps > report.scan.cycle_ps ? [["with all points that the CPU can have, at most", report.scan.proved_ps, above]] : [];
   const most = report.scan.proved_ps === null ? "the bound, which may be too low" : all.length ? "with the points that the program names, at most" : "longest scan, at most";
   const rows = [...all, [most, report.scan.upper_ps, above], ["longest scan found", report.scan.lower_ps, below], ["sum of all instructions, each at its larger time", report.scan.naive_ps, above]];
   page.append(table(["", ">time", ">of the bound"], rows.map(([name, ps, told]) => [name, told(ps), share(ps)])));

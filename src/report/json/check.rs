@@ -10,6 +10,8 @@ pub(in crate::report) struct CheckResult {
     #[schemars(extend("enum" = ["proved", "refuted", "undecided"]))]
     verdict: &'static str,
     limit_ps: u64,
+    #[schemars(extend("enum" = ["cycle", "execution", "stretch"]))]
+    measure: &'static str,
     margin: String,
     upper_with_margin_ps: u64,
     lower_with_margin_ps: u64,
@@ -29,6 +31,7 @@ pub(super) fn result(audit: &Audit, check: &Check) -> CheckResult {
     CheckResult {
         verdict: check.verdict.name(),
         limit_ps: check.limit.0,
+        measure: check.measure.name(),
         margin: check.margin.to_string(),
         upper_with_margin_ps: check.upper.0,
         lower_with_margin_ps: check.lower.0,

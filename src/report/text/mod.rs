@@ -13,6 +13,7 @@ pub(super) mod screen;
 mod style;
 mod unknowns;
 pub(super) mod verdict;
+mod watchdog;
 pub(super) mod words;
 
 use super::columns::paint;
@@ -91,7 +92,8 @@ fn sections(audit: &Audit, extent: Extent) -> String {
     text += &scan::run(audit, extent);
     text += &super::path::path(audit);
     text += &founded::assumed(audit, extent);
-    text += &list("What the table's times do not hold", &audit.table.notes, extent);
+    let notes: Vec<String> = audit.table.notes.iter().cloned().chain(watchdog::unstated(audit)).collect();
+    text += &list("What the table's times do not hold", &notes, extent);
     text += &list("What was stated and is believed", &founded::facts(audit), extent);
     text += &founded::trusted(audit, extent);
     text += &list("Left open: what is not stated may make the bound too low", &doubts, extent);

@@ -4,19 +4,18 @@ use super::next::next;
 use super::parts;
 use super::style::{BOLD, CARE};
 use super::verdict::{self, answer, reasons};
+use super::watchdog;
 use super::words::{capped, count, file, item, warnings};
-use crate::audit::verdict::{Check, Margin, Verdict};
+use crate::audit::verdict::Check;
 use crate::audit::{Audit, Share, TaskUse};
 use crate::base::budget::Cut;
-use crate::base::spoken::{about, at_most};
+use crate::base::spoken::about;
 use crate::report::columns::{Cell, fitted, left};
 use crate::report::format::{Detail, Extent};
 use crate::report::response;
 
 /// So many rungs are shown however small the screen is.
 const FEWEST: usize = 3;
-/// From so many thousandths on a share is told as so many times.
-const MANY_TIMES: u64 = 10_000;
 
 /// The first screen. Rungs are left out where it would be higher than the page, all else stays.
 pub(super) fn first(audit: &Audit, check: Option<&Check>, extent: Extent) -> String {
@@ -95,9 +94,8 @@ pub(in crate::report) fn facts(audit: &Audit, check: Option<&Check>) -> Vec<Fact
         found.push(fact("on call", told));
     }
     found.extend(audit.tasks.iter().enumerate().map(|(at, one)| fact("task", task(one, at == 0))));
-    if check.is_none_or(|check| Some(check.limit) != audit.table.watchdog) {
-        found.extend(watchdog(audit).map(|told| fact("watchdog", told)));
-    }
+    found.extend(watchdog::cycle(audit).map(|told| fact("cycle", told)));
+    found.extend(watchdog::told(audit, check).map(|told| fact("watchdog", told)));
     let rests = rests(audit, check);
     if !rests.is_empty() {
         found.push(fact("rests on", rests.join(", ")));
@@ -155,36 +153,6 @@ fn task(one: &TaskUse, is_this: bool) -> String {
         Err(why) => format!("when it has ended cannot be worked out: {why}"),
     };
     format!("{}{is_this}: {every}, {level}; {alone}; {by}{waits}; {response}", one.name)
-}
-
-/// How the bound stands to the watchdog time that the CPU has unless somebody sets it.
-fn watchdog(audit: &Audit) -> Option<String> {
-    let time = audit.table.watchdog?;
-    let all = audit.upper_with_all_points();
-    let share = Share::of(all, time);
-    let with = match all > audit.bound.upper {
-        true => {
-            format!(", {} with all the points that the CPU can have", at_most(all))
-        }
-        false => String::new(),
-    };
-    let told = match Check::new(audit, time, Margin::default()).verdict {
-        Verdict::Proved => format!("kept, {share} of it used{with}"),
-        Verdict::Refuted if audit.is_endless() => "runs out in a loop without end".to_owned(),
-        Verdict::Refuted => "a scan was found that takes longer".to_owned(),
-        Verdict::Undecided(_) if share <= Share(1000) => {
-            format!(
-                "not proved to be kept: {share} of it used{with}, what is not stated not counted"
-            )
-        }
-        Verdict::Undecided(_) if share.0 >= MANY_TIMES => {
-            format!("not proved to be kept: the bound is {} times it{with}", share.0 / 1000)
-        }
-        Verdict::Undecided(_) => {
-            format!("not proved to be kept: the bound is {share} of it{with}")
-        }
-    };
-    Some(format!("{} by default: {told}", at_most(time)))
 }
 
 /// What the bound rests on, the weightiest first.

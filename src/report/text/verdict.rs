@@ -2,7 +2,7 @@
 
 use super::style::{BAD, BOLD, CARE, GOOD};
 use super::words::place;
-use crate::audit::verdict::{Check, Verdict};
+use crate::audit::verdict::{Check, Measure, Verdict};
 use crate::audit::{Audit, Doubt, Reason, UnstatedPoints};
 use crate::base::spoken::{at_least, at_most};
 use crate::base::time::Picos;
@@ -118,7 +118,11 @@ fn bound(audit: &Audit) -> Answer {
             }
         }
     };
-    Answer { style: BOLD, word: "", told }
+    let wait = audit.cycle.upper.filter(|&most| most > upper);
+    let wait = wait.map(|most| {
+        format!(" With the wait for the constant scan time a scan lasts up to {}.", at_most(most))
+    });
+    Answer { style: BOLD, word: "", told: told + &wait.unwrap_or_default() }
 }
 
 /// What the bound needs and nobody stated, in a word or two each.
@@ -142,7 +146,8 @@ fn on_least_bases(is_less: bool) -> &'static str {
 
 fn verdict(audit: &Audit, check: &Check) -> Answer {
     let limit = told(check.limit);
-    let most = upper(audit.upper_with_all_points(), check.limit);
+    let most = upper(check.longest, check.limit);
+    let (none_longer, none_more, takes) = measured(check.measure);
     let margin = |time: String| match check.margin.is_none() {
         true => String::new(),
         false => format!(" ({time} with the margin of {})", check.margin),
@@ -150,12 +155,16 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
     let above = margin(upper(check.upper, check.limit));
     let below = margin(lower(check.lower, check.limit));
     let points = all_points(audit);
+    let without = match check.took == audit.lower_without_points() {
+        true => without_points(audit),
+        false => "",
+    };
     match &check.verdict {
         Verdict::Proved => Answer {
             style: GOOD,
             word: "PROVED",
             told: format!(
-                "no scan takes longer than {most}{above}{points}, the limit is {limit}{}",
+                "{none_longer} {most}{above}{points}, the limit is {limit}{}",
                 rests(check)
             ),
         },
@@ -168,11 +177,11 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
                     )
                 }
                 None => format!(
-                    "a scan takes {}{below}{}, the limit is {limit}{}{}",
-                    lower(audit.lower_without_points(), check.limit),
-                    without_points(audit),
+                    "{takes} {}{below}{}, the limit is {limit}{}{}",
+                    lower(check.took, check.limit),
+                    without,
                     rests(check),
-                    match audit.is_reached() {
+                    match check.is_reached {
                         true => "",
                         false => "; no run from power-up to its start state was found",
                     }
@@ -198,22 +207,32 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
             Answer { style: CARE, word: "UNDECIDED", told }
         }
         Verdict::Undecided(_) => {
-            let found = match audit.lower_without_points() {
+            let found = match check.took {
                 Picos::ZERO => String::new(),
-                found => format!(
-                    "a scan takes {}{below}{}, ",
-                    lower(found, check.limit),
-                    without_points(audit)
-                ),
+                found => format!("{takes} {}{below}{without}, ", lower(found, check.limit)),
             };
             let bound = match audit.proved() {
-                Some(_) => format!("no scan takes more than {most}{above}{points}"),
+                Some(_) => format!("{none_more} {most}{above}{points}"),
                 None => format!("the bound is {most}{above}{points} and may be too low"),
             };
             let and = if found.is_empty() { "" } else { "and " };
             let told = format!("the limit is {limit}; {found}{and}{bound}");
             Answer { style: CARE, word: "UNDECIDED", told }
         }
+    }
+}
+
+/// How it is said that none is longer, and that one takes so long.
+fn measured(measure: Measure) -> (&'static str, &'static str, &'static str) {
+    match measure {
+        Measure::Cycle | Measure::Execution => {
+            ("no scan takes longer than", "no scan takes more than", "a scan takes")
+        }
+        Measure::Stretch => (
+            "the watchdog is restarted (WDT, or the end of the scan) after no more than",
+            "never more than",
+            "between two restarts of the watchdog pass",
+        ),
     }
 }
 

@@ -19,6 +19,7 @@ mod overflow;
 mod quirks;
 mod ranges;
 mod rungs;
+mod scan_control;
 mod shown;
 mod units;
 
@@ -87,6 +88,7 @@ impl<'a> Emitter<'a> {
             areas: areas(options.family),
             networks: networks(options.family),
             power_up: power_up(options.family),
+            scan_control: scan_control::of_family(options.family),
             comments: shown::comments(&project.comments, options.family),
             ..Program::default()
         };
@@ -127,7 +129,9 @@ impl<'a> Emitter<'a> {
             let place = Location { file: file as u32, line: raw.line, step: raw.step };
             self.out.at(place, raw.text.clone(), shown::operands(raw, &item.operands));
             self.leave_state(self.frame.site(at).state);
+            let first = self.out.next();
             self.instruction(item);
+            self.note_scan_control(item, first);
             self.direct_inputs(item);
             // What follows so many faults is no program either.
             if self.faults[file].give_up() {
