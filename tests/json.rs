@@ -198,11 +198,16 @@ fn every_key_of_an_audit_is_documented() {
     let others = "LD X0\nFMOV K0 D2000 K30000\nBMOV D0 D5000 K20000\nEND\n";
     std::fs::write(&minor, block.to_owned() + others).expect("written");
     let minor = minor.to_str().expect("a plain path");
+    let set = directory.path().join("set.il");
+    let sets = "LD M8000\nOUT M8039\nMOV K20 D8039\nMOV K300 D8000\nEND\n";
+    std::fs::write(&set, sets).expect("written");
+    let set = set.to_str().expect("a plain path");
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
     let carousel = "samples/snet/carousel.snet";
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 28] = [
+    let runs: [&[&str]; 29] = [
         &["audit", tasks],
+        &["audit", set, "--cpu", "FX3U"],
         &["audit", rounded],
         &["audit", "samples/sfc/line.st"],
         &["audit", line[0], line[1], line[2], "--time-limit", "1us"],

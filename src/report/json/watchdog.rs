@@ -10,10 +10,20 @@ struct Setting<'a> {
     file: u32,
     line: u32,
     instruction: &'a str,
-    #[serde(skip_serializing_if = "Option::is_none")]
     least_ps: Option<u64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     most_ps: Option<u64>,
+}
+
+/// An instruction that switches a constant scan on or off.
+#[derive(Serialize, JsonSchema)]
+struct Switching<'a> {
+    file: u32,
+    line: u32,
+    instruction: &'a str,
+}
+
+fn switching(one: &audit::SettingUse) -> Switching<'_> {
+    Switching { file: one.at.file, line: one.at.line, instruction: &one.instruction }
 }
 
 fn setting(one: &audit::SettingUse) -> Setting<'_> {
@@ -35,7 +45,7 @@ pub(super) struct Constant<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     by_parameters: Option<&'a str>,
     set_by: Vec<Setting<'a>>,
-    switched_by: Vec<Setting<'a>>,
+    switched_by: Vec<Switching<'a>>,
 }
 
 /// The least time of each scan, where anything may set one.
@@ -48,7 +58,7 @@ pub(super) fn constant(audit: &Audit) -> Option<Constant<'_>> {
         stated: cycle.is_stated,
         by_parameters: cycle.unstated,
         set_by: cycle.settings.iter().map(setting).collect(),
-        switched_by: cycle.switches.iter().map(setting).collect(),
+        switched_by: cycle.switches.iter().map(switching).collect(),
     })
 }
 
