@@ -398,12 +398,14 @@ fn a_file_cut_anywhere_is_never_taken() {
 }
 
 #[test]
-fn steps_that_run_backwards_are_a_warning() {
-    let text = works2("4,,LD,X0,,,\n2,,OUT,Y0,,,\n3,,END,,,,\n");
-    let project = read("a.csv", text).unwrap();
-    assert_eq!(codes(&project.warnings), [("step-order", Some(5))]);
-    assert_eq!(project.warnings[0].severity, Severity::Warning);
-    assert_eq!(project.warnings[0].step, Some(2));
+fn steps_that_do_not_rise_are_an_error() {
+    for steps in [[4, 2, 3], [1, 1, 2]] {
+        let [a, b, c] = steps;
+        let text = works2(&format!("{a},,LD,X0,,,\n{b},,OUT,Y0,,,\n{c},,END,,,,\n"));
+        let faults = read("a.csv", text).expect_err("a fault");
+        assert_eq!(codes(&faults), [("step-order", Some(5))]);
+        assert_eq!((faults[0].severity, faults[0].step), (Severity::Error, Some(b)));
+    }
 }
 
 #[test]

@@ -260,7 +260,7 @@ codes! {
     Scan = "scan",
     /// A step number is not a number
     StepNumber = "step-number",
-    /// A step number is not larger than the one before
+    /// A step number or an address does not follow from the one before it
     StepOrder = "step-order",
     /// The file of an emulation's inputs cannot be read
     Stimulus = "stimulus",

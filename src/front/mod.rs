@@ -9,6 +9,7 @@ mod encoding;
 mod faults;
 mod foreign;
 pub mod input;
+mod numbering;
 mod place;
 mod registry;
 mod specimen;

@@ -195,18 +195,40 @@ impl Fronts {
         }
     }
 
+    /// That a file is written in another dialect than the one that the user named; with the first line that this one does
+    /// not have, if it can be read that far.
+    fn other_dialect(self, input: &Input, found: &Dialect, named: &Dialect) -> Diagnostic {
+        let is_named = |own: &Dialect| own.name == named.name;
+        let front = self.0.iter().find(|front| front.dialects().iter().any(is_named));
+        let is_text = matches!(named.sniff, Sniff::Text(_));
+        let faults = front
+            .filter(|_| is_text)
+            .map(|front| front.read(named, &[input], &[], Reading::default()));
+        let faults = faults.and_then(Result::err).unwrap_or_default();
+        let (message, help) = (
+            format!("this is {}, not {}", found.name, named.name),
+            "leave --dialect out, or name the one it is",
+        );
+        match faults.into_iter().find(|fault| fault.line.is_some()) {
+            Some(first) => Diagnostic {
+                code: Code::OtherDialect,
+                message: format!("{message}: {}", first.message),
+                help: help.to_owned(),
+                ..first
+            },
+            None => Diagnostic::file(Code::OtherDialect, &input.name, message, help),
+        }
+    }
+
     /// What a file is, where the user may have named the dialect.
     fn kind(self, input: &Input, named: Option<&'static Dialect>) -> Result<Kind, Diagnostic> {
         let found = self.detect(input);
         let Some(named) = named else { return found };
         match found {
             Ok(Kind::Comments) => Ok(Kind::Comments),
-            Ok(Kind::Program(found)) if found.name != named.name => Err(Diagnostic::file(
-                Code::OtherDialect,
-                &input.name,
-                format!("this is {}, not {}", found.name, named.name),
-                "leave --dialect out, or name the one it is",
-            )),
+            Ok(Kind::Program(found)) if found.name != named.name => {
+                Err(self.other_dialect(input, found, named))
+            }
             Err(fault) if fault.code == Code::EmptyFile => Err(fault),
             Err(_) if matches!(named.sniff, Sniff::Bytes(_)) => Ok(Kind::Program(named)),
             Err(fault) if matches!(fault.code, Code::BinaryFile | Code::Encoding) => Err(fault),

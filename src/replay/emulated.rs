@@ -6,7 +6,7 @@ use super::memory::{Left, Memory};
 use super::{Free, Mode, Stopped};
 use crate::base::time::{Picos, Times};
 use crate::program::timed::Timed;
-use crate::program::{AreaKind, Cell, ChoiceId, ChoiceKey, Program};
+use crate::program::{AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Program};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
@@ -48,7 +48,19 @@ impl<'p> Emulated<'p> {
     pub fn new(program: &'p Program, times: &'p [Times]) -> Emulated<'p> {
         let (memory, registers) = (Memory::default(), BTreeMap::new());
         let (now, clockwork) = (Picos::ZERO, RefCell::default());
-        Emulated { program, times, memory, registers, first: true, now, clockwork }
+        let mut cpu = Emulated { program, times, memory, registers, first: true, now, clockwork };
+        cpu.flag_first(true);
+        cpu
+    }
+
+    /// Sets or clears the bit of a word that says that this is the first scan since memory was cleared.
+    fn flag_first(&mut self, is_first: bool) {
+        if let Some(BitTarget::WordBit(cell, bit)) = self.program.power_up.fresh {
+            let word = self.value(cell);
+            let mask = 1 << bit;
+            let word = if is_first { word | mask } else { word & !mask };
+            self.memory.set(cell, word);
+        }
     }
 
     /// Sets a cell from outside.
@@ -87,6 +99,7 @@ impl<'p> Emulated<'p> {
         drop(state);
         self.memory.take(self.program, left);
         self.first = false;
+        self.flag_first(false);
         Scan { total, executed, stopped, unbounded }
     }
 }

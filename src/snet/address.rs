@@ -48,6 +48,9 @@ impl Area {
     }
 }
 
+/// The words of input and output points end before this one.
+const POINTS: u16 = 30;
+
 /// The words from which on internal relays are special ones.
 const SPECIAL: u16 = 236;
 
@@ -80,6 +83,12 @@ impl Address {
             Area::Holding | Area::Link => true,
             Area::Auxiliary => false,
         }
+    }
+
+    /// Whether it lies in a word that may serve input or output points: words 000 to 029.
+    #[must_use]
+    pub fn is_point(self) -> bool {
+        self.area == Area::Internal && self.word < POINTS
     }
 
     /// Whether it keeps its state without power.

@@ -1,5 +1,6 @@
 //! What of a net cannot be: elements without arcs or with too many, addresses that are given twice or of a wrong kind.
 
+use super::address::Address;
 use super::{Diagram, Direction, Head, Kind};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
@@ -104,11 +105,27 @@ fn addresses(diagram: &Diagram) -> Vec<Diagnostic> {
     let all: Vec<(String, &Head, bool)> = (written.map(|(name, head)| (name, head, true)))
         .chain(read.map(|(name, head)| (name, head, false)))
         .collect();
+    let is_input = |head: &&Head| head.address.is_some_and(Address::is_point);
+    let inputs: Vec<&Head> = diagram.outers.iter().map(|one| &one.head).filter(is_input).collect();
     for (name, head, is_written) in all {
         let Some(address) = head.address else { continue };
         let mut tell = |message: String, help: &str| {
             found.push(fault(diagram, Code::NetAddress, head.line, message, help));
         };
+        let is_same = |outer: &&Head| outer.address == Some(address);
+        let input = inputs.iter().find(|outer| {
+            outer.address.is_some_and(|input| input.word == address.word)
+                && !inputs.iter().any(is_same)
+        });
+        if let (true, true, Some(outer)) = (is_written, address.is_point(), input) {
+            tell(
+                format!(
+                    "{name} = {address}: word {:03} is an input word, which the CPU overwrites when it reads the inputs ({} in line {})",
+                    address.word, outer.name, outer.line
+                ),
+                "give it a relay in a word in which no outer gate lies",
+            );
+        }
         if is_written && !address.is_writable() {
             tell(
                 format!("{name} = {address}: the CPU itself writes this relay"),
@@ -189,5 +206,14 @@ mod tests {
         let found = told(net);
         assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [1, 3, 5], "{found:?}");
         assert!(told("outer E = 25500\nbox B\ntransition T : B -> if E").is_empty());
+    }
+
+    #[test]
+    fn nothing_is_written_where_inputs_are_read() {
+        let net = "outer E = 00001\nouter F = 03000\nbox B = 00002\nbox C = 03001\ntransition T = 00003 : B -> C if E\n\
+                   transition U = 00100 : C -> B if F";
+        let found = told(net);
+        assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [3, 5], "{found:?}");
+        assert!(found[0].1.contains("word 000 is an input word"), "{found:?}");
     }
 }

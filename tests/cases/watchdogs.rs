@@ -254,3 +254,135 @@ fn wdt_of_omron_makes_the_time_longer() {
         assert_eq!(verdict, wanted, "{name} {}", report["check"]);
     }
 }
+
+/// Lists with addresses, the CPU or dialect that they are for, and the line of the first address that is wrong.
+const NUMBERED: [(&str, &str, &str, Option<u32>); 12] = [
+    ("omron", "00000 LD 00000\n00001 OUT 00500\n00002 END(01)\n", "--cpu C200H", None),
+    ("omron-from-200", "00200 LD 00000\n00201 OUT 00500\n00202 END(01)\n", "--cpu C200H", None),
+    ("omron-missing", "00000 LD 00000\n00002 OUT 00500\n00003 END(01)\n", "--cpu C200H", Some(2)),
+    (
+        "omron-doubled",
+        "00000 LD 00000\n00001 AND 00001\n00001 OUT 00500\n00002 END(01)\n",
+        "--cpu C200H",
+        Some(3),
+    ),
+    ("omron-falling", "00003 LD 00000\n00002 OUT 00500\n00003 END(01)\n", "--cpu C200H", Some(2)),
+    (
+        "omron-some",
+        "00000 LD 00000\nAND 00001\n00003 OUT 00500\n00004 END(01)\n",
+        "--cpu C200H",
+        Some(3),
+    ),
+    ("minasec", "0 LD X00\n1 ST Y00\n", "--dialect minasec-asm", None),
+    ("minasec-missing", "0 LD X00\n2 ST Y00\n", "--dialect minasec-asm", Some(2)),
+    ("melsec-doubled", "0 LD X0\n1 OUT Y0\n1 OUT Y1\n2 END\n", "--cpu Q26UDV", Some(3)),
+    ("melsec-falling", "0 LD X0\n2 OUT Y0\n1 END\n", "--cpu Q26UDV", Some(3)),
+    ("melsec-apart", "0 LD X0\n1 OUT T0 K10\n5 LD T0\n6 OUT Y0\n7 END\n", "--cpu Q26UDV", None),
+    (
+        "melsec-label",
+        "0 LD X0\n1 CJ P0\n3 LD X1\n4 OUT Y0\n5 P0\n5 LD X2\n6 OUT Y1\n7 END\n",
+        "--cpu Q26UDV",
+        None,
+    ),
+];
+
+#[test]
+fn an_address_that_does_not_follow_is_an_error() {
+    for (name, list, cpu, wrong) in NUMBERED {
+        let run = run(&format!("numbered-{name}"), &[("p.il", list)], &format!("audit p.il {cpu}"));
+        match wrong {
+            None => assert_eq!(run.code, Some(0), "{name}: {}{}", run.stdout, run.stderr),
+            Some(line) => {
+                assert_eq!(run.code, Some(2), "{name}: {}{}", run.stdout, run.stderr);
+                assert!(run.stderr.contains("error[step-order]"), "{name}: {}", run.stderr);
+                assert!(run.stderr.contains(&format!("p.il:{line}:")), "{name}: {}", run.stderr);
+            }
+        }
+    }
+    for file in ["line-2-missing.il", "out-of-order.il"] {
+        let run = scanbound("missing-address", &format!("audit {file} --cpu C200H"));
+        assert_eq!(run.code, Some(2), "{file}: {}", run.stdout);
+        assert!(run.stderr.contains(&format!("{file}:3:")), "{}", run.stderr);
+    }
+}
+
+#[test]
+fn a_flowchart_list_without_one_of_its_lines_is_refused() {
+    let list = "0 LBL0: AND 0\n2 CJP LBL1\n3 JMP LBL0\n4 LBL1: OUT 200\n6 JMP LBL0\n";
+    let right = run("flow", &[("p.lst", list)], "audit p.lst");
+    assert_eq!(right.code, Some(0), "{}{}", right.stdout, right.stderr);
+    let lost = run("flow-lost", &[("p.lst", &list.replace("3 JMP LBL0\n", ""))], "audit p.lst");
+    assert_eq!(lost.code, Some(2), "{}", lost.stdout);
+    assert!(lost.stderr.contains("error[step-order]: address 3 is missing"), "{}", lost.stderr);
+}
+
+#[test]
+fn what_another_dialect_does_not_have_is_told_with_its_line() {
+    let list = "LD X00\nOUT Y00\n";
+    let run = run("minasec-named", &[("p.asm", list)], "audit p.asm --dialect minasec-asm");
+    assert_eq!(run.code, Some(2), "{}", run.stdout);
+    assert!(run.stderr.contains("MINASEC-U has no instruction 'OUT'"), "{}", run.stderr);
+    assert!(run.stderr.contains("p.asm:2:1"), "{}", run.stderr);
+}
+
+#[test]
+fn a_box_in_an_input_word_is_refused() {
+    for command in ["snet check box.snet", "snet translate box.snet --to c200h"] {
+        let run = scanbound("snet-input-word", command);
+        assert_eq!(run.code, Some(2), "{command}: {}", run.stdout);
+        assert!(run.stderr.contains("box.snet:4"), "{}", run.stderr);
+        assert!(run.stderr.contains("word 000 is an input word"), "{}", run.stderr);
+    }
+}
+
+#[test]
+fn a_word_of_which_a_bit_is_read_and_not_written_has_inputs() {
+    let points = |case: &str, arguments: &str| {
+        let report = audit(case, arguments);
+        let points = report["points"].as_array().expect("points").clone();
+        let of = |side: &str| {
+            let found = points.iter().find(|one| one["side"] == side);
+            found.and_then(|one| one["taken"].as_u64())
+        };
+        (of("input"), of("output"))
+    };
+    assert_eq!(points("snet-input-word", "smallest.il --cpu C200H"), (Some(16), Some(16)));
+    // A relay that is written and read is none.
+    let kept = "LD 00001\nOR 00500\nOUT 00500\nEND(01)\n";
+    let kept = directory("kept", &[("p.il", kept)]);
+    let kept = points(kept.to_str().expect("a name"), "p.il --cpu C200H");
+    assert_eq!(kept, (Some(16), Some(16)));
+}
+
+#[test]
+fn the_emulated_cpu_tells_its_first_cycle() {
+    use scanbound::base::facts::Facts;
+    use scanbound::base::time::{Picos, Times};
+    use scanbound::front::{Input, Options, read};
+    use scanbound::program::Cell;
+    use scanbound::replay::emulated::Emulated;
+    let first = std::fs::read(super::case("snet-first-cycle").join("first.il")).expect("a case");
+    let first = String::from_utf8(first).expect("text");
+    let cs = |bit: &str| format!("LD {bit}\nSET 3.00\nLD P_On\nOUT 3.01\nEND(001)\n");
+    for (family, dialect, area, index, text) in [
+        ("c", "omron-c", "IR", 30, first),
+        ("cs", "omron-cx", "CIO", 3, cs("A200.11")),
+        ("cs", "omron-cx", "CIO", 3, cs("P_First_Cycle")),
+    ] {
+        let input = Input { name: "p.il".to_owned(), bytes: text.clone().into_bytes() };
+        let facts = Facts::default();
+        let options = Options { family: Some(family), ..Options::new(&facts) };
+        let project = read(&[input], Some(dialect)).expect("a program");
+        let program = project.decode(&options).expect("a sound one");
+        let times = vec![Times::new(Picos(1), Picos(1)); program.instructions.len()];
+        let mut cpu = Emulated::new(&program, &times);
+        let area = program.areas.iter().position(|one| one.name == area).expect("an area");
+        let word = Cell { area: scanbound::program::AreaId(area as u16), index };
+        cpu.scan(1_000);
+        assert_eq!(cpu.value(word), 3, "{text}");
+        // Only the first: what is cleared stays so.
+        cpu.set(word, 0);
+        cpu.scan(1_000);
+        assert_eq!(cpu.value(word), 2, "{text}");
+    }
+}

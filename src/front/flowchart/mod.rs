@@ -12,6 +12,7 @@ mod pass_starts;
 mod structure;
 mod turn;
 
+use super::numbering::{self, Numbered};
 use super::{Dialect, Front, Input, Open, Options, Project, Reading, Sniff, decoded};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
@@ -294,8 +295,25 @@ fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
 pub fn read_text(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = super::Faults::new(name);
     let list = parse::read(text, &mut faults);
+    // In front of a group addresses may be left free.
+    numbering::check(numbered(&list), &mut faults);
     let source = structure::source(name, text, list, &mut faults);
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
+}
+
+/// The instructions of a list with their addresses: each takes one, and a timer's time another.
+fn numbered(list: &[parse::Listed]) -> impl Iterator<Item = Numbered<'_>> {
+    list.iter().enumerate().map(|(at, one)| {
+        let is_head = one.word == parse::Word::Head;
+        let before_head = list.get(at + 1).is_some_and(|next| next.word == parse::Word::Head);
+        Numbered {
+            line: one.line,
+            address: one.step,
+            takes: Some(if one.time.is_some() { 2 } else { 1 }),
+            text: &one.text,
+            ends: is_head || before_head,
+        }
+    })
 }
 
 #[cfg(test)]

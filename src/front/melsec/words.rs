@@ -4,6 +4,7 @@ use super::source::RawInstruction;
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::Places;
+use crate::front::numbering::{self, Numbered};
 use crate::front::{Faults, shown};
 
 /// More instructions than this take too much memory to audit. The largest CPUs hold 1,200 K steps; plants' projects have
@@ -113,26 +114,16 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
 /// What holds for a whole file: step numbers rise, END is there, and nothing follows it.
 pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Faults<'_>) {
     let file = faults.file();
-    let mut last: Option<u32> = None;
-    for instruction in instructions {
-        if let (Some(before), Some(step)) = (last, instruction.step)
-            && step < before
-        {
-            faults.push(
-                Diagnostic::line(
-                    Code::StepOrder,
-                    file,
-                    instruction.line,
-                    shown(&instruction.text),
-                    format!("step {step} follows step {before}"),
-                    "lines may have been moved or two files joined; export the program again",
-                )
-                .at_step(Some(step))
-                .warning(),
-            );
-        }
-        last = instruction.step.or(last);
-    }
+    // How many steps an instruction takes is not known of most, and a label may stand at the step of the next one.
+    let numbered = instructions.iter().filter(|one| !is_pointer(&one.mnemonic));
+    let numbered = numbered.map(|one| Numbered {
+        line: one.line,
+        address: one.step,
+        takes: None,
+        text: &one.text,
+        ends: false,
+    });
+    numbering::check(numbered, faults);
     let is_end = |i: &RawInstruction| i.mnemonic.eq_ignore_ascii_case("END");
     match instructions.iter().position(is_end) {
         None => {

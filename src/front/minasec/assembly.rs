@@ -4,6 +4,7 @@ use super::{Device, Opcode, Source, WORDS, Word};
 use crate::base::code::Code;
 use crate::base::diagnostic::Diagnostic;
 use crate::front::Faults;
+use crate::front::numbering::{self, Numbered};
 use crate::front::text;
 use crate::front::within;
 use std::fmt::Write as _;
@@ -53,6 +54,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
     let mut source = Source::new(name, super::ASSEMBLY);
     let mut next = 0_usize;
+    let mut numbered = Vec::new();
     let mut number = 0_u32;
     for line in text.lines() {
         number = number.saturating_add(1);
@@ -60,7 +62,18 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
         if words.is_empty() || is_head(&words) {
             continue;
         }
-        let address = match take_address(&mut words) {
+        let written = take_address(&mut words);
+        numbered.push(Numbered {
+            line: number,
+            address: match written {
+                Some(Address::Number(address)) => u32::try_from(address).ok(),
+                _ => None,
+            },
+            takes: Some(1),
+            text: line,
+            ends: false,
+        });
+        let address = match written {
             Some(Address::Number(address)) => address,
             Some(Address::TooLarge) => WORDS,
             None => next,
@@ -94,6 +107,9 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 source.words[address] = word;
             }
         }
+    }
+    if !faults.any_error() {
+        numbering::check(numbered, &mut faults);
     }
     if number == 0 || (source.lines.is_empty() && !faults.any_error()) {
         faults.push(Diagnostic::file(

@@ -65,7 +65,7 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
         unmasked: false,
         shared: memory.family == Family::C
             && project.files.iter().map(|file| file.programs.len()).sum::<usize>() > 1,
-        used: [BTreeSet::new(), BTreeSet::new()],
+        used: [BTreeMap::new(), BTreeMap::new()],
     };
     decoder.asm.fast = fast_timers(project, memory);
     for file in &project.files {
@@ -76,8 +76,12 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
     super::loops::settle(&mut decoder.asm);
     decoder.arrange(project, options);
     let Decoder { mut asm, mut faults, used: [read, written], .. } = decoder;
-    // A word that is written serves outputs, another inputs.
-    let inputs = read.difference(&written).count();
+    // A word that is written serves outputs, another inputs; and so does one of which a bit is read that nothing writes.
+    let is_input = |(word, bits): &(&u32, &u16)| match written.get(word) {
+        None => true,
+        Some(written) => **bits & !written != 0,
+    };
+    let inputs = read.iter().filter(is_input).count();
     asm.out.program.networks = asm.memory.networks();
     asm.out.program.power_up = asm.memory.power_up();
     asm.out.program.scan_control.by_parameters = Some("minimum cycle time");
@@ -187,8 +191,8 @@ struct Decoder {
     unmasked: bool,
     /// Whether programs call each other's subroutines: those of the C series do where there are several.
     shared: bool,
-    /// Words of the input and output area that are read, and those that are written.
-    used: [BTreeSet<u32>; 2],
+    /// Words of the input and output area that are read, and those that are written, with the bits that single bits name.
+    used: [BTreeMap<u32, u16>; 2],
 }
 
 impl Decoder {
@@ -348,9 +352,15 @@ impl Decoder {
                 _ => (0, 1),
             };
             let words = (0..count.min(MOST_POINTS)).map(|n| cell.plus(n));
-            self.used[written].extend(
-                words.filter(|cell| self.asm.memory.is_point(*cell)).map(|cell| cell.index),
-            );
+            // What reads a whole word may read what it wrote.
+            let bits = match *operand {
+                Operand::Bit(_, bit) if count == 1 => 1 << bit,
+                _ if written == 1 => u16::MAX,
+                _ => 0,
+            };
+            for cell in words.filter(|cell| memory.is_point(*cell)) {
+                *self.used[written].entry(cell.index).or_default() |= bits;
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use super::source::{Family, RawFile, RawInstruction, RawProject, Symbols};
 use super::{C, CXT, cxt, list, symbols};
 use crate::base::code::Code;
 use crate::base::diagnostic::{Diagnostic, Severity};
+use crate::front::numbering::{self, Numbered};
 use crate::front::{Dialect, Faults, Input, decoded, empty_beside, shown, stem};
 
 /// Reads the programs, all written in `dialect`, and the tables of symbols among what lies beside them.
@@ -27,6 +28,7 @@ pub fn read(
             }
             Ok(text) => {
                 let program = list::read(&text, stem(&input.name), &mut faults);
+                numbering::check(numbered(&program.instructions, dialect.name == C), &mut faults);
                 files.push(RawFile {
                     name: input.name.clone(),
                     programs: vec![program],
@@ -100,4 +102,23 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
         Some(told.at_step(last.step).warning())
     });
     told.collect()
+}
+
+/// The instructions of a list with their addresses. On the C series each takes one. Numbers in front of other lists may be
+/// those of rungs: they are not told apart where one stands in front of several instructions.
+fn numbered(
+    instructions: &[RawInstruction],
+    by_one: bool,
+) -> impl Iterator<Item = Numbered<'_>> {
+    let doubled = instructions.windows(2).any(|two| {
+        two[0].step.is_some() && two[0].step == two[1].step
+    });
+    let is_told = by_one || !doubled;
+    instructions.iter().map(move |one| Numbered {
+        line: one.line,
+        address: one.step.filter(|_| is_told),
+        takes: by_one.then_some(1),
+        text: &one.text,
+        ends: one.mnemonic == "END" || one.number.is_some_and(|number| number.value == 1),
+    })
 }

@@ -1,0 +1,58 @@
+//! The addresses in front of a list's lines: where one is missing, doubled or out of order, a line was lost, doubled or moved.
+
+use super::{Faults, shown};
+use crate::base::code::Code;
+use crate::base::diagnostic::Diagnostic;
+
+/// A line of a list.
+pub(crate) struct Numbered<'a> {
+    /// Its number in the file.
+    pub(crate) line: u32,
+    /// Its address, if it has one.
+    pub(crate) address: Option<u32>,
+    /// How many addresses it takes; `None` where that is not known, and at least one.
+    pub(crate) takes: Option<u32>,
+    /// Its text.
+    pub(crate) text: &'a str,
+    /// Whether the numbers may begin anew behind it.
+    pub(crate) ends: bool,
+}
+
+const HELP: &str =
+    "a line is missing, doubled or moved: correct the list, or take all addresses away";
+
+/// Tells of each line whose address does not follow from the one before it.
+pub(crate) fn check<'a>(lines: impl IntoIterator<Item = Numbered<'a>>, faults: &mut Faults<'_>) {
+    // The last address, and the one that follows it, where that is known.
+    let mut last: Option<(u32, Option<u32>)> = None;
+    for Numbered { line, address, takes, text, ends } in lines {
+        let wrong = match (address, last) {
+            (Some(address), Some((before, _))) if address == before => {
+                Some(format!("address {address} is taken by the line before"))
+            }
+            (Some(address), Some((before, _))) if address < before => {
+                Some(format!("address {address} follows address {before}"))
+            }
+            (Some(address), Some((before, Some(next)))) if address > next => {
+                Some(format!("address {next} is missing: address {address} follows {before}"))
+            }
+            (Some(address), Some((before, Some(next)))) if address < next => Some(format!(
+                "address {address} follows {before}, whose instruction takes the addresses up to {}",
+                next - 1
+            )),
+            _ => None,
+        };
+        if let Some(message) = wrong {
+            let file = faults.file();
+            faults.push(
+                Diagnostic::line(Code::StepOrder, file, line, shown(text), message, HELP)
+                    .at_step(address),
+            );
+        }
+        let at = address.or(last.and_then(|(_, next)| next));
+        last = match ends {
+            true => None,
+            false => at.map(|at| (at, takes.and_then(|takes| at.checked_add(takes)))),
+        };
+    }
+}
