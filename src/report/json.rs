@@ -6,9 +6,9 @@ mod iec;
 mod made_from;
 mod net;
 mod parts;
+pub(super) mod projects;
 mod response;
 mod watchdog;
-pub(super) mod projects;
 
 use super::format::Format;
 use super::text::verdict;

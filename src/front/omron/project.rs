@@ -106,13 +106,9 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
 
 /// The instructions of a list with their addresses. On the C series each takes one. Numbers in front of other lists may be
 /// those of rungs: they are not told apart where one stands in front of several instructions.
-fn numbered(
-    instructions: &[RawInstruction],
-    by_one: bool,
-) -> impl Iterator<Item = Numbered<'_>> {
-    let doubled = instructions.windows(2).any(|two| {
-        two[0].step.is_some() && two[0].step == two[1].step
-    });
+fn numbered(instructions: &[RawInstruction], by_one: bool) -> impl Iterator<Item = Numbered<'_>> {
+    let doubled =
+        instructions.windows(2).any(|two| two[0].step.is_some() && two[0].step == two[1].step);
     let is_told = by_one || !doubled;
     instructions.iter().map(move |one| Numbered {
         line: one.line,

@@ -92,7 +92,8 @@ fn sections(audit: &Audit, extent: Extent) -> String {
     text += &scan::run(audit, extent);
     text += &super::path::path(audit);
     text += &founded::assumed(audit, extent);
-    let notes: Vec<String> = audit.table.notes.iter().cloned().chain(watchdog::unstated(audit)).collect();
+    let notes: Vec<String> =
+        audit.table.notes.iter().cloned().chain(watchdog::unstated(audit)).collect();
     text += &list("What the table's times do not hold", &notes, extent);
     text += &list("What was stated and is believed", &founded::facts(audit), extent);
     text += &founded::trusted(audit, extent);

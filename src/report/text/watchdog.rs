@@ -66,7 +66,9 @@ pub(super) fn told(audit: &Audit, check: Option<&Check>) -> Option<String> {
         }
         Verdict::Refuted => "a scan was found that takes longer".to_owned(),
         Verdict::Undecided(_) if share <= Share(1000) => {
-            format!("not proved to be kept: {share} of it used{with}, what is not stated not counted")
+            format!(
+                "not proved to be kept: {share} of it used{with}, what is not stated not counted"
+            )
         }
         Verdict::Undecided(_) if share.0 >= MANY_TIMES => {
             format!("not proved to be kept: the bound is {} times it{with}", share.0 / 1000)
@@ -82,7 +84,8 @@ pub(super) fn told(audit: &Audit, check: Option<&Check>) -> Option<String> {
         false => {
             let by = by(audit, &watchdog.settings);
             let default = watchdog.default.filter(|&default| default != time);
-            let default = default.map_or(String::new(), |time| format!("; {} before", at_most(time)));
+            let default =
+                default.map_or(String::new(), |time| format!("; {} before", at_most(time)));
             format!("({}: {by}{default})", watchdog.device)
         }
     };

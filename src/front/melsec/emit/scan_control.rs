@@ -31,7 +31,8 @@ pub(super) fn of_family(family: Family) -> ScanControl {
 impl Emitter<'_> {
     /// Notes what the instructions from `first` on, which an item was made into, do to the time that a scan may take.
     pub(super) fn note_scan_control(&mut self, item: &Item<'_>, first: usize) {
-        let priced = self.out.program.instructions[first..].iter().rposition(|one| one.timing.is_some());
+        let priced =
+            self.out.program.instructions[first..].iter().rposition(|one| one.timing.is_some());
         let Some(at) = priced.map(|offset| first + offset) else { return };
         if matches!(&*item.name, "WDT" | "WDTP") {
             self.out.program.scan_control.restarts.insert(at);
@@ -96,7 +97,9 @@ impl Emitter<'_> {
             Place::At(_, first) | Place::BitOf(_, first, _) => first,
             Place::Digits(_, first, digits) => {
                 return (first..first + 4 * u32::from(digits)).contains(&special)
-                    || first < special && self.block_length(item) > 1 && special - first < 16 * LONGEST_BLOCK;
+                    || first < special
+                        && self.block_length(item) > 1
+                        && special - first < 16 * LONGEST_BLOCK;
             }
             Place::Indexed(Kind::VolatileBit | Kind::VolatileWord, _)
             | Place::IndexedDigits(Kind::VolatileBit, _) => return true,
@@ -120,18 +123,27 @@ impl Emitter<'_> {
         let Category::Listed(found) = &item.category else { return 1 };
         match found.entry.meaning {
             _ if matches!(item.category, Category::User) => LONGEST_BLOCK,
-            Operation::Copy | Operation::Fill | Operation::Havoc | Operation::HavocAlways
-            | Operation::HavocAnytime | Operation::Clear | Operation::SlideUp
-            | Operation::SlideDown | Operation::Pairwise | Operation::Text => {
+            Operation::Copy
+            | Operation::Fill
+            | Operation::Havoc
+            | Operation::HavocAlways
+            | Operation::HavocAnytime
+            | Operation::Clear
+            | Operation::SlideUp
+            | Operation::SlideDown
+            | Operation::Pairwise
+            | Operation::Text => {
                 let is_move = matches!(unpulsed(&item.name), "MOV" | "CML" | "SMOV");
                 let is_long = matches!(unpulsed(&item.name), "DMOV" | "DCML" | "EMOV" | "DEMOV");
                 let constants = item.operands.iter().filter_map(|operand| match operand {
                     Ok(Operand::Constant(count)) => u32::try_from(*count).ok(),
                     _ => None,
                 });
-                let words = item.operands.iter().skip(1).any(|operand| {
-                    matches!(operand, Ok(Operand::Device(_)))
-                });
+                let words = item
+                    .operands
+                    .iter()
+                    .skip(1)
+                    .any(|operand| matches!(operand, Ok(Operand::Device(_))));
                 match (is_move, is_long) {
                     (true, _) => 1,
                     (_, true) => 2,
