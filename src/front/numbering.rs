@@ -21,8 +21,12 @@ pub(crate) struct Numbered<'a> {
 const HELP: &str =
     "a line is missing, doubled or moved: correct the list, or take all addresses away";
 
-/// Tells of each line whose address does not follow from the one before it.
+/// Tells of each line whose address does not follow from the one before it. Where lines could not be read, they are missing
+/// for that reason.
 pub(crate) fn check<'a>(lines: impl IntoIterator<Item = Numbered<'a>>, faults: &mut Faults<'_>) {
+    if faults.any_error() {
+        return;
+    }
     // The last address, and the one that follows it, where that is known.
     let mut last: Option<(u32, Option<u32>)> = None;
     for Numbered { line, address, takes, text, ends } in lines {
