@@ -54,9 +54,10 @@ pub(crate) fn check<'a>(lines: impl IntoIterator<Item = Numbered<'a>>, faults: &
             );
         }
         let at = address.or(last.and_then(|(_, next)| next));
-        last = match ends {
-            true => None,
-            false => at.map(|at| (at, takes.and_then(|takes| at.checked_add(takes)))),
+        last = match (ends, at) {
+            (true, _) => None,
+            (false, Some(at)) => Some((at, takes.and_then(|takes| at.checked_add(takes)))),
+            (false, None) => last.map(|(before, _)| (before, None)),
         };
     }
 }

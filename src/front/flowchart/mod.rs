@@ -309,7 +309,11 @@ fn numbered(list: &[parse::Listed]) -> impl Iterator<Item = Numbered<'_>> {
         Numbered {
             line: one.line,
             address: one.step,
-            takes: Some(if one.time.is_some() { 2 } else { 1 }),
+            takes: match one.word {
+                // In some lists the instruction behind a label has the label's address.
+                parse::Word::Label => None,
+                _ => Some(if one.time.is_some() { 2 } else { 1 }),
+            },
             text: &one.text,
             ends: is_head || before_head,
         }
