@@ -304,10 +304,11 @@ impl Look<'_> {
     ) {
         let control = &self.program.scan_control;
         let choices = BTreeMap::new();
-        let mut run = Run::new(outside, times);
+        let mut run = Run::new(outside, times, self.prices.overhead_sum());
         let (mut is_set, mut is_on, mut constant) = (false, false, Picos::ZERO);
         for _ in 0..SCANS {
-            let scan = run.scan(Given { inputs: inputs.clone(), choices: &choices }, MOST_RUN);
+            let given = Given { inputs: inputs.clone(), choices: &choices, chance: None };
+            let scan = run.scan(&given, MOST_RUN);
             if !scan.is_possible() {
                 break;
             }
