@@ -17,6 +17,8 @@ const MOST_OFFERED: usize = 8;
 /// Each place where nothing counts, or that is not in the program.
 pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
+    // What a front was told of its loops already, it has stated.
+    let own: BTreeSet<usize> = program.counts.keys().copied().collect();
     for (place, &(low, high)) in &facts.counts {
         let fault = |part, message: String, help: &str| {
             facts.fault(["counts", place], part, Code::Fact, message, help)
@@ -28,7 +30,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
                 continue;
             }
         };
-        for at in found {
+        for at in found.into_iter().filter(|at| !own.contains(at)) {
             if !lower(program, at, low, high) {
                 let text = program.instructions[at].text.clone();
                 let message = format!("the count of `{text}` at {place} is never {low} to {high}");

@@ -315,3 +315,58 @@ fn only_files_are_read_and_none_without_an_end() {
     let found = scanbound(at, "audit .");
     assert_eq!(found.code, Some(0), "{}", found.stderr);
 }
+
+#[test]
+fn loops_go_round_as_often_as_stated() {
+    let at = "loop-count-stated";
+    for (file, line, ns) in
+        [("loop-count-stated.st", 4, 69_350), ("half.st", 4, 73_450), ("queue.st", 3, 77_950)]
+    {
+        let refused = scanbound(at, &format!("audit {file}"));
+        assert_eq!(refused.code, Some(2), "{}", refused.stdout);
+        let fact = format!("[counts] \"{file}:{line}\" = [0, 10]");
+        assert!(refused.stderr.contains(&fact), "{}", refused.stderr);
+        let offered = scanbound(at, &format!("facts {file}"));
+        assert!(offered.stdout.contains(&format!("# \"{file}:{line}\" = ")), "{}", offered.stdout);
+        let text = std::fs::read_to_string(super::case(at).join(file)).expect(file);
+        let stated = |fact: &str| {
+            let facts = format!("[counts]\n\"{file}:{line}\" = {fact}\n");
+            run(
+                "turns",
+                &[(file, text.as_bytes()), ("f.toml", facts.as_bytes())],
+                &format!("audit {file} --facts f.toml --format json"),
+            )
+        };
+        let ten = stated("[0, 10]").json();
+        assert_eq!((upper_ns(&ten), lower_ns(&ten)), (ns, ns), "{file}");
+        // Fewer turns take less, and no scan is told that would go on.
+        let three = stated("[0, 3]").json();
+        assert!(upper_ns(&three) < ns && lower_ns(&three) <= upper_ns(&three));
+        assert_eq!(stated("[2, 10]").code, Some(2));
+        assert_eq!(stated("[0, 100000]").code, Some(2));
+    }
+    let given = audit(at, "loop-count-stated.st --facts loop-count-stated.toml");
+    assert_eq!(upper_ns(&given), 69_350);
+    // One turn: test, addition, EXIT.
+    assert_eq!(upper_ns(&audit(at, "while_exit.st")), 52_800);
+    let page = scanbound(at, "explain loop-count");
+    assert!(page.stdout.contains("[counts]") && page.stdout.contains("WHILE"), "{}", page.stdout);
+    // The most turns are one fewer than the halvings that fit: with x at most 7 there are 3.
+    let half = "PROGRAM P\nVAR n : INT; x : INT; END_VAR\nREPEAT x := x / 2; n := n + 1; UNTIL x = 0 END_REPEAT\nEND_PROGRAM\n";
+    let facts = "[counts]\n\"p.st:3\" = [1, 4]\n";
+    let files: [(&str, &[u8]); 2] = [("p.st", half.as_bytes()), ("f.toml", facts.as_bytes())];
+    let found = run("repeat", &files, "audit p.st --facts f.toml --format json");
+    let least = bound("repeat-1", &program("x := TRUE;"), "");
+    assert!(upper_ns(&found.json()) > least, "{}", found.stderr);
+    assert_eq!(upper_ns(&found.json()), lower_ns(&found.json()));
+    // A turn that CONTINUE may end is followed by another one.
+    for body in [
+        "WHILE a = 3 DO IF x THEN CONTINUE; END_IF; EXIT; END_WHILE",
+        "WHILE a = 3 DO IF x THEN EXIT; END_IF; END_WHILE",
+    ] {
+        assert!(refused("again", &program(body), "").contains("[counts]"), "{body}");
+    }
+    for body in ["WHILE a = 3 DO b := 1; RETURN; END_WHILE", "REPEAT EXIT; UNTIL x END_REPEAT"] {
+        bound("once", &program(body), "");
+    }
+}

@@ -108,6 +108,8 @@ fn emitted(
     emit.action_order = asked.facts.action_order;
     emit.others_write = asked.others_write;
     emit.calls.clone_from(&asked.facts.calls);
+    emit.stated_turns.clone_from(&asked.facts.counts);
+    emit.is_incomplete = asked.incomplete;
     emit.faults.extend(project.unread.iter().cloned());
     let mut tasks = tasks(project, emit);
     let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));

@@ -128,6 +128,10 @@ pub(super) struct Emit<'p> {
     pub(super) stops_on_error: bool,
     /// What is stated of units whose bodies are not there, by name as [`crate::base::facts::plain`] has it.
     pub(super) calls: BTreeMap<String, StatedCall>,
+    /// How often loops are stated to go round, by their places.
+    pub(super) stated_turns: BTreeMap<String, (i64, i64)>,
+    /// Whether a loop of which nothing is known is taken to go round any number of times, to see what can be stated.
+    pub(super) is_incomplete: bool,
 }
 
 impl<'p> Emit<'p> {
@@ -177,6 +181,8 @@ impl<'p> Emit<'p> {
             others_write: true,
             stops_on_error: true,
             calls: BTreeMap::new(),
+            stated_turns: BTreeMap::new(),
+            is_incomplete: false,
         }
     }
 

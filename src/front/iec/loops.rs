@@ -168,8 +168,7 @@ impl Emit<'_> {
         line: u32,
         ways: &mut Ways,
     ) -> Result<(), Fault> {
-        let counting = self.counting(at, condition, true, body, line)?;
-        let turns = self.turns_of(at, &counting, 0, line)?;
+        let (turns, is_stated) = self.turns_while(at, (condition, true), body, 0, line)?;
         let begin = self.begin_loop(&turns, None);
         let goes_on = self.bit(at, condition, line)?;
         let leave = self.jump(goes_on.not(), Some(Self::key(&["JMP"], "jump")));
@@ -177,8 +176,11 @@ impl Emit<'_> {
         self.at(line, "END_WHILE");
         self.end_loop(begin, "JMP", Vec::new());
         // The test that ends it, where it has gone round as often as it can.
-        self.bit(at, condition, line)?;
+        let goes_on = self.bit(at, condition, line)?;
         self.cost(&["JMP"], "jump");
+        if is_stated {
+            self.ends_here(goes_on);
+        }
         for jump in [leave].into_iter().chain(out) {
             self.land(jump);
         }
@@ -195,15 +197,100 @@ impl Emit<'_> {
         line: u32,
         ways: &mut Ways,
     ) -> Result<(), Fault> {
-        let counting = self.counting(at, until, false, body, line)?;
-        let turns = self.turns_of(at, &counting, 1, line)?;
+        let (turns, is_stated) = self.turns_while(at, (until, false), body, 1, line)?;
         let begin = self.begin_loop(&turns, None);
         let mut out = self.around(at, body, ways);
         self.at(line, "END_REPEAT");
         let ends = self.bit(at, until, line)?;
         out.push(self.jump(ends, Some(Self::key(&["JMP"], "jump"))));
-        self.end_loop(begin, "JMP", out);
+        self.close_loop(begin, "JMP");
+        if is_stated {
+            self.ends_here(Logic::Const(true));
+        }
+        self.leave_loop(out);
         Ok(())
+    }
+
+    /// How often WHILE or REPEAT goes round, and whether that is only stated: by what it counts, by EXIT or RETURN at the end of
+    /// each turn, or as stated.
+    fn turns_while(
+        &mut self,
+        at: &Context,
+        (condition, while_true): (&Expr, bool),
+        body: &[Statement],
+        fewest: u32,
+        line: u32,
+    ) -> Result<(Turns, bool), Fault> {
+        let exactly = |turns: u16| {
+            let count = WordSource::Const(turns);
+            Turns { count, least: turns.into(), most: turns.into() }
+        };
+        if ends_in_first_turn(body) {
+            return Ok((exactly(1), false));
+        }
+        let counting = self.counting(at, condition, while_true, body, line);
+        if counting.is_err()
+            && let Some(most) = self.most_stated(fewest, line)?
+        {
+            return Ok((exactly(most), true));
+        }
+        match counting {
+            Ok(counting) => Ok((self.turns_of(at, &counting, fewest, line)?, false)),
+            Err(_) if self.is_incomplete => {
+                // What is found then is no bound.
+                let cell = self.words_between(1);
+                let choice = self.builder.choice();
+                let any = Number::Words(vec![WordSource::Free(choice)]);
+                self.write(vec![Write::Words(vec![WordTarget::Cell(cell)], any)]);
+                let name = format!("the turns of the loop in line {line}");
+                self.program().names.insert(cell, name);
+                let most = i16::MAX.cast_unsigned().into();
+                Ok((Turns { count: WordSource::Cell(cell), least: fewest, most }, false))
+            }
+            Err(fault) => Err(fault),
+        }
+    }
+
+    /// The most turns that are stated of the loop in a line.
+    fn most_stated(&self, fewest: u32, line: u32) -> Result<Option<u16>, Fault> {
+        let file = self.project.files.get(self.file).map_or("", String::as_str);
+        let base = file.rsplit(['/', '\\']).next().unwrap_or(file);
+        let is_it = |place: &str| {
+            let named =
+                place.rsplit_once(':').filter(|(_, number)| number.trim() == line.to_string());
+            named.is_some_and(|(own, _)| own == file || own.eq_ignore_ascii_case(base))
+        };
+        let Some((place, &(low, high))) =
+            self.stated_turns.iter().find(|(place, _)| is_it(place.as_str()))
+        else {
+            return Ok(None);
+        };
+        let most = u16::try_from(high).ok().filter(|&most| i64::from(most) <= MOST);
+        let most = most.filter(|&most| u32::from(most) >= fewest && low <= fewest.into());
+        most.map(Some).ok_or_else(|| {
+            let told = format!(
+                "of the loop at {place} only the most turns can be stated, from {fewest} to {MOST}"
+            );
+            let help = format!("write [counts] \"{place}\" = [{fewest}, 10]");
+            Fault::new(line, told).code(Code::Fact).help(help)
+        })
+    }
+
+    /// Leaves out scans in which a loop would go round once more than is stated.
+    fn ends_here(&mut self, goes_on: Logic) {
+        let cell = self.words_between(1);
+        let write = |value| Write::Words(vec![WordTarget::Cell(cell)], constant(value, 1));
+        self.write(vec![write(0)]);
+        self.write_if(goes_on, vec![write(1)], None);
+        let more = Turns { count: WordSource::Cell(cell), least: 0, most: 1 };
+        let begin = self.begin_loop(&more, None);
+        let end = self.builder.add(None, Vec::new(), Step::ForEnd);
+        let program = self.program();
+        if let Step::ForBegin { end: own, .. } = &mut program.instructions[begin].step {
+            *own = end;
+        }
+        program.counts.insert(begin, (0, 0));
+        program.names.insert(cell, "a turn more than is stated".to_owned());
     }
 
     /// How often a loop goes round that counts a variable, but at least so often.
@@ -339,6 +426,7 @@ impl Emit<'_> {
             First::Value(value) => value,
             First::Held => self.value(at, &Expr::Variable(variable.clone()), line)?,
         };
+        let to_named = to;
         let to = self.value(at, to, line)?;
         let is_longest = matches!(held, Kind::Whole { bits: 64, signed: false });
         let crosses = matches!(&to, Value::Number(kind, _)
@@ -416,11 +504,23 @@ impl Emit<'_> {
         let beyond = Logic::All(vec![none.clone().not(), endless]);
         self.without_end(beyond);
         if let WordSource::Cell(cell) = words[0] {
+            let name = format!("the turns up to {}", self.shown_end(at, to_named));
+            self.program().names.insert(cell, name);
             let fewest = constant(fewest.into(), 1);
             let write = Write::Words(vec![WordTarget::Cell(cell)], fewest);
             self.write_if(none, vec![write], None);
         }
         Ok(Turns { count: words[0], least: 0, most: i16::MAX.cast_unsigned().into() })
+    }
+
+    /// The end of a loop, by its full name where it is a variable.
+    fn shown_end(&mut self, at: &Context, end: &Expr) -> String {
+        if let Expr::Variable(path) = end
+            && let Ok(Found::Place(place)) = self.find(at, path, 0)
+        {
+            return place.name;
+        }
+        show::expr(end)
     }
 
     fn holds(
@@ -542,6 +642,12 @@ impl Emit<'_> {
         }
         let help = "let it go on while a variable is below an end (WHILE i < 10 DO), which one statement of the loop moves \
                     by a constant (i := i + 1), or write it as FOR with EXIT";
+        let file = self.project.files.get(self.file).map_or("", String::as_str);
+        let place = crate::base::facts::key(&format!("{file}:{line}"));
+        let help = format!(
+            "{help}; or state in a facts file (--facts) how often it goes round at most: [counts] {place} = [{}, 10]",
+            u8::from(!while_true)
+        );
         Err(Fault::new(line, "how often WHILE or REPEAT goes round is not known")
             .code(Code::LoopCount)
             .help(help))
@@ -566,6 +672,22 @@ impl Emit<'_> {
         };
         by.filter(|by| *by != 0 && alike(target, variable))
     }
+}
+
+/// Whether no turn of a loop with this body is followed by another one: each comes to an EXIT or RETURN.
+fn ends_in_first_turn(body: &[Statement]) -> bool {
+    let leaves = |one: &Statement| match &one.kind {
+        Statements::Exit => true,
+        Statements::Return(condition) => condition.is(true),
+        _ => false,
+    };
+    let Some(first) = body.iter().position(leaves) else { return false };
+    let mut skips = false;
+    crate::iec::ast::visit(&body[..first], &mut |one| {
+        skips |=
+            matches!(one.kind, Statements::Continue | Statements::Jump(..) | Statements::Label(_));
+    });
+    !skips
 }
 
 /// What a whole number of a type can be.
