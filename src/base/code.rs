@@ -256,6 +256,8 @@ codes! {
     Pragma = "pragma",
     /// A subroutine calls itself, directly or through others
     Recursion = "recursion",
+    /// Two program files of the project hold the same text
+    SameContent = "same-content",
     /// The scan cannot be followed
     Scan = "scan",
     /// A step number is not a number

@@ -25,6 +25,9 @@ const LIST: &str =
     "if the tool lists its instructions for one of the CPUs that are known, give that list";
 const MEASURED: &str = "name the program first; `compare` takes measurements as the last file";
 const NONE: &str = "its tools export nothing else that is read; programs are read of MELSEC, of OMRON's C, CS, CJ and CP series, of MINASEC-U, of flowchart PCs, and in IEC 61131-3's languages (PLCopen XML, text)";
+const PLCOPEN: &str = "export the PLC project from its tool as PLCopen XML (in CODESYS: Project, Export PLCopenXML; in TwinCAT: PLC project, Export PLCopenXML), and give that file";
+const UNIT: &str = "it has to begin with PROGRAM, FUNCTION_BLOCK, FUNCTION, INTERFACE, TYPE, VAR_GLOBAL or CONFIGURATION: put statements between PROGRAM name, VAR ... END_VAR with all of their variables, and END_PROGRAM";
+const NET: &str = "scanbound snet reads nets: name it behind scanbound snet check, or behind scanbound snet bound for the scan time of its code";
 const UNPACK: &str = "unpack it and give the programs in it";
 const SHEET: &str = "save its sheet as CSV, as the vendor's tool exported it";
 
@@ -36,10 +39,11 @@ const ROCKWELL: Kind = kind("a project of Rockwell's Logix tools", NONE);
 const SIEMENS: Kind = kind("a program of Siemens' SIMATIC tools", NONE);
 const SCHNEIDER: Kind = kind("a project of Schneider's tools", NONE);
 const KEYENCE: Kind = kind("a program of KEYENCE's KV series", NONE);
-const CODESYS: Kind = kind("a project of CODESYS or of a tool built on it", NONE);
-const TWINCAT: Kind = kind("a project of TwinCAT", NONE);
+const CODESYS: Kind = kind("a project of CODESYS or of a tool built on it", PLCOPEN);
+const TWINCAT: Kind = kind("an object of a TwinCAT project", PLCOPEN);
+const PETRI: Kind = kind("a Petri net, no program", NET);
 const SYSMAC: Kind = kind("a project of Sysmac Studio (OMRON's NJ, NX and NY series)", NONE);
-const STRUCTURED: Kind = kind("Structured Text (IEC 61131-3)", LIST);
+const STRUCTURED: Kind = kind("Structured Text (IEC 61131-3) in which no unit begins", UNIT);
 const ARCHIVE: Kind = kind("an archive", UNPACK);
 
 const FOREIGN: &[Foreign] = &[
@@ -79,12 +83,14 @@ const FOREIGN: &[Foreign] = &[
     },
     Foreign { endings: &["st", "iecst", "stx"], kind: STRUCTURED },
     Foreign { endings: &["xml"], kind: kind("XML", LIST) },
+    Foreign { endings: &["pnml", "snet"], kind: PETRI },
     Foreign { endings: &["zip", "7z", "rar", "gz", "tar", "lzh"], kind: ARCHIVE },
     Foreign { endings: &["xls", "xlsx", "xlsm", "ods"], kind: kind("a spreadsheet", SHEET) },
 ];
 
 /// By a piece of what the text begins with; the first that is found counts.
-const TEXTS: [(&str, Kind); 20] = [
+const TEXTS: [(&str, Kind); 21] = [
+    ("<pnml", PETRI),
     ("<RSLogix5000Content", kind("a project of Rockwell's Logix tools (L5X)", NONE)),
     ("IE_VER :=", kind("a project of Rockwell's Logix tools (L5K)", NONE)),
     ("https://www.ia.omron.com/Smc", SYSMAC),
@@ -153,6 +159,7 @@ pub(super) fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
     // What only has to be written in another form is supported, if not so.
     let message = match help {
         NONE | LIST => format!("this is {what}: not supported yet"),
+        UNIT | NET => format!("this is {what}"),
         _ => format!("this is {what}, which cannot be read"),
     };
     Some(Diagnostic::file(Code::UnsupportedFormat, &input.name, message, help))
@@ -216,7 +223,10 @@ fn by_text(beginning: &str) -> Option<Kind> {
         return Some(SIEMENS);
     }
     if begins(&CHART) {
-        return Some(kind("a sequential function chart as text (IEC 61131-3)", LIST));
+        return Some(kind(
+            "a sequential function chart (IEC 61131-3) in which no unit begins",
+            UNIT,
+        ));
     }
     begins(&WORDS).then_some(STRUCTURED)
 }
@@ -243,20 +253,21 @@ mod tests {
         for (text, part) in [
             ("<?xml version=\"1.0\"?>\n<RSLogix5000Content>", "Rockwell's Logix tools (L5X)"),
             ("(*****\n  Import-Export\n*****)\n\nIE_VER := 2.11;\n", "(L5K)"),
-            ("FUNCTION_BLOCK f\nVAR_INPUT\n", "Structured Text"),
             ("DATA_BLOCK DB 1\nTITLE =\nBEGIN\nNETWORK\n", "Siemens"),
             ("ORGANIZATION_BLOCK \"Main\"\n{ S7_Optimized_Access := 'TRUE' }\n", "Siemens"),
             ("<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\">", "PLCopen XML"),
             ("<Project xmlns:smcext=\"https://www.ia.omron.com/Smc\">", "Sysmac Studio"),
-            ("<?xml version=\"1.0\"?>\n<TcPlcObject Version=\"1.1\">", "TwinCAT"),
             ("<?xml version=\"1.0\"?>\n<FEFExchangeFile>", "Schneider"),
-            ("(* @NESTEDCOMMENTS := 'Yes' *)\nPROGRAM p\nVAR\n", "CODESYS"),
             ("DEVICE:55\n;MODULE:Main\n;MODULE_TYPE:0\nLD R0\n", "KEYENCE"),
-            ("INITIAL_STEP s0:\nEND_STEP\n", "sequential function chart"),
         ] {
             is("a.txt", text, part);
             is("a.txt", text, ": not supported yet");
         }
+        is("a.txt", "a := 1;\nEND_IF;\n", "Structured Text (IEC 61131-3) in which no unit begins");
+        is("a.txt", "INITIAL_STEP s0:\nEND_STEP\n", "sequential function chart");
+        is("a.txt", "<?xml version=\"1.0\"?>\n<TcPlcObject Version=\"1.1\">", "TwinCAT");
+        is("a.txt", "(* @NESTEDCOMMENTS := 'Yes' *)\nPROGRAM p\nVAR\n", "CODESYS");
+        is("a.txt", "<pnml xmlns=\"x\">", "a Petri net");
         assert_eq!(what("a.txt", "call the customer"), None);
     }
 

@@ -7,7 +7,7 @@ mod ignore;
 mod plain;
 
 use crate::base::code::Code;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -63,6 +63,7 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
         }
     }
     let Gathering { inputs, mut found, .. } = gathering;
+    found.extend(copies(&inputs));
     found.extend(ignore.unused().map(|pattern| {
         let message = format!("--ignore {pattern} leaves nothing out");
         let help = "a pattern without / is held against file names, one with / against paths from the directory that is named";
@@ -104,6 +105,37 @@ fn whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         true => Err(io::Error::other(format!("it is larger than {} MiB", most >> 20))),
         false => Ok(bytes),
     }
+}
+
+/// Warns of programs that are the same as one before them.
+fn copies(inputs: &[Input]) -> Vec<Diagnostic> {
+    let mut seen: BTreeMap<&[u8], &Input> = BTreeMap::new();
+    let mut found = Vec::new();
+    for input in inputs.iter().filter(|input| !input.bytes.is_empty()) {
+        match seen.get(&*input.bytes) {
+            Some(first) if !matches!(detect(input), Ok(Kind::Comments)) => {
+                let message =
+                    format!("this file holds the same as {}: both are in the bound", first.name);
+                let help = format!(
+                    "leave one of them out if the PLC runs it once, {}",
+                    leave_out(&base(&input.name))
+                );
+                found.push(
+                    Diagnostic::file(Code::SameContent, &input.name, message, help).warning(),
+                );
+            }
+            Some(_) => {}
+            None => {
+                seen.insert(&input.bytes, input);
+            }
+        }
+    }
+    found
+}
+
+/// A name without its directories.
+fn base(name: &str) -> String {
+    name.rsplit(['/', '\\']).next().unwrap_or(name).to_owned()
 }
 
 fn is_stdin(path: &Path) -> bool {
@@ -257,7 +289,12 @@ impl Gathering<'_> {
         let mut looker = Looker { gathering: self, root: directory, visited: &mut visited };
         match looker.first(path, DEPTH) {
             Err((at, error)) => self.unreadable(&at, &error),
-            Ok(None) => listing.plain.push(format!("{file}/")),
+            Ok(None) => {
+                let own = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+                if !self.named.iter().any(|named| named.starts_with(&own)) {
+                    listing.plain.push(format!("{file}/"));
+                }
+            }
             Ok(Some(first)) => {
                 let message = format!(
                     "this directory is not read, and {} in it may be a program",

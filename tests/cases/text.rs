@@ -370,3 +370,65 @@ fn loops_go_round_as_often_as_stated() {
         bound("once", &program(body), "");
     }
 }
+
+#[test]
+fn messages_say_what_is_missing_and_what_to_do() {
+    let told = |file: &str, parts: &[&str]| {
+        let found = scanbound("wrong-hints", &format!("audit {file}"));
+        let text = found.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(found.code, Some(2), "{file}: {text}");
+        for part in parts {
+            assert!(text.contains(part), "{file}: {part}: {text}");
+        }
+        for wrong in ["not supported yet", "nothing else", "expected a program's CSV"] {
+            assert!(!text.contains(wrong), "{file}: {text}");
+        }
+    };
+    told("body.st", &["no unit begins", "PROGRAM name", "END_PROGRAM"]);
+    told("MAIN.TcPOU", &["TwinCAT", "PLCopen XML"]);
+    told("net.pnml", &["Petri net", "scanbound snet check"]);
+    told("external.st", &["dist is declared as VAR_EXTERNAL", "VAR_GLOBAL"]);
+    let counted = scanbound("wrong-hints", "audit count-name.st");
+    assert!(counted.stdout.contains("Main.lp.k"), "{}", counted.stdout);
+    assert!(!counted.stdout.contains("word 5"), "{}", counted.stdout);
+    let offered = scanbound("wrong-hints", "facts count-name.st");
+    assert!(offered.stdout.contains("Main.lp.k"), "{}", offered.stdout);
+    // A directory within one is read where it is named, and not left out then.
+    for command in ["audit", "doctor"] {
+        let found = scanbound("wrong-hints", &format!("{command} dirs dirs/sub"));
+        assert_eq!(found.code, Some(0), "{}", found.stderr);
+        assert!(!format!("{}{}", found.stdout, found.stderr).contains("left out"), "{command}");
+    }
+    let found = scanbound("wrong-hints", "audit dirs");
+    assert!(found.stderr.contains("fb1.st in it may be a program"), "{}", found.stderr);
+}
+
+#[test]
+fn all_unknown_types_are_listed_at_once() {
+    let text = "PROGRAM P\nVAR a : Foo; b : Bar; c : ARRAY[0..1] OF Baz; q : Q; END_VAR\nq();\nEND_PROGRAM\n\
+        FUNCTION_BLOCK Q\nVAR z : Zed; y : foo; END_VAR\nz();\nEND_FUNCTION_BLOCK\n\
+        FUNCTION_BLOCK U\nVAR z : Unused; END_VAR\nz();\nEND_FUNCTION_BLOCK\n";
+    for command in ["audit", "doctor"] {
+        let found = run("types", &[("p.st", text.as_bytes())], &format!("{command} p.st"));
+        let told = format!("{}{}", found.stdout, found.stderr);
+        for name in ["Foo", "Bar", "Baz", "Zed"] {
+            let part = format!("the type {name} is not known");
+            assert_eq!(told.matches(&part).count(), 1, "{command}: {name}: {told}");
+        }
+        assert!(!told.contains("Unused"), "{told}");
+    }
+}
+
+#[test]
+fn the_same_program_twice_is_told() {
+    let list: &[u8] = b"LD X0\nOUT Y0\nEND\n";
+    let files = [("a.il", list), ("b.il", list), ("c.il", b"LD X1\nOUT Y1\nEND\n")];
+    for arguments in ["audit a.il b.il c.il --cpu Q26UDV", "doctor . --cpu Q26UDV"] {
+        let found = run("twice", &files, arguments);
+        let told = format!("{}{}", found.stdout, found.stderr);
+        assert_eq!(told.matches("same-content").count(), 1, "{arguments}: {told}");
+        assert!(told.contains("the same as") && found.code == Some(0), "{told}");
+    }
+    let page = run("twice", &files, "explain same-content");
+    assert!(page.stdout.contains("--ignore"), "{}", page.stdout);
+}

@@ -157,6 +157,7 @@ fn emitted(
     emit.bound_inputs();
     emit.settle();
     if !emit.faults.is_empty() {
+        super::unknown_types::list_all(emit);
         return Err(told(project, std::mem::take(&mut emit.faults)));
     }
     let (mut known, values) = power_up(emit);

@@ -49,6 +49,7 @@ mod tally;
 mod timer;
 mod turns;
 mod types;
+mod unknown_types;
 mod value;
 mod walk;
 mod whole;

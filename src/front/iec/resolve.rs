@@ -179,7 +179,7 @@ impl<'p> Emit<'p> {
             let place = self.direct(&path.first, line)?;
             return self.follow(at, Found::Place(place), rest, path, line);
         }
-        Err(unknown(line, &show::path(path)))
+        Err(self.not_declared(at, path, line))
     }
 
     /// The variable of a method, or of the instance, by its name.
