@@ -259,6 +259,8 @@ const ATTRIBUTES: &[&str] = &[
     "opc.ua.da",
     "opc.ua.da.access",
     "opc.ua.da.structuredtype",
+    // How structures lie in memory, which nothing here depends on.
+    "pack_mode",
     "pingroup",
     "pin_presentation_order_inputs",
     "pin_presentation_order_outputs",
