@@ -8,7 +8,7 @@ use scanbound::base::facts::Facts;
 use scanbound::base::location::Location;
 use scanbound::base::time::Picos;
 use scanbound::front::melsec::Melsec;
-use scanbound::front::{Dialect, Front, Fronts, Input, Kind, Options, Project, Sniff};
+use scanbound::front::{Dialect, Front, Fronts, Input, Kind, Options, Project, Reading, Sniff};
 use scanbound::program::{
     Area, AreaId, AreaKind, BitTarget, Cell, Device, Effect, Instruction, Join, Logic, Operand,
     Program, Radix, Role, SourceFile, Step, TimingKey, Touched, Units, When, Write,

@@ -134,7 +134,7 @@ codes! {
     LongLine = "long-line",
     /// The begin and the end of a loop do not match, or it makes too many iterations
     Loop = "loop",
-    /// The count of a loop is not a number, or is out of range
+    /// How often a loop goes round is not known, or its count is not a number that is allowed
     LoopCount = "loop-count",
     /// A condition combines a timer with other tests
     MixedCondition = "mixed-condition",

