@@ -588,6 +588,34 @@ fn report_trusting_all(text: &str) -> Value {
 }
 
 #[test]
+fn a_variable_of_8_bits_begins_with_no_more() {
+    for (of, never, may) in [
+        ("BYTE", "v > 255", "v = 255"),
+        ("USINT", "v > 255", "v = 255"),
+        ("SINT", "v > 127 OR v < -128", "v = -128"),
+    ] {
+        for (place, name) in [
+            ("PROGRAM p VAR", "v"),
+            ("VAR_GLOBAL", "v"),
+            ("PROGRAM p VAR s : t; END_VAR VAR", "s.v"),
+        ] {
+            for (when, most) in [(never, 0), (may, 4000)] {
+                let test = when.replace('v', name);
+                let program = if place.starts_with("VAR_GLOBAL") { "PROGRAM p" } else { "" };
+                let text = format!(
+                    "TYPE t : STRUCT v : {of}; END_STRUCT; END_TYPE
+                     {place} v : {of}; END_VAR {program} IF {test} THEN Op4(); END_IF; END_PROGRAM"
+                );
+                let run = run_of(&[&text, BLOCKS], "audit", "--format json --trust none");
+                assert_eq!(run.code, Some(0), "{text}\n{}", run.stderr);
+                let report = run.json();
+                assert_eq!((upper_ns(&report), lower_ns(&report)), (most, most), "{text}");
+            }
+        }
+    }
+}
+
+#[test]
 fn many_variables_are_read_in_time_that_grows_with_their_number() {
     // Reading each by going through all took minutes: the limit on time would run out here.
     let all: String = (0..100_000).map(|at| format!("v{at} : INT := {}; ", at % 9)).collect();

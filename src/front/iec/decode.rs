@@ -154,7 +154,7 @@ fn emitted(
     changed_by_others(emit, &entries);
     let shared = merged(super::address::share(emit));
     emit.begin_shared(image);
-    emit.bound_inputs();
+    emit.bound_bytes();
     emit.settle();
     if !emit.faults.is_empty() {
         super::unknown_types::list_all(emit);

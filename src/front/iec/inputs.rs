@@ -10,7 +10,7 @@ use crate::base::code::Code;
 use crate::front::builder::always;
 use crate::iec::fault::Fault;
 use crate::iec::{PouKind, TypeRef, Variable};
-use crate::program::{BitSource, BitTarget, Logic, Step, Write};
+use crate::program::{BitSource, BitTarget, Cell, Logic, Step, Write};
 use std::collections::BTreeSet;
 
 /// What differs by controller.
@@ -18,7 +18,7 @@ const OWN_UNITS: &str =
     "whether numbers of addresses count units of their own size, or bytes: either";
 const HIGH_FIRST: &str = "which byte of a word at an address comes first: either";
 
-/// Of more inputs it is not told what they cannot hold.
+/// Of more variables it is not told what they cannot hold.
 const MOST_BOUND: usize = 4096;
 
 /// Where variables that share bits get their values as the scan begins.
@@ -129,20 +129,21 @@ impl Emit<'_> {
         (!pairs.is_empty() || (is_whole && several), differs || (is_whole && several))
     }
 
-    /// Lets inputs of 8 bits hold no more than these: their words have 16.
-    pub(super) fn bound_inputs(&mut self) {
-        let mut all = Vec::new();
-        for (number, one) in located(self).into_iter().enumerate().take(MOST_BOUND) {
-            if one.taken.0 == 'I' {
-                parts(&one, number, &mut all);
+    /// Lets variables of 8 bits begin a scan with no more than these: their words have 16.
+    pub(super) fn bound_bytes(&mut self) {
+        let mut found = BTreeSet::new();
+        for one in located(self) {
+            bytes(&one.place, true, &mut found);
+        }
+        for one in &self.instances {
+            let (Ty::Parts(parts) | Ty::Block(_, parts)) = &one.place.ty else { continue };
+            for (name, _) in parts.iter() {
+                let part = Self::part(&one.place, name);
+                part.iter().for_each(|part| bytes(part, false, &mut found));
             }
         }
-        for one in all.into_iter().take(MOST_BOUND) {
-            let (Ty::Number(Kind::Whole { bits: 8, signed }), Some(cell)) =
-                (&one.place.ty, one.place.tag.cell())
-            else {
-                continue;
-            };
+        self.globals.values().for_each(|place| bytes(place, false, &mut found));
+        for (cell, signed) in found.into_iter().take(MOST_BOUND) {
             let bit = |bit| Logic::Bit(BitSource::WordBit(cell, bit));
             let low: Vec<Logic> = (8..16).map(|at| bit(at).not()).collect();
             let within = match signed {
@@ -191,7 +192,7 @@ impl Emit<'_> {
                     if own.size.is_some() && others.iter().all(|one| one.size.is_some()) =>
                 {
                     let readings = readings.clone();
-                    writes.extend(self.from_bits(own, &others, &readings));
+                    writes.extend(self.worked_out_by_bits(own, &others, &readings));
                 }
                 _ => {
                     let told = format!(
@@ -208,7 +209,12 @@ impl Emit<'_> {
     }
 
     /// What writes each bit of a variable from those that have it, too.
-    fn from_bits(&mut self, own: &Shared, others: &[&Shared], readings: &[Logic; 2]) -> Vec<Write> {
+    fn worked_out_by_bits(
+        &mut self,
+        own: &Shared,
+        others: &[&Shared],
+        readings: &[Logic; 2],
+    ) -> Vec<Write> {
         let mut writes = Vec::new();
         for bit in 0..own.size.unwrap_or(0) {
             let Some(target) = own.bit(bit) else { continue };
@@ -257,6 +263,30 @@ impl Emit<'_> {
             None if area == 'I' => self.world_bit(),
             found => Logic::Bit(found.unwrap_or(own).source()),
         }
+    }
+}
+
+/// The words of 8 bits in a variable, and whether they have a sign; of arrays, if they are asked for.
+fn bytes(place: &Place, with_arrays: bool, found: &mut BTreeSet<(Cell, bool)>) {
+    if found.len() >= MOST_BOUND {
+        return;
+    }
+    match &place.ty {
+        Ty::Number(Kind::Whole { bits: 8, signed }) => {
+            found.extend(place.tag.cell().map(|cell| (cell, *signed)));
+        }
+        Ty::Parts(parts) => {
+            let parts = parts.iter().filter_map(|(name, _)| Emit::part(place, name));
+            parts.for_each(|part| bytes(&part, with_arrays, found));
+        }
+        Ty::Array { dimensions, of } if with_arrays => {
+            let [(low, high)] = dimensions[..] else { return };
+            for index in (low..=high).take(MOST_BOUND) {
+                let Some(tag) = place.tag.element(index) else { return };
+                bytes(&Place { name: String::new(), tag, ty: (**of).clone() }, true, found);
+            }
+        }
+        _ => {}
     }
 }
 
