@@ -6,6 +6,7 @@ use super::doubt::Doubt;
 use super::exactness::Exactness;
 use super::executed::{Executed, stands_between, started};
 use super::fact::Fact;
+use super::intervals;
 use super::made_from::sources;
 use super::method::SearchUse;
 use super::model_search::Prepared;
@@ -173,7 +174,12 @@ impl<'a> Findings<'a> {
         if let Some(real) = real {
             self.show(&Executed::of(self.program, &real.best), &mut groups, &mut always);
         }
-        let bound = self.bound(&always, &overhead, real);
+        let mut bound = self.bound(&always, &overhead, real);
+        let facts = self.request.facts;
+        let not_due = intervals::not_due(self.program, facts, &found.best, bound.lower);
+        bound.lower = bound.lower.checked_sub(not_due).unwrap_or_default();
+        let run = if not_due > Picos::ZERO { Vec::new() } else { run };
+        let all_points = bound.upper + self.prices.more_points();
         let (witness, weighed) = self.witness(&Names::new(self.program), found, same);
         let shares = self.shares(&groups, &always);
         let names = Names::new(self.program);
@@ -208,6 +214,7 @@ impl<'a> Findings<'a> {
             doubts: Doubt::all(self.program, &networks, &loops.found, &loops.open, bound.upper)
                 .into_iter()
                 .chain(Doubt::of_cycle(&cycle))
+                .chain(intervals::too_few(self.program, self.request.facts, all_points))
                 .collect(),
             assumptions: Assumption::all(self.program),
             unknowns: self.unknowns(bound.upper),

@@ -21,6 +21,17 @@ pub enum Doubt {
         /// How often it was assumed to.
         taken: u32,
     },
+    /// A routine interrupts a scan more often than was counted, by its interval.
+    TooFewInterrupts {
+        /// The routine.
+        name: String,
+        /// Its interval.
+        every: Picos,
+        /// How often it was counted.
+        taken: u32,
+        /// How often it is due in the longest scan, with all points that the CPU can have.
+        due: u64,
+    },
     /// What networks take to refresh what the program uses is not stated.
     Networks {
         /// What it uses.
@@ -123,7 +134,7 @@ impl Doubt {
     pub fn topic(&self) -> &'static str {
         match self {
             Doubt::Points(_) => "I/O points",
-            Doubt::Interrupts { .. } => "interrupts",
+            Doubt::Interrupts { .. } | Doubt::TooFewInterrupts { .. } => "interrupts",
             Doubt::Networks { .. } => "network refresh",
             Doubt::Endless { .. } | Doubt::PerhapsEndless { .. } | Doubt::MorePerhapsEndless(_) => {
                 "whether loops end"
@@ -171,6 +182,10 @@ impl fmt::Display for Doubt {
             Doubt::Interrupts { name, taken } => write!(
                 f,
                 "how often {name} interrupts a scan is not stated, {taken} was taken: give --interrupts {name}=N"
+            ),
+            Doubt::TooFewInterrupts { name, every, taken, due } => write!(
+                f,
+                "{name} comes every {every} and was counted {taken} times: in the longest scan, with all points that the CPU can have, it is due {due} times: state the points, or give --interrupts {name}={due}"
             ),
             Doubt::Networks { what, first: (file, line) } => write!(
                 f,

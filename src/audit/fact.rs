@@ -102,6 +102,8 @@ pub enum Fact {
         name: String,
         /// The most interrupts in a scan.
         times: u32,
+        /// The interval that is stated, from which that was worked out.
+        every: Option<Picos>,
     },
     /// An instruction's times.
     Time(Override),
@@ -171,8 +173,11 @@ impl Fact {
             Fact::Call { name, time, writes, declared }
         });
         let interrupts = program.interrupts.iter().filter(|one| one.stated);
-        let interrupts =
-            interrupts.map(|one| Fact::Interrupts { name: one.name.clone(), times: one.times });
+        let interrupts = interrupts.map(|one| Fact::Interrupts {
+            name: one.name.clone(),
+            times: one.times,
+            every: facts.intervals.get(&one.name.to_ascii_uppercase()).copied(),
+        });
         let [inputs, outputs] = &facts.by_base;
         let sides = [("input", facts.inputs, inputs), ("output", facts.outputs, outputs)];
         let points = sides.into_iter().filter_map(|(side, points, by_base)| {
@@ -268,7 +273,10 @@ impl fmt::Display for Fact {
             Fact::ActionOrder(ActionOrder::Alphabetical) => f.write_str(
                 "actions are carried out by their names, those that have ended before the others",
             ),
-            Fact::Interrupts { name, times } => {
+            Fact::Interrupts { name, times, every: Some(every) } => {
+                write!(f, "{name} comes every {every}: at most {times} times in a scan")
+            }
+            Fact::Interrupts { name, times, every: None } => {
                 write!(f, "{name} interrupts a scan at most {times} times")
             }
             Fact::Time(Override { name, on, off }) if on == off => write!(f, "{name} takes {on}"),

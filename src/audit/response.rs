@@ -29,17 +29,20 @@ impl Delay {
     }
 }
 
-/// How many scans an edge takes at most: one that it has just missed, and the one that works with it.
-pub const SCANS: u64 = 2;
+/// How many scans an edge takes at least at its worst: one that it has just missed, and the one that works with it.
+const SCANS: u64 = 2;
 
-/// The worst time from an input's edge to the output's that follows from it, where the program takes it to the
-/// output within one scan.
+/// The worst time from an input's edge to the output's that follows from it, where each relay on the way changes as soon as
+/// what it is worked out from has: no timer, counter or step of a sequence waits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Response {
     /// From the terminal to where a scan's input latch sees it.
     pub input: Delay,
     /// From the end of a scan to the terminal.
     pub output: Delay,
+    /// How many scans it takes at most: one that it has just missed, the one that works with it, and one more for each relay
+    /// on the way that is read before it is written.
+    pub scans: u64,
     /// The longest scan.
     pub scan: Picos,
     /// All together.
@@ -60,6 +63,7 @@ pub struct Given {
 pub struct Delays {
     input: Delay,
     output: Delay,
+    scans: u64,
 }
 
 impl Delays {
@@ -79,7 +83,10 @@ impl Delays {
             given.map(Delay::stated).or(known).ok_or_else(|| unknown(&table.name, name))
         };
         match (side("input", given.input), side("output", given.output)) {
-            (Ok(input), Ok(output)) => Ok(Delays { input, output }),
+            (Ok(input), Ok(output)) => {
+                let scans = SCANS + super::lag::further_scans(program);
+                Ok(Delays { input, output, scans })
+            }
             (input, output) => {
                 Err(Failure::Input(input.err().into_iter().chain(output.err()).collect()))
             }
@@ -88,9 +95,9 @@ impl Delays {
 
     /// The response of a program whose longest scan is this.
     pub(super) fn around(self, scan: Picos) -> Response {
-        let Delays { input, output } = self;
-        let total = input.time + scan.times(SCANS) + output.time;
-        Response { input, output, scan, total }
+        let Delays { input, output, scans } = self;
+        let total = input.time + scan.times(scans) + output.time;
+        Response { input, output, scans, scan, total }
     }
 }
 
@@ -135,7 +142,7 @@ mod tests {
     fn the_tables_delays_are_taken_unless_others_are_given() {
         let rows = "@input-delay,5,,published,manual\n@output-delay,5,,published,manual\n";
         let given = Given { output: Some(Picos(7)), ..Given::default() };
-        let Delays { input, output } = delays(rows, given).expect("delays");
+        let Delays { input, output, .. } = delays(rows, given).expect("delays");
         assert_eq!((input.time, input.evidence), (Picos(5_000_000), Evidence::Published));
         assert_eq!((output.time, output.evidence), (Picos(7), Evidence::Stated));
     }

@@ -31,6 +31,8 @@ pub struct Facts {
     pub calls: BTreeMap<String, StatedCall>,
     /// Interrupt label in upper case (`I0`) to how often its routine runs in one scan at most.
     pub interrupts: BTreeMap<String, u32>,
+    /// Interrupt label in upper case (`I28`) to how often it comes: once in each such interval.
+    pub intervals: BTreeMap<String, Picos>,
     /// Input points that the CPU refreshes.
     pub inputs: Option<u32>,
     /// Output points that the CPU refreshes.
@@ -103,6 +105,26 @@ impl ActionOrder {
     }
 }
 
+/// How often an interrupt routine runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HowOften {
+    /// So many times in a scan at most.
+    Times(u32),
+    /// Once in each interval of this length, which is above 0.
+    Every(Picos),
+}
+
+impl std::str::FromStr for HowOften {
+    type Err = ();
+    fn from_str(text: &str) -> Result<HowOften, ()> {
+        if let Ok(times) = text.parse() {
+            return Ok(HowOften::Times(times));
+        }
+        let time: Picos = text.parse().map_err(|_| ())?;
+        if time > Picos::ZERO { Ok(HowOften::Every(time)) } else { Err(()) }
+    }
+}
+
 /// A factor on the whole scan that the user states.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StatedFactor {
@@ -113,7 +135,7 @@ pub struct StatedFactor {
 }
 
 /// What a facts file may say, shown where it says something else.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
 const SCAN: &str = "write factor = 1.1, by which what else the CPU serves lengthens a scan at most; constant = \"20ms\", the constant or minimum scan time that its parameters set, or \"none\"; watchdog = \"500ms\", the watchdog's time that they set";
 const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
 const SELECTION: &str = "write selection = \"all\" where all transitions clear that compete for a step without priorities and are true, else selection = \"first\"";
@@ -150,10 +172,16 @@ impl Facts {
         self.interrupts.get(&label.to_ascii_uppercase()).copied()
     }
 
-    /// States how often an interrupt routine runs, whatever a file says.
-    pub fn state_interrupt(&mut self, label: &str, times: u32) {
+    /// States how often an interrupt routine runs, whatever a file says: so many times in a scan, or once in each interval.
+    pub fn state_interrupt(&mut self, label: &str, often: HowOften) {
         self.places.forget("interrupts", label);
-        self.interrupts.insert(label.to_ascii_uppercase(), times);
+        let label = label.to_ascii_uppercase();
+        self.interrupts.remove(&label);
+        self.intervals.remove(&label);
+        match often {
+            HowOften::Times(times) => _ = self.interrupts.insert(label, times),
+            HowOften::Every(interval) => _ = self.intervals.insert(label, interval),
+        }
     }
 
     /// A finding about the fact of this table and key, at its place in the file if it stands in one.
@@ -245,6 +273,20 @@ impl Reader<'_> {
             "counts" => self.counted(key.get_ref(), value),
             "calls" => self.call(key.get_ref(), value),
             "index" => self.index(key, value),
+            "interrupts" if value.get_ref().as_str().is_some() => {
+                let text = value.get_ref().as_str().unwrap_or_default().trim();
+                match text.parse() {
+                    Ok(HowOften::Every(interval)) => {
+                        let label = key.get_ref().to_ascii_uppercase();
+                        self.facts.intervals.insert(label, interval);
+                    }
+                    _ => {
+                        let message = format!("{} is not an interval above 0", key.get_ref());
+                        let help = "write an interval in quotes, such as I28 = \"4ms\", or a count, such as I28 = 2";
+                        self.fault(Some(value.span()), message, help);
+                    }
+                }
+            }
             "interrupts" => {
                 if let Some(times) = self.count(key.get_ref(), value) {
                     let most = self.facts.interrupts.entry(key.get_ref().to_ascii_uppercase());

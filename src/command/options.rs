@@ -9,12 +9,13 @@ use super::{Failure, progress, tables, values};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum, ValueHint};
 use scanbound::audit::breakdown::By;
+use scanbound::audit::intervals;
 use scanbound::audit::ladder::Ladder;
 use scanbound::audit::verdict::Check;
 use scanbound::audit::{Audit, Concluded, Request, audit};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
-use scanbound::base::facts::Facts;
+use scanbound::base::facts::{Facts, HowOften};
 use scanbound::front::input::{Gathered, Ignore, aside, gather, survey};
 use scanbound::front::{FRONTS, Input};
 use scanbound::passes::PASSES;
@@ -58,9 +59,10 @@ pub struct ProjectOptions {
     /// What the program does not say: ranges of words, interrupts, I/O points and bases, networks (TOML)
     #[arg(long, value_name = "FILE")]
     facts: Option<PathBuf>,
-    /// How often an interrupt routine runs in one scan at most; may be repeated
-    #[arg(long, value_name = "LABEL=COUNT", value_parser = interrupt)]
-    interrupts: Vec<(String, u32)>,
+    /// How often an interrupt routine runs: so many times in one scan at most (I0=2), or once in each interval (I28=4ms); may
+    /// be repeated
+    #[arg(long, value_name = "LABEL=COUNT|INTERVAL", value_parser = interrupt)]
+    interrupts: Vec<(String, HowOften)>,
     /// The task whose scan is bounded, where an IEC 61131-3 project has several [default: the one of the least priority]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
@@ -226,10 +228,12 @@ enum MethodName {
     Cores,
 }
 
-fn interrupt(text: &str) -> Result<(String, u32), String> {
-    let form = || "give the routine's label and a count, such as I0=2".to_owned();
+fn interrupt(text: &str) -> Result<(String, HowOften), String> {
+    let form = || {
+        "give the routine's label and a count or an interval, such as I0=2 or I28=4ms".to_owned()
+    };
     let (label, count) = text.split_once('=').ok_or_else(form)?;
-    let count = count.trim().parse().map_err(|_| form())?;
+    let count = count.trim().parse().map_err(|()| form())?;
     Ok((label.trim().to_owned(), count))
 }
 
@@ -463,7 +467,13 @@ impl ProjectOptions {
             .stack_size(STACK)
             .build()
             .context("the threads cannot be started")?;
-        threads.install(|| work(&request))
+        threads.install(|| {
+            if request.facts.intervals.is_empty() {
+                return work(&request);
+            }
+            let counted = intervals::counted(&request)?;
+            work(&Request { facts: &counted, ..request })
+        })
     }
 }
 

@@ -2,7 +2,6 @@
 
 use super::columns::{fitted, left, right};
 use crate::audit::Audit;
-use crate::audit::response::SCANS;
 use crate::timing::table::Evidence;
 
 /// The longest scan without the table's factor, where the factor is a clock's tolerance.
@@ -31,22 +30,27 @@ pub(super) fn section(audit: &Audit, width: usize) -> String {
     let delay = |name: &str, delay: &crate::audit::response::Delay| {
         row(name, delay.time.best_text(), format!("{}{}", evidence(delay.evidence), delay.source))
     };
-    let scans = response.scan.times(SCANS);
+    let scans = response.scan.times(response.scans);
     let rows = [
         delay("input", &response.input),
         row(
             "scans",
             scans.best_text(),
             format!(
-                "{SCANS} x {}: an edge that just missed a scan's input latch waits for the next",
-                response.scan
+                "{} x {}: an edge that just missed a scan's input latch waits for the next{}",
+                response.scans,
+                response.scan,
+                match response.scans {
+                    0..=2 => "",
+                    _ => "; a relay that is read before it is written costs one more",
+                }
             ),
         ),
         delay("output", &response.output),
         row(
             "together",
             response.total.best_text(),
-            "at most, where the program takes the input to the output within one scan".to_owned(),
+            "at most, where no timer, counter or step on the way waits".to_owned(),
         ),
     ];
     format!("\nFrom an input's edge to an output's\n{}", fitted(2, &rows, width))

@@ -386,3 +386,73 @@ fn the_emulated_cpu_tells_its_first_cycle() {
         assert_eq!(cpu.value(word), 2, "{text}");
     }
 }
+
+#[test]
+fn a_relay_that_is_read_before_it_is_written_costs_a_scan() {
+    let response = |case: &str, arguments: &str| {
+        let report = audit(case, &format!("{arguments} --response"));
+        let found = &report["response"];
+        (found["scans"].as_u64().expect("scans"), found["upper_ps"].as_u64().expect("a time"))
+    };
+    let two = response("response-two-scans", "two-scans.asm");
+    assert_eq!(two, (3, 53_264_000_000));
+    for (name, list, scans) in [
+        ("none", "LD X00\nST M00\nLD M00\nST Y00\n", 2),
+        ("direct", "LD X00\nST Y00\n", 2),
+        // From the output back to the input: each relay waits for the next scan.
+        ("chain", "LD M02\nST Y00\nLD M01\nST M02\nLD M00\nST M01\nLD X00\nST M00\n", 5),
+        ("mixed", "LD M01\nST Y00\nLD X00\nST M00\nLD M00\nST M01\n", 3),
+        // The way of the second output is the longer one.
+        ("two", "LD X00\nST Y00\nLD M00\nST Y01\nLD X01\nST M00\n", 3),
+        // A relay that holds itself does not wait for itself.
+        ("held", "LD X00\nOR Y00\nANDI X01\nST Y00\n", 2),
+        // No output follows from it.
+        ("apart", "LD X00\nST Y00\nLD M00\nST M01\nLD X01\nST M00\n", 2),
+    ] {
+        let directory = directory(&format!("response-{name}"), &[("p.asm", list)]);
+        let found = response(directory.to_str().expect("a name"), "p.asm");
+        assert_eq!(found.0, scans, "{name}");
+    }
+    // The same of a program for a Q, with SET, RST and a subroutine.
+    for (name, list, scans) in [
+        ("q-set", "LD M0\nOUT Y0\nLD X0\nSET M0\nLD X1\nRST M0\nEND\n", 3),
+        ("q-direct", "LD X0\nSET M0\nLD X1\nRST M0\nLD M0\nOUT Y0\nEND\n", 2),
+        ("q-words", "LD= D0 K1\nOUT Y0\nLD X0\nMOV K1 D0\nEND\n", 3),
+        ("q-jump", "LD M0\nCJ P0\nLD SM400\nOUT Y0\nP0\nLD X0\nOUT M0\nEND\n", 3),
+    ] {
+        let directory = directory(&format!("response-{name}"), &[("p.il", list)]);
+        let arguments = "p.il --cpu Q26UDV --input-delay 10ms --output-delay 1ms";
+        let found = response(directory.to_str().expect("a name"), arguments);
+        assert_eq!(found.0, scans, "{name}");
+    }
+}
+
+#[test]
+fn interrupts_at_intervals_are_counted_as_often_as_they_are_due() {
+    let points = directory("intervals", &[("facts.toml", POINTS)]);
+    let facts = points.join("facts.toml");
+    let upper = |often: &str, times: &str| {
+        let arguments = format!(
+            "fixed-scan-interrupt.il --cpu Q26UDV --interrupts I28={often} --facts {} {times}",
+            facts.display()
+        );
+        let report = audit("fixed-scan-interrupt", &arguments);
+        assert_eq!(report["doubts"], serde_json::json!([]));
+        report["scan"]["upper_ps"].as_u64().expect("a bound")
+    };
+    for times in ["", "--time MOV=9ms", "--time MOV=30ms --time BMOV=3ms"] {
+        let least = upper("4ms", times);
+        let due = |scan: u64| scan.div_ceil(4_000_000_000);
+        let count = due(least);
+        assert_eq!(upper(&count.to_string(), times), least, "{times}");
+        let fewer = (1..count).map(|fewer| (fewer, upper(&fewer.to_string(), times)));
+        for (fewer, scan) in fewer.skip(count.saturating_sub(4) as usize) {
+            assert!(due(scan) > fewer, "{times}: {fewer} interrupts are enough");
+        }
+    }
+    let arguments =
+        "audit fixed-scan-interrupt.il --cpu Q26UDV --interrupts I28=4ms --time BMOV=5ms";
+    let run = scanbound("fixed-scan-interrupt", arguments);
+    assert_eq!(run.code, Some(2), "{}", run.stdout);
+    assert!(run.stderr.contains("nothing bounds the scan"), "{}", run.stderr);
+}

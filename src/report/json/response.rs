@@ -22,7 +22,7 @@ pub(super) fn response(response: &audit::response::Response) -> Response<'_> {
         input_ps: response.input.time.0,
         input_evidence: response.input.evidence.word(),
         input_why: &response.input.source,
-        scans: audit::response::SCANS,
+        scans: response.scans,
         scan_ps: response.scan.0,
         output_ps: response.output.time.0,
         output_evidence: response.output.evidence.word(),
