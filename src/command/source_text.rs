@@ -1,6 +1,7 @@
 //! Options on how source text is read.
 
 use clap::{Args, ValueEnum};
+use scanbound::front::FRONTS;
 use scanbound::front::{Encoding, Input, Reading};
 use scanbound::iec::comment::Comments;
 
@@ -37,7 +38,7 @@ impl SourceText {
     /// Makes UTF-8 of files in the encoding that is stated.
     pub fn recode(self, inputs: &mut [Input]) {
         if let Some(encoding) = self.encoding {
-            inputs.iter_mut().for_each(|input| input.recode(encoding));
+            inputs.iter_mut().for_each(|input| input.recode(encoding, FRONTS));
         }
     }
 

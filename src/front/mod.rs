@@ -61,9 +61,10 @@ pub struct Input {
 }
 
 impl Input {
-    /// Makes UTF-8 of text in an encoding; of what declares another one, or is none of this one, nothing.
-    pub fn recode(&mut self, encoding: Encoding) {
-        let mut images = FRONTS.dialects().filter_map(|dialect| match dialect.sniff {
+    /// Makes UTF-8 of text in an encoding; of what declares another one, is none of this one, or is an
+    /// image of one of the fronts' dialects, nothing.
+    pub fn recode(&mut self, encoding: Encoding, fronts: Fronts) {
+        let mut images = fronts.dialects().filter_map(|dialect| match dialect.sniff {
             Sniff::Bytes(sniff) => Some(sniff),
             Sniff::Text(_) => None,
         });

@@ -129,7 +129,7 @@ pub(crate) fn foreign(text: &str, line: u32) -> Fault {
 }
 
 /// Whether two texts, decoded from the same bytes, have the same words and signs, but for characters that are not ASCII.
-pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
+pub fn reads_alike(one: &str, other: &str) -> bool {
     let plain = |text: &str| -> String {
         text.split(|c: char| !c.is_ascii())
             .filter(|part| !part.is_empty())
