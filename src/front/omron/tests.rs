@@ -4,7 +4,7 @@ use super::decode::decode;
 use super::project;
 use super::source::RawProject;
 use crate::base::diagnostic::Diagnostic;
-use crate::base::facts::Facts;
+use crate::base::facts::{Facts, HowOften};
 use crate::base::time::{Picos, Times};
 use crate::front::Options;
 use crate::front::{Dialect, Input, detect};
@@ -496,7 +496,7 @@ fn interrupt_tasks_make_what_they_share_free() {
     raw.files[0].programs.extend(other.files[0].programs.clone());
     raw.files[0].programs[1].task = super::source::Task::Interrupt(5);
     let mut facts = Facts::default();
-    facts.state_interrupt("Task 5", 2);
+    facts.state_interrupt("Task 5", HowOften::Times(2));
     let options = Options::new(&facts);
     let program = decode(&raw, &options).and_then(passed).unwrap();
     assert_eq!((program.interrupts[0].times, program.interrupts[0].stated), (2, true));

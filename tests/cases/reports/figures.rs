@@ -59,7 +59,6 @@ pub(super) struct Report<'a> {
     /// Sections: the heading, then its lines. The first has the answer for its heading.
     sections: Vec<(String, Vec<String>)>,
     /// Whether all is shown.
-    is_full: bool,
 }
 
 /// Works out every figure of the reports of a project, and of its checks.
@@ -144,7 +143,7 @@ impl<'a> Report<'a> {
             }
         }
         let json = serde_json::from_str(&json::render(audit, check)).expect("JSON");
-        Report { audit, json, sections, is_full }
+        Report { audit, json, sections }
     }
 
     /// Fails with the line and what stands beside it.
