@@ -314,10 +314,9 @@ fn pragma(text: &str, line: u32) -> Result<Pragma, Fault> {
         );
         return refused(told, "give a copy of the file with only the parts that are compiled");
     }
-    let is_harmless = HARMLESS.contains(&word.as_str())
-        && !is_code
-        && !rest.starts_with(['(', '{', '=', '.', '-'])
-        && !(word == "flag" && rest.to_ascii_lowercase().contains("noinit"));
+    let begins_anew = word == "flag" && rest.to_ascii_lowercase().contains("noinit");
+    let is_assigned = rest.starts_with(['(', '{', '=', '.', '-']);
+    let is_harmless = HARMLESS.contains(&word.as_str()) && !is_code && !is_assigned && !begins_anew;
     Ok(if is_harmless || inner.is_empty() { Pragma::Harmless } else { Pragma::Code })
 }
 

@@ -58,7 +58,6 @@ pub(super) struct Report<'a> {
     pub(super) json: Value,
     /// Sections: the heading, then its lines. The first has the answer for its heading.
     sections: Vec<(String, Vec<String>)>,
-    /// Whether all is shown.
 }
 
 /// Works out every figure of the reports of a project, and of its checks.
